@@ -1,0 +1,109 @@
+"""Model feedforward: the torque that the reference needs, friction lag included.
+
+``u_ff = J dw_ref/dt + f_ref`` with ``tau df_ref/dt + f_ref = F(w_ref)``. The torque is held over a period, so what is
+computed is its mean over the coming period, with the reference taken as linear in between: the inertia part is
+``J`` times the difference of the reference, the friction part is the exact integral of the lagged friction, split
+where the reference reverses. This needs the reference one sample ahead; where that is not known, the last
+slope of the reference is continued.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.model import JointModel, model_friction
+
+
+class FeedforwardState(NamedTuple):
+    """State of the feedforward.
+
+    Attributes
+    ----------
+    friction : float
+        Lagged friction torque ``f_ref``, N m.
+    reference : float
+        Last reference, rad/s.
+    started : bool
+        Whether there was one.
+    """
+
+    friction: float
+    reference: float
+    started: bool
+
+
+def initial_feedforward_state() -> FeedforwardState:
+    """Return the state of a feedforward at rest."""
+    return FeedforwardState(0.0, 0.0, False)
+
+
+@register_jitable
+def one_way_friction(
+    model: JointModel, friction: float, start: float, end: float, duration: float
+) -> tuple[float, float]:
+    """Let the lagged friction follow a motion that does not reverse.
+
+    Parameters
+    ----------
+    model : JointModel
+        The joint.
+    friction : float
+        Friction torque at the start, N m.
+    start, end : float
+        Velocity at the start and the end, rad/s, not of opposite signs.
+    duration : float
+        Duration, s.
+
+    Returns
+    -------
+    integral : float
+        Integral of the friction torque, N m s.
+    friction : float
+        Friction torque at the end, N m.
+    """
+    direction = start + end
+    if direction == 0.0:
+        first, last = 0.0, 0.0
+    else:
+        first = math.copysign(model_friction(model, abs(start)), direction)
+        last = math.copysign(model_friction(model, abs(end)), direction)
+    lag = model.friction_lag
+    if lag <= 0.0 or duration <= 0.0:
+        return 0.5 * (first + last) * duration, last
+    rate = (last - first) / duration
+    transient = friction - first + rate * lag
+    decay = math.exp(-duration / lag)
+    integral = (first - rate * lag) * duration + 0.5 * rate * duration * duration
+    integral += transient * lag * (1.0 - decay)
+    return integral, last - rate * lag + transient * decay
+
+
+@register_jitable
+def step_feedforward(
+    model: JointModel, state: FeedforwardState, reference: float, next_reference: float, period: float
+) -> tuple[float, FeedforwardState]:
+    """Return the torque (N m) for the coming period, and the new state.
+
+    Parameters
+    ----------
+    model : JointModel
+        The joint.
+    state : FeedforwardState
+        The state.
+    reference, next_reference : float
+        Reference velocity now and at the next sample, rad/s; the latter not a number where it is not known.
+    period : float
+        Length of the coming period, s.
+    """
+    if not math.isfinite(next_reference):
+        next_reference = 2.0 * reference - state.reference if state.started else reference
+    if reference * next_reference < 0.0:
+        turn = period * reference / (reference - next_reference)
+        before, friction = one_way_friction(model, state.friction, reference, 0.0, turn)
+        after, friction = one_way_friction(model, friction, 0.0, next_reference, period - turn)
+        integral = before + after
+    else:
+        integral, friction = one_way_friction(model, state.friction, reference, next_reference, period)
+    torque = (model.inertia * (next_reference - reference) + integral) / period
+    return torque, FeedforwardState(friction, reference, True)

@@ -1,0 +1,96 @@
+"""Recursive estimation with exponential resetting: forgetting that cannot wind up.
+
+The information matrix ``M`` (the inverse of the covariance ``R`` of the paper's (11)-(13), per unit of memory) is a fading
+mean of what the instruments ``z`` saw, drawn towards a floor ``M_floor``:
+
+    M(k) = lambda M(k-1) + (1 - lambda) (M_floor + z z')
+    P(k) = P(k-1) + (1 - lambda) M(k)^-1 z (y - x' P(k-1))
+
+Without excitation ``M`` returns to the floor, so the gain stays bounded; with ``z = x`` and no floor it is
+recursive least squares. With an instrument ``z`` that noise does not touch, its fixed point is the instrumental-variable
+estimate, which noise in the regressors ``x`` does not bias. The gain keeps ``z z'`` instead of the usual ``z x'``: then ``M`` is
+symmetric and positive definite by construction, and the gain is bounded for every data.
+
+The floor follows J. Lai and D. S. Bernstein, "Exponential resetting and cyclic resetting recursive least squares" (IEEE
+Control Systems Letters, 2023); instruments follow P. Young, "Recursive Estimation and Time-Series Analysis"
+(Springer, 2011).
+"""
+
+import math
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+
+@register_jitable
+def solve_in_place(matrix: NDArray[np.float64], vector: NDArray[np.float64]) -> None:
+    """Solve ``matrix x = vector`` for a symmetric positive definite matrix by Cholesky's factors.
+
+    Both arguments are overwritten: the lower triangle of the matrix by its factor, the vector by the solution.
+    """
+    size = vector.size
+    for i in range(size):
+        for j in range(i):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = total / matrix[j, j]
+        total = matrix[i, i]
+        for k in range(i):
+            total -= matrix[i, k] * matrix[i, k]
+        matrix[i, i] = math.sqrt(total)
+    for i in range(size):
+        total = vector[i]
+        for k in range(i):
+            total -= matrix[i, k] * vector[k]
+        vector[i] = total / matrix[i, i]
+    for i in range(size - 1, -1, -1):
+        total = vector[i]
+        for k in range(i + 1, size):
+            total -= matrix[k, i] * vector[k]
+        vector[i] = total / matrix[i, i]
+
+
+@register_jitable
+def update_resetting(
+    information: NDArray[np.float64],
+    floor: NDArray[np.float64],
+    keep: float,
+    instrument: NDArray[np.float64],
+    error: float,
+    correction: NDArray[np.float64],
+    work: NDArray[np.float64],
+) -> None:
+    """Take one equation into account.
+
+    Parameters
+    ----------
+    information : ndarray, shape (n, n)
+        Information matrix ``M``; changed in place.
+    floor : ndarray, shape (n,)
+        Diagonal of the floor ``M_floor``, positive.
+    keep : float
+        Forgetting factor ``lambda``, in (0, 1).
+    instrument : ndarray, shape (n,)
+        Instrument ``z``; equal to the regressors for plain least squares.
+    error : float
+        Prediction error ``y - x' P``.
+    correction : ndarray, shape (n,)
+        Filled with what is to be added to the parameters.
+    work : ndarray, shape (n, n)
+        Scratch.
+    """
+    size = floor.size
+    gain = 1.0 - keep
+    for i in range(size):
+        for j in range(i + 1):
+            entry = keep * information[i, j] + gain * instrument[i] * instrument[j]
+            if i == j:
+                entry += gain * floor[i]
+            information[i, j] = entry
+            information[j, i] = entry
+            work[i, j] = entry
+            work[j, i] = entry
+        correction[i] = gain * error * instrument[i]
+    solve_in_place(work, correction)

@@ -1,0 +1,140 @@
+"""Torque-form regression: the joint's equation, filtered, linear in six physical parameters.
+
+Equation (2) of the paper, ``J tau w'' + J w' + F(w) = u + tau u'``, is passed through ``(p/(s + p))^2``:
+
+    u_f = (J tau) w''_f + J w'_f + Fc g_f + Fs h_f + sigma w_f - tau u'_f
+
+with ``g`` and ``h`` of (5) and (6). No signal is differentiated: the filters hold the derivatives as states. The torque is
+held between samples; the velocity is taken as linear between them, and where it reverses, ``g`` and ``h`` are split
+at the moment of reversal, because the friction lag is seen nowhere else.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.filters import advance_filter, filter_decay, second_derivative
+from adaptive_ff.model import adhesion_share
+
+TORQUE, VELOCITY, COULOMB, ADHESION = range(4)
+
+REGRESSORS = ("inertia_lag", "inertia", "coulomb", "stiction", "viscous", "friction_lag")
+"""Parameters of the regression, in the order of its columns; ``inertia_lag`` is ``J tau``."""
+
+
+class TorqueForm(NamedTuple):
+    """Parameters of the regression.
+
+    Attributes
+    ----------
+    pole : float
+        Filter pole ``p``, rad/s.
+    stribeck_velocity : float
+        Stribeck velocity ``Vs``, rad/s.
+    stribeck_shape : float
+        Stribeck shape factor ``delta``.
+    """
+
+    pole: float
+    stribeck_velocity: float
+    stribeck_shape: float
+
+
+class Signals(NamedTuple):
+    """Filtered signals.
+
+    Attributes
+    ----------
+    filters : ndarray, shape (4, 2)
+        Filtered value and derivative of torque, velocity, ``g`` and ``h``; changed in place.
+    velocity : float
+        Velocity at the last sample, rad/s.
+    """
+
+    filters: NDArray[np.float64]
+    velocity: float
+
+
+def initial_signals() -> Signals:
+    """Return the filters of a joint that has been at rest without torque."""
+    return Signals(np.zeros((4, 2)), 0.0)
+
+
+@register_jitable
+def advance_friction(
+    form: TorqueForm, signals: Signals, start: float, end: float, duration: float
+) -> None:
+    """Advance the filters of ``g`` and ``h`` over a motion that does not reverse."""
+    if duration <= 0.0:
+        return
+    direction = 0.0
+    if start + end > 0.0:
+        direction = 1.0
+    elif start + end < 0.0:
+        direction = -1.0
+    first = adhesion_share(abs(start), form.stribeck_velocity, form.stribeck_shape)
+    last = adhesion_share(abs(end), form.stribeck_velocity, form.stribeck_shape)
+    decay = filter_decay(form.pole, duration)
+    advance_filter(
+        signals.filters[COULOMB],
+        form.pole,
+        decay,
+        direction * (1.0 - first),
+        direction * (1.0 - last),
+        duration,
+    )
+    advance_filter(
+        signals.filters[ADHESION], form.pole, decay, direction * first, direction * last, duration
+    )
+
+
+@register_jitable
+def advance_signals(
+    form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float
+) -> Signals:
+    """Advance all filters by one sample.
+
+    Parameters
+    ----------
+    form : TorqueForm
+        The regression.
+    signals : Signals
+        Filters; their array is changed in place.
+    torque : float
+        Torque over the period that ends now, N m.
+    velocity : float
+        Velocity now, rad/s.
+    duration : float
+        Length of that period, s.
+
+    Returns
+    -------
+    Signals
+        The filters at the new sample.
+    """
+    start = signals.velocity
+    decay = filter_decay(form.pole, duration)
+    advance_filter(signals.filters[TORQUE], form.pole, decay, torque, torque, duration)
+    advance_filter(signals.filters[VELOCITY], form.pole, decay, start, velocity, duration)
+    if start * velocity < 0.0:
+        turn = duration * start / (start - velocity)
+        advance_friction(form, signals, start, 0.0, turn)
+        advance_friction(form, signals, 0.0, velocity, duration - turn)
+    else:
+        advance_friction(form, signals, start, velocity, duration)
+    return Signals(signals.filters, velocity)
+
+
+@register_jitable
+def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:
+    """Write the six regressors into a row and return the regressed torque ``u_f``, N m."""
+    velocity = signals.filters[VELOCITY]
+    row[0] = second_derivative(velocity, form.pole, signals.velocity)
+    row[1] = velocity[1]
+    row[2] = signals.filters[COULOMB, 0]
+    row[3] = signals.filters[ADHESION, 0]
+    row[4] = velocity[0]
+    row[5] = -signals.filters[TORQUE, 1]
+    return signals.filters[TORQUE, 0]  # type: ignore[no-any-return]

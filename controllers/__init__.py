@@ -1,0 +1,43 @@
+"""What closes the loop without identifying anything."""
+
+from controllers.compiled import compiled, dispatched, is_cached
+from controllers.design import PIDesign, design_pi, fastest_bandwidth, pi_gains
+from controllers.interface import (
+    ESTIMATES,
+    STEPS,
+    Controller,
+    Inputs,
+    Output,
+    feedback_state,
+    step,
+    with_feedforward,
+    without_estimates,
+    write_estimates,
+)
+from controllers.pi import PI, PIParameters, PIState, check_gains, initial_pi_state, step_pi
+
+__all__ = [
+    "ESTIMATES",
+    "PI",
+    "STEPS",
+    "Controller",
+    "Inputs",
+    "Output",
+    "PIDesign",
+    "PIParameters",
+    "PIState",
+    "check_gains",
+    "compiled",
+    "design_pi",
+    "dispatched",
+    "fastest_bandwidth",
+    "feedback_state",
+    "initial_pi_state",
+    "is_cached",
+    "pi_gains",
+    "step",
+    "step_pi",
+    "with_feedforward",
+    "without_estimates",
+    "write_estimates",
+]

@@ -1,0 +1,121 @@
+"""Compilation of entry points, cached on disk by the content of the sources.
+
+Numba's own cache looks only at the file of the compiled function: after an edit of a kernel in another file it
+would go on running the old one. Here every entry point is cached in a directory named after a hash of all sources
+of the packages that hold kernels, so stale code cannot be found.
+
+Kernels themselves are plain functions marked ``numba.extending.register_jitable``: called from Python they
+run as Python, called from an entry point they are compiled.
+"""
+
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import config
+from numba.extending import overload
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+KERNEL_PACKAGES = ("plant", "controllers", "adaptive_ff")
+KEPT_DAYS = 30
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function at its first call, once a machine and once a version of the sources.
+
+    Parameters
+    ----------
+    function : callable
+        An entry point; everything that it calls must be compilable.
+
+    Returns
+    -------
+    numba dispatcher
+        The plain function stays available as its attribute ``py_func``.
+    """
+    dispatcher = numba.njit(function)
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(_cache_directory())
+    try:
+        dispatcher.enable_caching()
+    finally:
+        config.CACHE_DIR = previous
+    entry: Function = dispatcher
+    return entry
+
+
+def is_cached(dispatcher: Any) -> bool:
+    """Tell whether an entry point has been compiled, in this process or an earlier one."""
+    return bool(dispatcher.signatures) or any(_cache_directory().rglob(f"*{dispatcher.__name__}-*.nbi"))
+
+
+@cache
+def _cache_directory() -> Path:
+    root = _writable_root()
+    directory = root / _source_hash()
+    directory.mkdir(parents=True, exist_ok=True)
+    os.utime(directory)
+    oldest = time.time() - KEPT_DAYS * 86400
+    for other in root.iterdir():
+        if other.is_dir() and other.stat().st_mtime < oldest:
+            shutil.rmtree(other, ignore_errors=True)
+    return directory
+
+
+def _writable_root() -> Path:
+    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    for candidate in (Path(base) if base else None, Path.home() / ".cache"):
+        if candidate is None:
+            continue
+        root = candidate / "adaptive-ff"
+        try:
+            root.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=root):
+                return root
+        except OSError:
+            continue
+    return Path(tempfile.mkdtemp(prefix="adaptive-ff-"))
+
+
+def _source_hash() -> str:
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    parent = Path(__file__).resolve().parent.parent
+    for package in KERNEL_PACKAGES:
+        for path in sorted((parent / package).rglob("*.py")):
+            source = path.read_bytes()
+            if b"register_jitable" in source or b"compiled" in source:
+                digest.update(str(path.relative_to(parent)).encode())
+                digest.update(source)
+    return digest.hexdigest()[:16]
+
+
+def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> Function:
+    """Make a generic kernel choose its implementation by the class of its first argument, compiled or not.
+
+    Parameters
+    ----------
+    kernels : dict
+        Implementation for each ``NamedTuple`` class of parameters; may grow until the first compilation for it.
+    function : callable
+        The plain function, which looks the implementation up in ``kernels`` by ``type(first argument)``.
+
+    Returns
+    -------
+    callable
+        The same function, now also callable from compiled code.
+    """
+
+    def choose(block: Any, *_: Any) -> Callable[..., Any] | None:
+        return kernels.get(getattr(block, "instance_class", None))  # type: ignore[arg-type]
+
+    overload(function, strict=False)(choose)
+    return function

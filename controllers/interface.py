@@ -1,0 +1,269 @@
+"""What every controller has in common: its kernel's inputs and output, and the thin class around it."""
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+from numba.extending import register_jitable
+
+from controllers.compiled import compiled, dispatched
+
+
+class Inputs(NamedTuple):
+    """What a controller is given at a sample.
+
+    Attributes
+    ----------
+    reference : float
+        Reference velocity now, rad/s.
+    velocity : float
+        Measured velocity now, rad/s; not finite where the measurement failed.
+    next_reference : float
+        Reference velocity at the next sample, rad/s; not a number where it is not known.
+    realised_torque : float
+        Torque that the drive gave in the last period, N m; not a number where it is not known.
+    feedforward : float
+        Torque known from elsewhere, such as gravity, N m.
+    dt : float
+        Time since the last sample, s.
+    """
+
+    reference: float
+    velocity: float
+    next_reference: float
+    realised_torque: float
+    feedforward: float
+    dt: float
+
+
+@register_jitable
+def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
+    """Return the inputs with a torque (N m) added to their feedforward."""
+    return Inputs(
+        inputs.reference,
+        inputs.velocity,
+        inputs.next_reference,
+        inputs.realised_torque,
+        inputs.feedforward + torque,
+        inputs.dt,
+    )
+
+
+class Output(NamedTuple):
+    """What a controller gives at a sample.
+
+    Attributes
+    ----------
+    torque : float
+        Commanded torque, N m.
+    feedforward : float
+        The part of it that is not feedback, N m.
+    """
+
+    torque: float
+    feedforward: float
+
+
+STEPS: dict[type, Callable[..., Any]] = {}
+"""Step kernel of each class of controller parameters: ``step(parameters, state, inputs) -> (output, state)``."""
+
+ESTIMATES: dict[type, Callable[..., Any]] = {}
+"""Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
+
+
+def _step(block: Any, state: Any, inputs: Inputs) -> Any:
+    return STEPS[type(block)](block, state, inputs)
+
+
+def _write_estimates(block: Any, state: Any, row: Any) -> Any:
+    return ESTIMATES[type(block)](block, state, row)
+
+
+step = dispatched(STEPS, _step)
+"""One sample of any controller, compiled or not."""
+
+write_estimates = dispatched(ESTIMATES, _write_estimates)
+"""Write the physical estimates of any controller into a row of floats."""
+
+
+@register_jitable
+def without_estimates(block: Any, state: Any, row: Any) -> None:  # noqa: ARG001
+    """Write nothing: for controllers that estimate nothing."""
+
+
+def _single_step(block: Any, state: Any, inputs: Inputs) -> Any:
+    return step(block, state, inputs)
+
+
+single_step = compiled(_single_step)
+
+
+class Controller:
+    """A velocity controller to call once a sample.
+
+    Subclasses set the parameters (an immutable named tuple registered in ``STEPS``) and the function that makes
+    the state of a controller at rest.
+
+    Parameters
+    ----------
+    parameters : NamedTuple
+        Parameters of the kernel.
+    period : float
+        Nominal sampling period, s: ``dt`` of a step where none is given.
+    initial_state : callable
+        Makes a new state from the parameters.
+    """
+
+    estimate_names: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(
+        self, parameters: Any, period: float, initial_state: Callable[[Any], Any]
+    ) -> None:
+        if not (math.isfinite(period) and period > 0.0):
+            raise ValueError(f"period = {period} is not allowed: it must be a positive number of seconds")
+        self.parameters = parameters
+        self.period = float(period)
+        self._initial_state = initial_state
+        self.state: Any = initial_state(parameters)
+        self._step: Callable[..., Any] = single_step
+
+    def step(
+        self,
+        reference: float,
+        velocity: float,
+        *,
+        next_reference: float | None = None,
+        realised_torque: float | None = None,
+        feedforward: float = 0.0,
+        dt: float | None = None,
+    ) -> float:
+        """Compute the torque for the coming period.
+
+        Parameters
+        ----------
+        reference : float
+            Reference velocity now, rad/s.
+        velocity : float
+            Measured velocity now, rad/s. A value that is not finite is skipped: the controller goes on with the
+            last valid one, holds its integral and its estimates, and counts it in ``rejected``.
+        next_reference : float, optional
+            Reference velocity at the next sample, rad/s (preview).
+        realised_torque : float, optional
+            Torque that the drive gave in the last period, N m. Without it the drive is taken to give what was
+            asked. A value that is not finite counts as not known.
+        feedforward : float, optional
+            Torque known from elsewhere, N m, added to the output.
+        dt : float, optional
+            Time since the last call, s; the nominal period by default.
+
+        Returns
+        -------
+        float
+            Torque, N m, always finite.
+
+        Raises
+        ------
+        ValueError
+            The reference, the preview or the feedforward is not finite, or ``dt`` is not positive.
+        """
+        inputs = Inputs(
+            _finite("reference", reference),
+            float(velocity),
+            math.nan if next_reference is None else _finite("next_reference", next_reference),
+            math.nan if realised_torque is None else float(realised_torque),
+            _finite("feedforward", feedforward),
+            self.period if dt is None else _finite("dt", dt),
+        )
+        if inputs.dt <= 0.0:
+            raise ValueError(f"dt = {dt} is not allowed: it must be a positive number of seconds")
+        output, self.state = self._step(self.parameters, self.state, inputs)
+        torque: float = output.torque
+        return torque
+
+    def reset(self) -> None:
+        """Return to the state of a new controller; estimates are forgotten."""
+        self.state = self._initial_state(self.parameters)
+
+    @property
+    def rejected(self) -> int:
+        """Number of measurements that were not finite and so were skipped."""
+        return int(feedback_state(self.state).rejected)
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """Physical estimates by name; empty for a controller that has none."""
+        row = np.zeros(len(self.estimate_names))
+        write_estimates(self.parameters, self.state, row)
+        return dict(zip(self.estimate_names, row.tolist(), strict=True))
+
+    def warm_up(self) -> None:
+        """Compile or load the step before real-time use; the state is left as it is."""
+        single_step(self.parameters, self._initial_state(self.parameters), Inputs(0.0, 0.0, 0.0, 0.0, 0.0, self.period))
+
+    def state_to_json(self) -> str:
+        """Return the state as a JSON text that restores it exactly."""
+        return json.dumps({"controller": type(self).__name__, "state": _plain(self.state)}, indent=1)
+
+    def state_from_json(self, text: str) -> None:
+        """Restore a state saved by a controller of the same class.
+
+        Raises
+        ------
+        ValueError
+            The text is no such state; the controller keeps the one it has.
+        """
+        try:
+            saved = json.loads(text)
+            name = saved["controller"]
+            content = saved["state"]
+        except (json.JSONDecodeError, KeyError, TypeError) as error:
+            raise ValueError(f"text = {text[:40]!r} is no saved controller state: {error}") from error
+        if name != type(self).__name__:
+            raise ValueError(f"controller = {name!r} is not allowed: this is a {type(self).__name__!r}")
+        self.state = _rebuilt(self._initial_state(self.parameters), content, "state")
+
+    def run_uncompiled(self) -> Self:
+        """Make this controller step in plain Python, for debugging; returns itself."""
+        self._step = _single_step
+        return self
+
+
+def feedback_state(state: Any) -> Any:
+    """Return the state of the innermost feedback loop of a controller's state."""
+    while hasattr(state, "feedback"):
+        state = state.feedback
+    return state
+
+
+def _finite(name: str, value: float) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")
+    return number
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "_asdict"):
+        return {key: _plain(item) for key, item in value._asdict().items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return value
+
+
+def _rebuilt(template: Any, content: Any, where: str) -> Any:
+    """Rebuild a state like the template from plain JSON content."""
+    if hasattr(template, "_asdict"):
+        if not isinstance(content, dict) or set(content) != set(template._fields):
+            raise ValueError(f"{where} must have the fields {', '.join(template._fields)}")
+        items = template._asdict().items()
+        return type(template)(**{key: _rebuilt(item, content[key], f"{where}.{key}") for key, item in items})
+    kind = np.asarray(template).dtype.type
+    try:
+        array = np.array(content, dtype=kind)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{where} = {content!r} is not allowed: {error}") from error
+    if array.shape != np.shape(template) or not np.all(np.isfinite(array)):
+        raise ValueError(f"{where} must be finite and of shape {np.shape(template)}, not {content!r}")
+    return array if isinstance(template, np.ndarray) else array.item()

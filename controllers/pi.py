@@ -1,0 +1,115 @@
+"""Proportional-integral velocity loop with anti-windup from the realised torque."""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from controllers.design import design_pi
+from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
+
+
+class PIParameters(NamedTuple):
+    """Parameters of the PI loop.
+
+    Attributes
+    ----------
+    proportional : float
+        Proportional gain ``Kp``, N m s/rad.
+    integral : float
+        Integral gain ``Ki``, N m/rad.
+    """
+
+    proportional: float
+    integral: float
+
+
+class PIState(NamedTuple):
+    """State of the PI loop.
+
+    Attributes
+    ----------
+    integral : float
+        Integral part of the torque, N m.
+    velocity : float
+        Last valid measurement, rad/s.
+    command : float
+        Last commanded torque, N m.
+    samples : int
+        Samples so far.
+    rejected : int
+        Measurements that were not finite.
+    """
+
+    integral: float
+    velocity: float
+    command: float
+    samples: int
+    rejected: int
+
+
+def initial_pi_state(parameters: PIParameters) -> PIState:  # noqa: ARG001
+    """Return the state of a loop at rest."""
+    return PIState(0.0, 0.0, 0.0, 0, 0)
+
+
+@register_jitable
+def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, PIState]:
+    """Do one sample of ``u = Kp e + I + u_ff``.
+
+    The integral is a backward Euler sum, ``I(k) = I(k-1) + Ki dt e(k)``: it uses the newest error and so adds no
+    delay. Anti-windup is back-calculation: what the drive did not give is taken out of the integral with the time
+    constant ``Kp/Ki``.
+    """
+    valid = math.isfinite(inputs.velocity)
+    velocity = inputs.velocity if valid else state.velocity
+    error = inputs.reference - velocity
+    integral = state.integral
+    if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
+        share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
+        integral += share * (inputs.realised_torque - state.command)
+    if valid:
+        integral += pi.integral * inputs.dt * error
+    command = pi.proportional * error + integral + inputs.feedforward
+    rejected = state.rejected if valid else state.rejected + 1
+    return Output(command, inputs.feedforward), PIState(
+        integral, velocity, command, state.samples + 1, rejected
+    )
+
+
+STEPS[PIParameters] = step_pi
+ESTIMATES[PIParameters] = without_estimates
+
+
+def check_gains(proportional: float, integral: float) -> PIParameters:
+    """Return the parameters of a PI loop, or raise ``ValueError`` where a gain is negative or not finite."""
+    for name, gain in (("proportional", proportional), ("integral", integral)):
+        if not (math.isfinite(gain) and gain >= 0.0):
+            raise ValueError(f"{name} = {gain} is not allowed: a gain must be finite and not negative")
+    return PIParameters(float(proportional), float(integral))
+
+
+class PI(Controller):
+    """PI velocity controller.
+
+    Parameters
+    ----------
+    proportional : float
+        Proportional gain, N m s/rad.
+    integral : float
+        Integral gain, N m/rad.
+    period : float
+        Nominal sampling period, s.
+
+    Examples
+    --------
+    >>> from controllers import PI
+    >>> design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
+    >>> controller = PI(design.proportional, design.integral, period=0.01)
+    >>> torque = controller.step(reference=0.1, velocity=0.0)
+    """
+
+    def __init__(self, proportional: float, integral: float, period: float) -> None:
+        super().__init__(check_gains(proportional, integral), period, initial_pi_state)
+
+    design = staticmethod(design_pi)

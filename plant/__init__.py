@@ -1,0 +1,30 @@
+"""What is simulated: friction laws, the joint and its step, sensor, actuator, friction that changes."""
+
+from plant.actuator import Actuator, ActuatorParameters, realise_torque
+from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
+from plant.joint import Joint, JointModel, initial_state, whole_multiple
+from plant.schedule import FrictionChange, JointSchedule, joint_in_phase, schedule
+from plant.sensor import VelocitySensor
+from plant.step import JointParameters, JointState, step_joint
+
+__all__ = [
+    "Actuator",
+    "ActuatorParameters",
+    "FrictionChange",
+    "Joint",
+    "JointModel",
+    "JointParameters",
+    "JointSchedule",
+    "JointState",
+    "Stribeck",
+    "VelocitySensor",
+    "initial_state",
+    "joint_in_phase",
+    "realise_torque",
+    "schedule",
+    "sliding_friction",
+    "steepest_fall",
+    "step_joint",
+    "stribeck_decay",
+    "whole_multiple",
+]

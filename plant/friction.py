@@ -1,0 +1,97 @@
+"""The static friction map of the paper, equation (3): Coulomb, Stribeck and viscous friction."""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+
+class Stribeck(NamedTuple):
+    """Parameters of the static friction map ``F(w)``, equation (3).
+
+    Attributes
+    ----------
+    coulomb : float
+        Coulomb friction ``Fc``, N m.
+    stiction : float
+        Stiction (adhesion, breakaway) friction ``Fs``, N m.
+    viscous : float
+        Viscous coefficient ``sigma``, N m s/rad.
+    stribeck_velocity : float
+        Stribeck velocity ``Vs``, rad/s.
+    stribeck_shape : float
+        Stribeck shape factor ``delta``, dimensionless, positive.
+    """
+
+    coulomb: float
+    stiction: float
+    viscous: float
+    stribeck_velocity: float
+    stribeck_shape: float
+
+
+@register_jitable
+def stribeck_decay(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
+    """Evaluate ``exp(-(|w|/Vs)^delta)`` for a speed ``|w| >= 0`` in rad/s."""
+    ratio = speed / stribeck_velocity
+    if stribeck_shape == 1.0:
+        return math.exp(-ratio)
+    if stribeck_shape == 2.0:
+        return math.exp(-ratio * ratio)
+    return math.exp(-(ratio**stribeck_shape))
+
+
+@register_jitable
+def sliding_friction(friction: Stribeck, speed: float) -> float:
+    """Friction magnitude ``F(|w|)`` in N m of a joint that slides with speed ``|w| >= 0``.
+
+    The limit from the sliding side: at zero speed it is ``Fs``, whereas the map itself is the whole
+    interval ``[-Fs, Fs]`` there.
+    """
+    decay = stribeck_decay(speed, friction.stribeck_velocity, friction.stribeck_shape)
+    return (
+        friction.coulomb + (friction.stiction - friction.coulomb) * decay + friction.viscous * speed
+    )  # (3)
+
+
+@register_jitable
+def sliding_friction_slope(friction: Stribeck, speed: float) -> float:
+    """Slope ``dF/d|w|`` in N m s/rad at a speed ``|w| > 0``."""
+    ratio = speed / friction.stribeck_velocity
+    decay = stribeck_decay(speed, friction.stribeck_velocity, friction.stribeck_shape)
+    if friction.stribeck_shape == 1.0:
+        power = 1.0
+    elif friction.stribeck_shape == 2.0:
+        power = ratio
+    else:
+        power = ratio ** (friction.stribeck_shape - 1.0)
+    falling = (friction.stiction - friction.coulomb) * friction.stribeck_shape * power * decay
+    return friction.viscous - falling / friction.stribeck_velocity
+
+
+def steepest_fall(friction: Stribeck) -> float:
+    """Steepest falling slope ``max(-dF/d|w|)`` in N m s/rad, zero where friction never falls.
+
+    The slope of ``exp(-x^delta)`` is steepest at ``x^delta = (delta - 1)/delta`` for ``delta > 1``, at rest for
+    ``delta = 1``; for ``delta < 1`` it is infinite at rest.
+    """
+    excess = friction.stiction - friction.coulomb
+    if excess == 0.0:
+        return 0.0
+    shape = friction.stribeck_shape
+    if shape < 1.0:
+        return math.inf
+    ratio = ((shape - 1.0) / shape) ** (1.0 / shape) if shape > 1.0 else 0.0
+    return max(0.0, -sliding_friction_slope(friction, ratio * friction.stribeck_velocity))
+
+
+@register_jitable
+def scaled(friction: Stribeck, factor: float) -> Stribeck:
+    """Return the friction with ``Fc``, ``Fs`` and ``sigma`` times a dimensionless factor."""
+    return Stribeck(
+        friction.coulomb * factor,
+        friction.stiction * factor,
+        friction.viscous * factor,
+        friction.stribeck_velocity,
+        friction.stribeck_shape,
+    )

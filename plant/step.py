@@ -1,0 +1,109 @@
+"""One implicit time step of a joint with set-valued friction and friction lag.
+
+The joint is ``J dw/dt = u - f`` (Fig. 1 of the paper) with ``tau df/dt + f = F(w)``, equation (1). Both are
+discretised by the implicit Euler method, because only an implicit step can keep a joint exactly at rest: with
+``F(0) = [-Fs, Fs]`` the friction torque at rest is an unknown of the step, not a value of a function.
+The step is of first order in the solver period; for ``tau = 0`` it is the classic Coulomb time step.
+"""
+
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from plant.friction import Stribeck, sliding_friction, sliding_friction_slope
+
+MAXIMUM_ITERATIONS = 80
+RELATIVE_TOLERANCE = 1e-12  # Newton converges quadratically: the error left is about its square
+
+
+class JointParameters(NamedTuple):
+    """What the step needs to know of a joint.
+
+    Attributes
+    ----------
+    inertia : float
+        Inertia ``J``, kg m^2.
+    friction : Stribeck
+        Static friction map ``F``.
+    friction_lag : float
+        Friction lag ``tau``, s, zero or more.
+    """
+
+    inertia: float
+    friction: Stribeck
+    friction_lag: float
+
+
+class JointState(NamedTuple):
+    """State of a joint.
+
+    Attributes
+    ----------
+    velocity : float
+        Velocity ``w``, rad/s.
+    friction_torque : float
+        Friction torque ``f``, N m.
+    """
+
+    velocity: float
+    friction_torque: float
+
+
+@register_jitable
+def sliding_speed(friction: Stribeck, free_speed: float, kappa: float, guess: float) -> float:
+    """Solve ``x + kappa F(x) = free_speed`` for the speed ``x > 0`` by Newton's method inside a bracket.
+
+    Needs ``free_speed > kappa Fs``, so that a root exists. ``guess`` is the speed before the step, rad/s.
+    """
+    viscous_part = 1.0 + kappa * friction.viscous
+    low = (free_speed - kappa * friction.stiction) / viscous_part
+    high = (free_speed - kappa * friction.coulomb) / viscous_part
+    speed = min(max(guess, low), high)
+    for _ in range(MAXIMUM_ITERATIONS):
+        residual = speed + kappa * sliding_friction(friction, speed) - free_speed
+        if residual > 0.0:
+            high = speed
+        else:
+            low = speed
+        slope = 1.0 + kappa * sliding_friction_slope(friction, speed)
+        candidate = speed - residual / slope if slope > 0.0 else low
+        if abs(candidate - speed) <= RELATIVE_TOLERANCE * free_speed:
+            return min(max(candidate, low), high)
+        if candidate <= low or candidate >= high:
+            candidate = 0.5 * (low + high)
+        speed = candidate
+    return speed
+
+
+@register_jitable
+def step_joint(joint: JointParameters, state: JointState, torque: float, period: float) -> JointState:
+    """Advance a joint by one solver period under constant torque.
+
+    Parameters
+    ----------
+    joint : JointParameters
+        The joint.
+    state : JointState
+        State at the start of the step.
+    torque : float
+        Torque ``u``, N m, constant over the step.
+    period : float
+        Solver period ``h``, s.
+
+    Returns
+    -------
+    JointState
+        State at the end of the step. A joint at rest has a velocity of exactly zero.
+    """
+    lag = joint.friction_lag
+    denominator = lag + period
+    kappa = period * period / (joint.inertia * denominator)
+    carried = lag * state.friction_torque / denominator
+    free_velocity = state.velocity + period / joint.inertia * (torque - carried)
+    if abs(free_velocity) <= kappa * joint.friction.stiction:
+        velocity = 0.0
+    else:
+        speed = sliding_speed(joint.friction, abs(free_velocity), kappa, abs(state.velocity))
+        velocity = speed if free_velocity > 0.0 else -speed
+    static_friction = (free_velocity - velocity) / kappa
+    return JointState(velocity, carried + period * static_friction / denominator)
