@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model import JointModel, model_friction
+from adaptive_ff.model import TorqueModel, model_friction
 
 
 class FeedforwardState(NamedTuple):
@@ -40,13 +40,13 @@ def initial_feedforward_state() -> FeedforwardState:
 
 @register_jitable
 def one_way_friction(
-    model: JointModel, friction: float, start: float, end: float, duration: float
+    model: TorqueModel, friction: float, start: float, end: float, duration: float
 ) -> tuple[float, float]:
     """Let the lagged friction follow a motion that does not reverse.
 
     Parameters
     ----------
-    model : JointModel
+    model : TorqueModel
         The joint.
     friction : float
         Friction torque at the start, N m.
@@ -81,13 +81,13 @@ def one_way_friction(
 
 @register_jitable
 def step_feedforward(
-    model: JointModel, state: FeedforwardState, reference: float, next_reference: float, period: float
+    model: TorqueModel, state: FeedforwardState, reference: float, next_reference: float, period: float
 ) -> tuple[float, FeedforwardState]:
     """Return the torque (N m) for the coming period, and the new state.
 
     Parameters
     ----------
-    model : JointModel
+    model : TorqueModel
         The joint.
     state : FeedforwardState
         The state.

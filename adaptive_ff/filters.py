@@ -6,7 +6,6 @@ may vary from sample to sample without error. A held input is the case ``r = 0``
 
 import math
 
-
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray

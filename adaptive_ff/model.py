@@ -10,7 +10,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 
-class JointModel(NamedTuple):
+class TorqueModel(NamedTuple):
     """Assumed parameters of a joint; names as in the scenario's ``[joint]`` table.
 
     Attributes
@@ -56,7 +56,7 @@ def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float
 
 
 @register_jitable
-def model_friction(model: JointModel, speed: float) -> float:
+def model_friction(model: TorqueModel, speed: float) -> float:
     """Friction torque (N m) of the model at a sliding speed ``|w| >= 0`` (rad/s), equation (3)."""
     share = adhesion_share(speed, model.stribeck_velocity, model.stribeck_shape)
     return model.coulomb * (1.0 - share) + model.stiction * share + model.viscous * speed

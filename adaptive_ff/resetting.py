@@ -55,7 +55,7 @@ def solve_in_place(matrix: NDArray[np.float64], vector: NDArray[np.float64]) -> 
 @register_jitable
 def update_resetting(
     information: NDArray[np.float64],
-    floor: NDArray[np.float64],
+    floor: float,
     keep: float,
     instrument: NDArray[np.float64],
     error: float,
@@ -68,8 +68,8 @@ def update_resetting(
     ----------
     information : ndarray, shape (n, n)
         Information matrix ``M``; changed in place.
-    floor : ndarray, shape (n,)
-        Diagonal of the floor ``M_floor``, positive.
+    floor : float
+        The floor ``M_floor`` is this positive number times the identity.
     keep : float
         Forgetting factor ``lambda``, in (0, 1).
     instrument : ndarray, shape (n,)
@@ -81,13 +81,13 @@ def update_resetting(
     work : ndarray, shape (n, n)
         Scratch.
     """
-    size = floor.size
+    size = instrument.size
     gain = 1.0 - keep
     for i in range(size):
         for j in range(i + 1):
             entry = keep * information[i, j] + gain * instrument[i] * instrument[j]
             if i == j:
-                entry += gain * floor[i]
+                entry += gain * floor
             information[i, j] = entry
             information[j, i] = entry
             work[i, j] = entry

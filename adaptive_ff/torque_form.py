@@ -9,6 +9,7 @@ held between samples; the velocity is taken as linear between them, and where it
 at the moment of reversal, because the friction lag is seen nowhere else.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -63,17 +64,22 @@ def initial_signals() -> Signals:
 
 
 @register_jitable
-def advance_friction(
-    form: TorqueForm, signals: Signals, start: float, end: float, duration: float
-) -> None:
+def settle_signals(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
+    """Return the filters of a joint that has moved at a velocity (rad/s) for long, under an unknown torque."""
+    share = adhesion_share(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
+    direction = math.copysign(1.0, velocity) if velocity != 0.0 else 0.0
+    signals.filters[VELOCITY, 0] = velocity
+    signals.filters[COULOMB, 0] = direction * (1.0 - share)
+    signals.filters[ADHESION, 0] = direction * share
+    return Signals(signals.filters, velocity)
+
+
+@register_jitable
+def advance_friction(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
     """Advance the filters of ``g`` and ``h`` over a motion that does not reverse."""
     if duration <= 0.0:
         return
-    direction = 0.0
-    if start + end > 0.0:
-        direction = 1.0
-    elif start + end < 0.0:
-        direction = -1.0
+    direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
     first = adhesion_share(abs(start), form.stribeck_velocity, form.stribeck_shape)
     last = adhesion_share(abs(end), form.stribeck_velocity, form.stribeck_shape)
     decay = filter_decay(form.pole, duration)
@@ -85,15 +91,11 @@ def advance_friction(
         direction * (1.0 - last),
         duration,
     )
-    advance_filter(
-        signals.filters[ADHESION], form.pole, decay, direction * first, direction * last, duration
-    )
+    advance_filter(signals.filters[ADHESION], form.pole, decay, direction * first, direction * last, duration)
 
 
 @register_jitable
-def advance_signals(
-    form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float
-) -> Signals:
+def advance_signals(form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float) -> Signals:
     """Advance all filters by one sample.
 
     Parameters

@@ -43,12 +43,12 @@ def compiled(function: Function) -> Function:
         The plain function stays available as its attribute ``py_func``.
     """
     dispatcher = numba.njit(function)
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = str(_cache_directory())
+    previous = config.CACHE_DIR  # type: ignore[attr-defined]
+    config.CACHE_DIR = str(_cache_directory())  # type: ignore[attr-defined]
     try:
         dispatcher.enable_caching()
     finally:
-        config.CACHE_DIR = previous
+        config.CACHE_DIR = previous  # type: ignore[attr-defined]
     entry: Function = dispatcher
     return entry
 

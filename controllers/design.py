@@ -124,9 +124,7 @@ def design_pi(
     if friction is not None:
         _warn_of_hunting(friction, proportional)
     crossover, sensitivity, gain_margin, phase_margin = _margins(bandwidth * period, int(delay))
-    return PIDesign(
-        proportional, integral, bandwidth, crossover / period, sensitivity, gain_margin, phase_margin
-    )
+    return PIDesign(proportional, integral, bandwidth, crossover / period, sensitivity, gain_margin, phase_margin)
 
 
 @cache

@@ -89,7 +89,7 @@ write_estimates = dispatched(ESTIMATES, _write_estimates)
 
 
 @register_jitable
-def without_estimates(block: Any, state: Any, row: Any) -> None:  # noqa: ARG001
+def without_estimates(block: Any, state: Any, row: Any) -> None:
     """Write nothing: for controllers that estimate nothing."""
 
 
@@ -118,9 +118,7 @@ class Controller:
 
     estimate_names: ClassVar[tuple[str, ...]] = ()
 
-    def __init__(
-        self, parameters: Any, period: float, initial_state: Callable[[Any], Any]
-    ) -> None:
+    def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
         if not (math.isfinite(period) and period > 0.0):
             raise ValueError(f"period = {period} is not allowed: it must be a positive number of seconds")
         self.parameters = parameters
@@ -200,7 +198,11 @@ class Controller:
 
     def warm_up(self) -> None:
         """Compile or load the step before real-time use; the state is left as it is."""
-        single_step(self.parameters, self._initial_state(self.parameters), Inputs(0.0, 0.0, 0.0, 0.0, 0.0, self.period))
+        single_step(
+            self.parameters,
+            self._initial_state(self.parameters),
+            Inputs(0.0, 0.0, 0.0, 0.0, 0.0, self.period),
+        )
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly."""

@@ -48,7 +48,7 @@ class PIState(NamedTuple):
     rejected: int
 
 
-def initial_pi_state(parameters: PIParameters) -> PIState:  # noqa: ARG001
+def initial_pi_state(parameters: PIParameters) -> PIState:
     """Return the state of a loop at rest."""
     return PIState(0.0, 0.0, 0.0, 0, 0)
 
@@ -72,9 +72,7 @@ def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, P
         integral += pi.integral * inputs.dt * error
     command = pi.proportional * error + integral + inputs.feedforward
     rejected = state.rejected if valid else state.rejected + 1
-    return Output(command, inputs.feedforward), PIState(
-        integral, velocity, command, state.samples + 1, rejected
-    )
+    return Output(command, inputs.feedforward), PIState(integral, velocity, command, state.samples + 1, rejected)
 
 
 STEPS[PIParameters] = step_pi

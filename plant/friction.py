@@ -49,9 +49,7 @@ def sliding_friction(friction: Stribeck, speed: float) -> float:
     interval ``[-Fs, Fs]`` there.
     """
     decay = stribeck_decay(speed, friction.stribeck_velocity, friction.stribeck_shape)
-    return (
-        friction.coulomb + (friction.stiction - friction.coulomb) * decay + friction.viscous * speed
-    )  # (3)
+    return friction.coulomb + (friction.stiction - friction.coulomb) * decay + friction.viscous * speed  # (3)
 
 
 @register_jitable

@@ -72,9 +72,7 @@ class JointModel(BaseModel):
     @property
     def friction(self) -> Stribeck:
         """The static friction map."""
-        return Stribeck(
-            self.coulomb, self.stiction, self.viscous, self.stribeck_velocity, self.stribeck_shape
-        )
+        return Stribeck(self.coulomb, self.stiction, self.viscous, self.stribeck_velocity, self.stribeck_shape)
 
     @property
     def parameters(self) -> JointParameters:

@@ -53,14 +53,10 @@ class JointSchedule(NamedTuple):
 @register_jitable
 def joint_in_phase(plan: JointSchedule, phase: int) -> JointParameters:
     """Return the joint as it is in a phase."""
-    return JointParameters(
-        plan.joint.inertia, scaled(plan.joint.friction, plan.scales[phase]), plan.joint.friction_lag
-    )
+    return JointParameters(plan.joint.inertia, scaled(plan.joint.friction, plan.scales[phase]), plan.joint.friction_lag)
 
 
-def schedule(
-    joint: JointParameters, changes: Sequence[FrictionChange], solver_period: float
-) -> JointSchedule:
+def schedule(joint: JointParameters, changes: Sequence[FrictionChange], solver_period: float) -> JointSchedule:
     """Lay the changes on the solver's grid.
 
     Parameters

@@ -12,7 +12,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.model import JointModel
+from adaptive_ff.model import TorqueModel
 from controllers import (
     ESTIMATES,
     STEPS,
@@ -36,7 +36,7 @@ class ModelBasedParameters(NamedTuple):
     ----------
     feedback : PIParameters
         The PI loop.
-    model : JointModel
+    model : TorqueModel
         The joint.
     times : ndarray, shape (changes,)
         When the friction changes, s, ascending.
@@ -47,7 +47,7 @@ class ModelBasedParameters(NamedTuple):
     """
 
     feedback: PIParameters
-    model: JointModel
+    model: TorqueModel
     times: NDArray[np.float64]
     scales: NDArray[np.float64]
     period: float
@@ -86,7 +86,7 @@ def step_model_based(
     for change in range(block.times.size):
         if time >= block.times[change] - 0.5 * block.period:  # in force for most of the coming period
             scale = block.scales[change]
-    model = JointModel(
+    model = TorqueModel(
         block.model.inertia,
         scale * block.model.coulomb,
         scale * block.model.stiction,
@@ -115,7 +115,7 @@ class ModelBased(Controller):
         Gains of the PI loop, N m s/rad and N m/rad.
     period : float
         Nominal sampling period, s.
-    model : JointModel
+    model : TorqueModel
         The joint that the feedforward assumes.
     changes : sequence of (float, float), optional
         Times (s) and factors on the model's friction from then on, in ascending order of time.
@@ -126,12 +126,12 @@ class ModelBased(Controller):
         proportional: float,
         integral: float,
         period: float,
-        model: JointModel,
+        model: TorqueModel,
         changes: Sequence[tuple[float, float]] = (),
     ) -> None:
         parameters = ModelBasedParameters(
             check_gains(proportional, integral),
-            JointModel(*(float(value) for value in model)),
+            TorqueModel(*(float(value) for value in model)),
             np.array([time for time, _ in changes], dtype=float),
             np.array([scale for _, scale in changes], dtype=float),
             float(period),

@@ -1,0 +1,71 @@
+"""Figures of merit of a run."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+START = 5.0
+"""Length of the start, s of motion."""
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """How well a run tracked. Errors are reference minus true velocity on the solver's grid, rad/s.
+
+    Attributes
+    ----------
+    rms_error, max_error : float
+        Over the whole run.
+    rms_error_start : float
+        Over the first 5 s of motion.
+    rms_error_settled, max_error_settled : float
+        Over the last half of the time after the last change of friction, or of the run without one.
+    torque_variation : float
+        Sum of ``|du|`` of the realised torque over the run, N m.
+    """
+
+    rms_error: float
+    max_error: float
+    rms_error_start: float
+    rms_error_settled: float
+    max_error_settled: float
+    torque_variation: float
+
+
+def evaluate(
+    time: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    torque: NDArray[np.float64],
+    last_change: float,
+) -> Metrics:
+    """Evaluate a run.
+
+    Parameters
+    ----------
+    time, reference, velocity : ndarray, shape (steps + 1,)
+        Time (s), reference and true velocity (rad/s) on the solver's grid.
+    torque : ndarray, shape (samples,)
+        Realised torque, N m.
+    last_change : float
+        Time of the last change of friction, s; zero without one.
+    """
+    error = reference - velocity
+    moving = np.nonzero(reference)[0]
+    begin = int(moving[0]) if moving.size else 0
+    start = slice(begin, int(np.searchsorted(time, time[begin] + START, side="right")))
+    settled = slice(int(np.searchsorted(time, 0.5 * (last_change + time[-1]))), None)
+    return Metrics(
+        rms(error),
+        float(np.max(np.abs(error))),
+        rms(error[start]),
+        rms(error[settled]),
+        float(np.max(np.abs(error[settled]))),
+        float(np.sum(np.abs(np.diff(torque)))),
+    )
+
+
+def rms(values: NDArray[np.float64]) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))

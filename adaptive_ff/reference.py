@@ -1,0 +1,205 @@
+"""Reference motions: a multisine, or one that was recorded."""
+
+import csv
+import math
+import warnings
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from scipy.interpolate import CubicSpline, PchipInterpolator
+
+from adaptive_ff.errors import InputError
+
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+SHORTEST = 60.0
+"""A recorded reference that is shorter than this (s) repeats until then."""
+
+LARGEST_SEAM = 0.05
+"""Jump between the end and the start of a repeated reference, relative to its peak, that goes without a warning."""
+
+
+class Multisine(BaseModel):
+    """A sum of sines with random phases.
+
+    Parameters
+    ----------
+    frequencies : list of float
+        Frequencies, Hz.
+    amplitudes : list of float
+        Relative amplitudes, one a frequency.
+    peak : float
+        Largest absolute velocity, rad/s.
+    fade_in : float
+        Smooth start from rest, s.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    kind: Literal["multisine"] = "multisine"
+    frequencies: list[Positive] = Field(default=[0.01, 0.05, 0.11, 0.23, 0.41, 0.7, 1.0], min_length=1)
+    amplitudes: list[Finite] = Field(default=[0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03], min_length=1)
+    peak: Positive = 0.35
+    fade_in: NonNegative = 2.0
+
+    @model_validator(mode="after")
+    def _check_lengths(self) -> Self:
+        if len(self.frequencies) != len(self.amplitudes):
+            raise ValueError(
+                f"amplitudes has {len(self.amplitudes)} values, frequencies has {len(self.frequencies)}; "
+                "there must be one amplitude a frequency"
+            )
+        if not any(self.amplitudes):
+            raise ValueError("amplitudes are all zero; at least one must not be")
+        return self
+
+    def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
+        """Return the reference velocity (rad/s) on an ascending grid of times (s)."""
+        phases = generator.uniform(0.0, 2.0 * math.pi, len(self.frequencies))
+        velocity = np.zeros_like(time)
+        for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
+            velocity += amplitude * np.sin(2.0 * math.pi * frequency * time + phase)
+        velocity *= self.peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
+        if self.fade_in > 0.0:
+            share = np.clip(time / self.fade_in, 0.0, 1.0)
+            velocity *= share * share * (3.0 - 2.0 * share)
+        return velocity
+
+
+class Recorded(BaseModel):
+    """A recorded motion from a CSV file with a header line.
+
+    Resampling: a velocity column is interpolated by a shape-preserving piecewise cubic (PCHIP, no overshoot), a
+    position column by a cubic spline through its points, whose derivative is the reference. Positions are not smoothed.
+
+    Parameters
+    ----------
+    path : str
+        The file; relative to the scenario file.
+    time, velocity, position : str
+        Names of the columns, in s, rad/s and rad. The position serves where the file has no velocity.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    kind: Literal["csv"]
+    path: str = Field(min_length=1)
+    time: str = "time"
+    velocity: str = "velocity"
+    position: str = "position"
+
+    def read(self) -> "Motion":
+        """Read the file.
+
+        Raises
+        ------
+        InputError
+            The file cannot be read, a column is missing, or its values are no motion.
+        """
+        table = read_columns(Path(self.path), [self.time], [self.velocity, self.position])
+        values = table[self.velocity] if self.velocity in table else table[self.position]
+        return Motion(self.path, table[self.time], values, self.velocity not in table)
+
+
+class Motion:
+    """A recorded motion, ready to be resampled.
+
+    Parameters
+    ----------
+    name : str
+        Where it comes from, for messages.
+    time : ndarray, shape (n,)
+        Times, s, strictly ascending.
+    values : ndarray, shape (n,)
+        Velocity (rad/s) or position (rad).
+    is_position : bool
+        Whether the values are positions.
+    """
+
+    def __init__(self, name: str, time: NDArray[np.float64], values: NDArray[np.float64], is_position: bool) -> None:
+        if time.size < 4:
+            raise InputError(f"{name}: {time.size} rows are not enough for a motion; there must be at least 4")
+        late = np.nonzero(np.diff(time) <= 0.0)[0]
+        if late.size:
+            row = int(late[0])
+            raise InputError(
+                f"{name}: time = {time[row + 1]:g} s in row {row + 2} follows {time[row]:g} s; times must ascend strictly"
+            )
+        self.name = name
+        self.duration = float(time[-1] - time[0])
+        shape = CubicSpline if is_position else PchipInterpolator
+        curve = shape(time - time[0], values)
+        self._velocity = curve.derivative() if is_position else curve
+
+    def velocity(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the velocity (rad/s) at ascending times (s) from zero; beyond its end the motion repeats."""
+        velocity: NDArray[np.float64] = self._velocity(np.mod(time, self.duration))
+        if time[-1] > self.duration * (1.0 + 1e-9):
+            seam = abs(float(self._velocity(self.duration) - self._velocity(0.0)))
+            if seam > LARGEST_SEAM * float(np.max(np.abs(velocity))):
+                warnings.warn(
+                    f"{self.name}: the motion is repeated every {self.duration:g} s, but ends {seam:.3g} rad/s away from "
+                    "where it starts: the reference jumps there",
+                    stacklevel=2,
+                )
+        return velocity
+
+
+def read_columns(path: Path, required: list[str], one_of: list[str]) -> dict[str, NDArray[np.float64]]:
+    """Read named columns of numbers from a CSV file with a header line.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    required : list of str
+        Columns that must be there.
+    one_of : list of str
+        Columns of which at least one must be there.
+
+    Returns
+    -------
+    dict of ndarray
+        The columns found, of equal length.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or a value is not a finite number.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.reader(stream))
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError(f"{path}: cannot be read: {reason}") from error
+    rows = [row for row in rows if any(cell.strip() for cell in row)]
+    if not rows:
+        raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
+    header = [cell.strip() for cell in rows[0]]
+    wanted = [name for name in required + one_of if name in header]
+    missing = [name for name in required if name not in header]
+    if missing or not any(name in header for name in one_of):
+        need = f"{', '.join(required)} and {' or '.join(one_of)}"
+        raise InputError(f"{path}: the columns are {', '.join(header)[:80]}; there must be {need}")
+    columns: dict[str, NDArray[np.float64]] = {}
+    for name in wanted:
+        index = header.index(name)
+        values = np.empty(len(rows) - 1)
+        for number, row in enumerate(rows[1:], start=1):
+            cell = row[index] if index < len(row) else ""
+            try:
+                values[number - 1] = float(cell)
+            except ValueError:
+                values[number - 1] = math.nan
+            if not math.isfinite(values[number - 1]):
+                raise InputError(
+                    f"{path}: {name} = {cell!r} in row {number} is not allowed: it must be a finite number"
+                )
+        columns[name] = values
+    return columns

@@ -1,0 +1,223 @@
+"""The paper's identification in a closed loop: recursive least squares on (4), fed forward.
+
+The estimator is the paper's: all samples count, sliding or not; nothing is filtered; Vs and delta are told. The torque
+``u(k)`` is the one realised over the period that ends at ``k``, the newest one that is known then. What the paper leaves
+open, how the model is fed forward, is done as in the adaptive controller, with the same bounds on the
+estimates. Where the covariance grows beyond a bound (standstill), forgetting pauses; the paper has no such bound.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.identifying import IdentifyingController, check_positive
+from adaptive_ff.physical import LARGEST_LAG, confine, torque_model, write_model
+from adaptive_ff.rls import update_rls
+from adaptive_ff.series import COEFFICIENTS, series_regressors, write_physical
+from controllers import (
+    ESTIMATES,
+    STEPS,
+    Inputs,
+    Output,
+    PIParameters,
+    PIState,
+    check_gains,
+    initial_pi_state,
+    step_pi,
+    with_feedforward,
+)
+
+INITIAL_COVARIANCE = 1e4
+LARGEST_COVARIANCE = 1e12
+
+
+class PaperParameters(NamedTuple):
+    """Parameters of the controller.
+
+    Attributes
+    ----------
+    feedback : PIParameters
+        The PI loop.
+    stribeck_velocity, stribeck_shape : float
+        Pre-estimated ``Vs`` (rad/s) and ``delta``.
+    inertia : float
+        Inertia that the feedback was designed for, kg m^2; it bounds the estimate.
+    largest_lag : float
+        Largest friction lag, s.
+    forgetting_factor : float
+        ``lambda``.
+    period : float
+        Sampling period, s.
+    """
+
+    feedback: PIParameters
+    stribeck_velocity: float
+    stribeck_shape: float
+    inertia: float
+    largest_lag: float
+    forgetting_factor: float
+    period: float
+
+
+class PaperState(NamedTuple):
+    """State of the controller.
+
+    Attributes
+    ----------
+    feedback : PIState
+        State of the PI loop.
+    feedforward : FeedforwardState
+        State of the feedforward.
+    coefficients : ndarray, shape (6,)
+        Estimate ``P`` of the coefficients of (4); changed in place.
+    covariance : ndarray, shape (6, 6)
+        Covariance ``R``; changed in place.
+    physical : ndarray, shape (5,)
+        Physical parameters of the last estimate that has any; changed in place.
+    last_velocity, velocity_before : float
+        ``w(k-1)`` and ``w(k-2)``, rad/s.
+    torque : float
+        ``u(k-1)``, N m.
+    known_torque : float
+        Torque known from elsewhere in the last period, N m.
+    valid : int
+        Valid measurements without interruption.
+    enabled : bool
+        Whether the estimates adapt.
+    """
+
+    feedback: PIState
+    feedforward: FeedforwardState
+    coefficients: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    physical: NDArray[np.float64]
+    last_velocity: float
+    velocity_before: float
+    torque: float
+    known_torque: float
+    valid: int
+    enabled: bool
+
+
+def initial_paper_state(block: PaperParameters) -> PaperState:
+    """Return the state at the start: estimates zero, covariance large, as in the paper."""
+    return PaperState(
+        initial_pi_state(block.feedback),
+        initial_feedforward_state(),
+        np.zeros(len(COEFFICIENTS)),
+        INITIAL_COVARIANCE * np.eye(len(COEFFICIENTS)),
+        np.array([block.inertia, 0.0, 0.0, 0.0, 0.0]),
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0,
+        True,
+    )
+
+
+@register_jitable
+def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tuple[Output, PaperState]:
+    """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
+    finite = math.isfinite(inputs.velocity)
+    velocity = inputs.velocity if finite else state.feedback.velocity
+    realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else state.feedback.command
+    torque = realised - state.known_torque
+    valid = state.valid + 1 if finite else 0
+    if state.enabled and valid > 2:
+        row = np.empty(6)
+        series_regressors(
+            row,
+            (state.last_velocity, state.velocity_before),
+            (torque, state.torque),
+            block.stribeck_velocity,
+            block.stribeck_shape,
+        )
+        trace = 0.0
+        for i in range(6):
+            trace += state.covariance[i, i]
+        factor = block.forgetting_factor if trace < LARGEST_COVARIANCE else 1.0
+        update_rls(state.coefficients, state.covariance, row, velocity, factor)
+        if write_physical(state.coefficients, block.period, state.physical):
+            confine(state.physical, block.inertia, block.largest_lag)
+    model = torque_model(state.physical, block.stribeck_velocity, block.stribeck_shape)
+    model_torque, feedforward = step_feedforward(
+        model, state.feedforward, inputs.reference, inputs.next_reference, block.period
+    )
+    output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, model_torque))
+    return output, PaperState(
+        feedback,
+        feedforward,
+        state.coefficients,
+        state.covariance,
+        state.physical,
+        velocity,
+        state.last_velocity,
+        torque,
+        inputs.feedforward,
+        valid,
+        state.enabled,
+    )
+
+
+@register_jitable
+def write_paper(block: PaperParameters, state: PaperState, row: NDArray[np.float64]) -> None:
+    """Write the physical estimates into a row."""
+    write_model(torque_model(state.physical, block.stribeck_velocity, block.stribeck_shape), row)
+
+
+STEPS[PaperParameters] = step_paper
+ESTIMATES[PaperParameters] = write_paper
+
+
+class PaperController(IdentifyingController):
+    """PI loop with feedforward from the paper's recursive least squares on (4).
+
+    Parameters
+    ----------
+    proportional, integral : float
+        Gains of the PI loop, N m s/rad and N m/rad.
+    period : float
+        Sampling period, s.
+    inertia : float
+        Inertia that the feedback was designed for, kg m^2.
+    stribeck_velocity, stribeck_shape : float
+        Pre-estimated ``Vs`` (rad/s) and ``delta``.
+    memory : float, optional
+        Memory of the estimator, s; the forgetting factor is ``exp(-period/memory)``.
+    """
+
+    def __init__(
+        self,
+        proportional: float,
+        integral: float,
+        period: float,
+        *,
+        inertia: float,
+        stribeck_velocity: float,
+        stribeck_shape: float = 1.0,
+        memory: float = 5.0,
+    ) -> None:
+        feedback = check_gains(proportional, integral)
+        check_positive(
+            proportional=proportional,
+            period=period,
+            inertia=inertia,
+            stribeck_velocity=stribeck_velocity,
+            stribeck_shape=stribeck_shape,
+            memory=memory,
+        )
+        parameters = PaperParameters(
+            feedback,
+            float(stribeck_velocity),
+            float(stribeck_shape),
+            float(inertia),
+            LARGEST_LAG * inertia / proportional,
+            math.exp(-period / memory),
+            float(period),
+        )
+        super().__init__(parameters, period, initial_paper_state)

@@ -1,0 +1,330 @@
+"""Scenarios: what is simulated, and what each controller is told."""
+
+import math
+import tomllib
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from adaptive_ff.errors import InputError, explain
+from adaptive_ff.model import TorqueModel
+from adaptive_ff.reference import SHORTEST, Motion, Multisine, NonNegative, Positive, Recorded
+from controllers import design_pi, pi_gains
+from plant import (
+    Actuator,
+    FrictionChange,
+    JointModel,
+    JointSchedule,
+    VelocitySensor,
+    schedule,
+    steepest_fall,
+    whole_multiple,
+)
+
+MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
+"""The controllers of the main job."""
+
+LONGEST = 200_000_000
+"""Largest number of solver steps of a run; its series then fill some gigabytes."""
+
+LOST_BETWEEN_SAMPLES = 0.2
+"""Largest part of the reference (rms) that may be lost between the samples of the controller."""
+
+BUILT_IN = Path(__file__).with_name("reference_joint.toml")
+"""The built-in scenario."""
+
+STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Sampling(BaseModel):
+    """When the controller runs: ``period`` in s, a whole number of solver periods."""
+
+    model_config = STRICT
+    period: Positive = 0.01
+
+
+class Feedback(BaseModel):
+    """What the designer of the PI loop assumes.
+
+    Parameters
+    ----------
+    inertia : float
+        Assumed inertia, kg m^2.
+    bandwidth : float, optional
+        Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows.
+    proportional, integral : float, optional
+        Gains given directly instead, N m s/rad and N m/rad; not checked.
+    """
+
+    model_config = STRICT
+    inertia: Positive
+    bandwidth: Positive | None = None
+    proportional: Positive | None = None
+    integral: NonNegative | None = None
+
+    @model_validator(mode="after")
+    def _check_choice(self) -> Self:
+        gains = (self.proportional, self.integral)
+        if self.bandwidth is None and None in gains:
+            raise ValueError("bandwidth is missing; give it, or both proportional and integral")
+        if self.bandwidth is not None and gains != (None, None):
+            raise ValueError(f"bandwidth = {self.bandwidth:g} is given beside gains; give it or both gains, not both")
+        return self
+
+    @property
+    def gains(self) -> tuple[float, float]:
+        """Proportional (N m s/rad) and integral (N m/rad) gain."""
+        if self.proportional is not None and self.integral is not None:
+            return self.proportional, self.integral
+        assert self.bandwidth is not None
+        return pi_gains(self.inertia, self.bandwidth)
+
+
+class Adaptation(BaseModel):
+    """What the adaptive controllers are told: ``Vs`` (rad/s), ``delta``, and their memory (s of sliding motion)."""
+
+    model_config = STRICT
+    stribeck_velocity: Positive
+    stribeck_shape: Positive = 1.0
+    memory: Positive = 5.0
+
+
+class FixedModel(BaseModel):
+    """Parameters of the controller ``fixed``; what is not given is zero, stiction then equals Coulomb friction."""
+
+    model_config = STRICT
+    inertia: NonNegative = 0.0
+    coulomb: NonNegative = 0.0
+    stiction: NonNegative | None = None
+    viscous: NonNegative = 0.0
+    friction_lag: NonNegative = 0.0
+    stribeck_velocity: Positive = 1.0
+    stribeck_shape: Positive = 1.0
+
+    @property
+    def model(self) -> TorqueModel:
+        """The model that is fed forward."""
+        stiction = self.coulomb if self.stiction is None else self.stiction
+        return TorqueModel(
+            self.inertia,
+            self.coulomb,
+            stiction,
+            self.viscous,
+            self.friction_lag,
+            self.stribeck_velocity,
+            self.stribeck_shape,
+        )
+
+
+class Scenario(BaseModel):
+    """A simulated joint, its sensor and drive, the reference, and what each controller is told.
+
+    The fields are those of the scenario file; see README. Use :func:`load_scenario` to read one, and ``modified`` to
+    derive another.
+    """
+
+    model_config = STRICT
+
+    duration: Positive | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    controllers: list[str] = Field(default=MAIN_JOB, min_length=1)
+    joint: JointModel
+    sampling: Sampling = Sampling()
+    sensor: VelocitySensor = VelocitySensor()
+    actuator: Actuator = Actuator()
+    reference: Annotated[Multisine | Recorded, Field(discriminator="kind")] = Multisine()
+    feedback: Feedback
+    adaptation: Adaptation
+    fixed: FixedModel = FixedModel()
+    change: list[FrictionChange] = []
+
+    @model_validator(mode="after")
+    def _check_relations(self) -> Self:
+        period, solver = self.sampling.period, self.joint.solver_period
+        if whole_multiple(period, solver) is None:
+            raise ValueError(
+                f"sampling.period = {period:g} s is not allowed: it must be a whole multiple of "
+                f"joint.solver_period = {solver:g} s"
+            )
+        if not 1.0 <= self.length / period <= LONGEST * solver / period:
+            raise ValueError(
+                f"duration = {self.length:g} s is not allowed: it must be from one sampling period ({period:g} s) "
+                f"to {LONGEST} solver periods ({LONGEST * solver:g} s)"
+            )
+        for index, change in enumerate(self.change):
+            if change.time >= self.length:
+                raise ValueError(
+                    f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {self.length:g} s"
+                )
+        if self.feedback.bandwidth is not None:
+            try:
+                design_pi(self.feedback.inertia, period, self.feedback.bandwidth)
+            except ValueError as error:
+                raise ValueError(f"feedback.{error}") from error
+        try:
+            _ = self.plan
+        except ValueError as error:
+            raise ValueError(f"change: {error}") from error
+        return self
+
+    @cached_property
+    def motion(self) -> Motion | None:
+        """The recorded motion, read once; None for a multisine."""
+        return self.reference.read() if isinstance(self.reference, Recorded) else None
+
+    @cached_property
+    def length(self) -> float:
+        """Duration of the run, s."""
+        if self.duration is not None:
+            return self.duration
+        return SHORTEST if self.motion is None else max(SHORTEST, self.motion.duration)
+
+    @cached_property
+    def plan(self) -> JointSchedule:
+        """The joint and how its friction changes."""
+        return schedule(self.joint.parameters, self.change, self.joint.solver_period)
+
+    @property
+    def substeps(self) -> int:
+        """Solver periods in a sampling period."""
+        return round(self.sampling.period / self.joint.solver_period)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of the controller in a run."""
+        return max(1, round(self.length / self.sampling.period))
+
+    def times(self) -> NDArray[np.float64]:
+        """Return the solver's grid, s, shape (samples * substeps + 1,)."""
+        grid: NDArray[np.float64] = self.joint.solver_period * np.arange(self.samples * self.substeps + 1)
+        return grid
+
+    def reference_velocity(self) -> NDArray[np.float64]:
+        """Return the reference on the solver's grid, rad/s.
+
+        Raises
+        ------
+        InputError
+            The reference changes faster than the controller samples.
+        """
+        time = self.times()
+        if isinstance(self.reference, Multisine):
+            velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
+        else:
+            assert self.motion is not None
+            velocity = self.motion.velocity(time)
+        seen = np.interp(time, time[:: self.substeps], velocity[:: self.substeps])
+        lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
+        if not math.isfinite(size) or lost > LOST_BETWEEN_SAMPLES * size:
+            raise InputError(
+                f"reference: {lost:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must be slow "
+                f"against sampling.period = {self.sampling.period:g} s"
+            )
+        return velocity
+
+    def noise(self) -> NDArray[np.float64]:
+        """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""
+        return self.sensor.draw(self.samples, np.random.default_rng([self.seed, 1]))
+
+    def cautions(self) -> list[str]:
+        """Return what is allowed but probably not meant, a sentence each."""
+        found = []
+        limit = self.actuator.torque_limit
+        if limit is not None and limit < self.joint.stiction:
+            found.append(
+                f"actuator.torque_limit = {limit:g} N m is below joint.stiction = {self.joint.stiction:g} N m: "
+                "tracking is impossible, the joint cannot break away from rest"
+            )
+        fall = steepest_fall(self.joint.friction)
+        proportional = self.feedback.gains[0]
+        if fall > proportional:
+            found.append(
+                f"the friction curve falls by up to {fall:.4g} N m s/rad, more than the proportional gain of "
+                f"{proportional:.4g} N m s/rad can hold: the loop will hunt at low speed"
+            )
+        return found
+
+    def modified(self, **tables: Any) -> "Scenario":
+        """Return a scenario with other values.
+
+        Parameters
+        ----------
+        **tables
+            New values by field; a dict changes only the given fields of a table.
+
+        Examples
+        --------
+        >>> from adaptive_ff import load_scenario
+        >>> load_scenario().modified(seed=2, sampling={"period": 0.001}).sampling.period
+        0.001
+        """
+        content = self.model_dump(exclude_unset=True)
+        for name, value in tables.items():
+            old = content.get(name)
+            both = isinstance(old, dict) and isinstance(value, dict)
+            content[name] = (
+                {**old, **value} if both and value.get("kind", old.get("kind")) == old.get("kind") else value
+            )
+        return parse_scenario(content, "scenario")
+
+
+def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = None) -> Scenario:
+    """Check the content of a scenario.
+
+    Parameters
+    ----------
+    content : dict
+        Tables and fields, as in a scenario file.
+    name : str
+        Where it comes from, for messages.
+    folder : Path, optional
+        Folder that the path of a recorded reference is relative to.
+
+    Raises
+    ------
+    InputError
+        A field is wrong; the message names it, its value and what is allowed.
+    """
+    reference = content.get("reference")
+    if folder is not None and isinstance(reference, dict) and isinstance(reference.get("path"), str):
+        content = {**content, "reference": {**reference, "path": str(folder / reference["path"])}}
+    try:
+        scenario = Scenario.model_validate(content)
+        scenario.reference_velocity()
+    except ValidationError as error:
+        raise InputError(f"{name}: {explain(error, Scenario)}") from error
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
+    return scenario
+
+
+def load_scenario(path: str | Path | None = None) -> Scenario:
+    """Read a scenario file.
+
+    Parameters
+    ----------
+    path : str or Path, optional
+        A TOML file; the built-in scenario by default.
+
+    Returns
+    -------
+    Scenario
+        The scenario, checked.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a field is wrong.
+    """
+    file = BUILT_IN if path is None else Path(path)
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise InputError(f"{file}: is not valid TOML: {' '.join(str(error).split())}") from error
+    return parse_scenario(content, str(file), file.parent)
