@@ -1,14 +1,8 @@
 """The adaptive controller: PI loop with feedforward from a model that is identified while it works.
 
-At every sample the filters of the torque-form regression advance twice: once over what was measured, once over what the
-reference and the model say (the instrument, which no noise touches). While the joint slides, the error of the
-regression corrects the five physical parameters
-
-    u_f ~ J (w'_f + tau w''_f) + Fc g_f + Fs h_f + sigma w_f - tau u'_f
-
-The form is linear in six parameters, of which ``J tau`` is the product of two others; here the five are estimated
-themselves, with the gradient of the form at the present estimate (Gauss-Newton). That removes the one direction
-in which closed-loop data hardly determine the six: ``tau`` times the rate of friction.
+At every sample the filters of the torque-form regression advance over the period that has ended; while the joint
+slides, the estimator corrects its five physical parameters; the model that they make is fed forward for the period
+that begins; the PI loop does the rest.
 """
 
 import math
@@ -18,20 +12,13 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.gate import sliding_time
 from adaptive_ff.identifying import IdentifyingController, check_positive
-from adaptive_ff.model import ESTIMATED
-from adaptive_ff.physical import FRICTION_LAG, INERTIA, LARGEST_LAG, confine, torque_model, write_model
-from adaptive_ff.resetting import update_resetting
-from adaptive_ff.torque_form import (
-    Signals,
-    TorqueForm,
-    advance_signals,
-    initial_signals,
-    settle_signals,
-    write_regressors,
-)
+from adaptive_ff.model import TorqueModel
+from adaptive_ff.physical import LARGEST_LAG, torque_model, write_model
+from adaptive_ff.torque_form import Signals, TorqueForm, advance_signals, initial_signals, settle_signals
 from controllers import (
     ESTIMATES,
     STEPS,
@@ -51,13 +38,8 @@ GATE_SHARE = 0.2
 GATE_HOLD = 3.0
 """Hold of the gate, in time constants of the filters."""
 
-FLOOR = 3e-5
-"""Floor of the information, in units of the scaled regressors squared."""
-
-PRIOR = 3e-3
-"""Information at the start, in units of the scaled regressors squared times seconds."""
-
-PARAMETERS = len(ESTIMATED)
+VISCOUS_SHARE = 0.2
+"""Unit of the viscous coefficient, as a share of the proportional gain."""
 
 
 class AdaptiveParameters(NamedTuple):
@@ -67,32 +49,20 @@ class AdaptiveParameters(NamedTuple):
     ----------
     feedback : PIParameters
         The PI loop.
-    form : TorqueForm
-        The regression.
-    inertia : float
-        Inertia that the feedback was designed for, kg m^2: the first estimate.
-    scale : ndarray, shape (5,)
-        Unit in which each parameter is estimated, of its expected size.
-    torque_scale : float
-        Unit of torque, N m.
-    largest_lag : float
-        Largest friction lag, s.
+    estimator : EstimatorParameters
+        The estimator.
     slowest : float
         Speed of the gate, rad/s.
-    memory : float
-        Memory of the estimator, s of sliding motion.
+    hold : float
+        Hold of the gate, s.
     period : float
         Nominal period, s.
     """
 
     feedback: PIParameters
-    form: TorqueForm
-    inertia: float
-    scale: NDArray[np.float64]
-    torque_scale: float
-    largest_lag: float
+    estimator: EstimatorParameters
     slowest: float
-    memory: float
+    hold: float
     period: float
 
 
@@ -107,16 +77,14 @@ class AdaptiveState(NamedTuple):
         State of the feedforward.
     measured : Signals
         Filters over the measurements.
-    instrument : Signals
-        Filters over reference and model.
-    estimate : ndarray, shape (5,)
-        Inertia, Coulomb friction, stiction, viscous coefficient, friction lag; changed in place.
-    information : ndarray, shape (5, 5)
-        Information matrix; changed in place.
+    model : Signals
+        Filters over the reference and the torque of the model.
+    estimator : EstimatorState
+        State of the estimator.
     sliding : float
         For how long the joint has been sliding, s.
     model_torque : float
-        Feedforward torque of the model in the last period, N m.
+        Torque of the model in the last period, N m.
     known_torque : float
         Torque known from elsewhere in the last period, N m.
     enabled : bool
@@ -126,9 +94,8 @@ class AdaptiveState(NamedTuple):
     feedback: PIState
     feedforward: FeedforwardState
     measured: Signals
-    instrument: Signals
-    estimate: NDArray[np.float64]
-    information: NDArray[np.float64]
+    model: Signals
+    estimator: EstimatorState
     sliding: float
     model_torque: float
     known_torque: float
@@ -142,9 +109,8 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
         initial_feedforward_state(),
         initial_signals(),
         initial_signals(),
-        np.array([block.inertia, 0.0, 0.0, 0.0, 0.0]),
-        np.eye(PARAMETERS) * (PRIOR / block.memory + FLOOR),
-        -GATE_HOLD / block.form.pole,  # the filters start from a guess: hold twice as long
+        initial_estimator_state(block.estimator),
+        -block.hold,  # the filters start from a guess: hold twice as long
         0.0,
         0.0,
         True,
@@ -152,38 +118,10 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
 
 
 @register_jitable
-def learn(block: AdaptiveParameters, state: AdaptiveState, measured: Signals, instrument: Signals, dt: float) -> None:
-    """Correct the estimate by one equation of the regression."""
-    x = np.empty(6)
-    z = np.empty(6)
-    torque = write_regressors(block.form, measured, x)
-    write_regressors(block.form, instrument, z)
-    estimate = state.estimate
-    inertia = estimate[INERTIA]
-    lag = estimate[FRICTION_LAG]
-    prediction = inertia * (x[1] + lag * x[0]) + lag * x[5]
-    for i in range(1, PARAMETERS - 1):
-        prediction += estimate[i] * x[i + 1]
-    gradient = np.empty(PARAMETERS)
-    gradient[INERTIA] = z[1] + lag * z[0]
-    for i in range(1, PARAMETERS - 1):
-        gradient[i] = z[i + 1]
-    gradient[FRICTION_LAG] = inertia * z[0] + z[5]
-    for i in range(PARAMETERS):
-        gradient[i] *= block.scale[i] / block.torque_scale
-    correction = np.empty(PARAMETERS)
-    update_resetting(
-        state.information,
-        FLOOR,
-        math.exp(-dt / block.memory),
-        gradient,
-        (torque - prediction) / block.torque_scale,
-        correction,
-        np.empty((PARAMETERS, PARAMETERS)),
-    )
-    for i in range(PARAMETERS):
-        estimate[i] += correction[i] * block.scale[i]
-    confine(estimate, block.inertia, block.largest_lag)
+def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueModel:
+    """Return the model as it is identified now."""
+    form = block.estimator.form
+    return torque_model(state.estimator.estimate, form.stribeck_velocity, form.stribeck_shape)
 
 
 @register_jitable
@@ -192,28 +130,26 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     valid = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if valid else state.feedback.velocity
     realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else state.feedback.command
-    realised -= state.known_torque
-    measured, instrument = state.measured, state.instrument
+    form = block.estimator.form
+    measured, model = state.measured, state.model
     if state.feedback.samples == 0:
-        measured = settle_signals(block.form, measured, velocity)
-        instrument = settle_signals(block.form, instrument, inputs.reference)
-    measured = advance_signals(block.form, measured, realised, velocity, inputs.dt)
-    instrument = advance_signals(block.form, instrument, state.model_torque, inputs.reference, inputs.dt)
+        measured = settle_signals(form, measured, velocity)
+        model = settle_signals(form, model, inputs.reference)
+    measured = advance_signals(form, measured, realised - state.known_torque, velocity, inputs.dt)
+    model = advance_signals(form, model, state.model_torque, inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
-    if state.enabled and sliding * block.form.pole > GATE_HOLD:
-        learn(block, state, measured, instrument, inputs.dt)
-    model = torque_model(state.estimate, block.form.stribeck_velocity, block.form.stribeck_shape)
+    if state.enabled and sliding > block.hold:
+        learn(block.estimator, state.estimator, measured, model, inputs.dt)
     torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period
+        identified_model(block, state), state.feedforward, inputs.reference, inputs.next_reference, block.period
     )
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
     return output, AdaptiveState(
         feedback,
         feedforward,
         measured,
-        instrument,
-        state.estimate,
-        state.information,
+        model,
+        state.estimator,
         sliding,
         torque,
         inputs.feedforward,
@@ -224,7 +160,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
 @register_jitable
 def write_adaptive(block: AdaptiveParameters, state: AdaptiveState, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
-    write_model(torque_model(state.estimate, block.form.stribeck_velocity, block.form.stribeck_shape), row)
+    write_model(identified_model(block, state), row)
 
 
 STEPS[AdaptiveParameters] = step_adaptive
@@ -233,6 +169,9 @@ ESTIMATES[AdaptiveParameters] = write_adaptive
 
 class AdaptiveController(IdentifyingController):
     """PI loop with feedforward from a model identified online.
+
+    The first estimate is a frictionless joint of the assumed inertia, with a friction lag equal to the time constant
+    ``J/Kp`` of the feedback; lags that are much shorter hardly matter to the loop.
 
     Parameters
     ----------
@@ -292,16 +231,17 @@ class AdaptiveController(IdentifyingController):
         pole = proportional / inertia if filter_pole is None else filter_pole
         check_positive(filter_pole=pole)
         torque_scale = proportional * stribeck_velocity
-        scale = [inertia, torque_scale, torque_scale, proportional / 5.0, inertia / proportional]
-        parameters = AdaptiveParameters(
-            feedback,
+        response = inertia / proportional
+        scale = [inertia, torque_scale, torque_scale, VISCOUS_SHARE * proportional, response]
+        estimator = EstimatorParameters(
             TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-            float(inertia),
-            np.array(scale, dtype=float),
+            np.array([inertia, 0.0, 0.0, 0.0, response]),
+            np.array(scale),
             float(torque_scale),
-            LARGEST_LAG * inertia / proportional,
-            GATE_SHARE * float(stribeck_velocity),
+            LARGEST_LAG * response,
             float(memory),
-            float(period),
+        )
+        parameters = AdaptiveParameters(
+            feedback, estimator, GATE_SHARE * float(stribeck_velocity), GATE_HOLD / float(pole), float(period)
         )
         super().__init__(parameters, period, initial_adaptive_state)

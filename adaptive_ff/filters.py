@@ -1,7 +1,7 @@
 """State-variable filter ``(p/(s + p))^2``: a signal and its derivatives, smoothed alike, exact between samples.
 
-For an input that is linear over a step, ``x(t) = x0 + r t``, the output is known in closed form, so the length of a step
-may vary from sample to sample without error. A held input is the case ``r = 0``.
+For an input that is linear over a step, ``x(t) = x0 + r t``, the output is known in closed form, so the length of a
+step may vary from sample to sample without error. A held input is the case ``r = 0``.
 """
 
 import math
@@ -42,7 +42,8 @@ def advance_filter(
 @register_jitable
 def second_derivative(state: NDArray[np.float64], pole: float, value: float) -> float:
     """Return the filtered second derivative of a signal whose present value is given."""
-    return pole * pole * (value - state[0]) - 2.0 * pole * state[1]
+    derivative: float = pole * pole * (value - state[0]) - 2.0 * pole * state[1]
+    return derivative
 
 
 @register_jitable

@@ -46,7 +46,10 @@ ESTIMATED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 
 @register_jitable
 def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
-    """Return ``exp(-(|w|/Vs)^delta)``: the share of stiction, ``|h(w)|`` of (6); the rest, ``|g(w)|`` of (5), is Coulomb's."""
+    """Return the share of stiction, ``exp(-(|w|/Vs)^delta)``, which is ``|h(w)|`` of (6).
+
+    The rest of one is the share of Coulomb friction, ``|g(w)|`` of (5).
+    """
     ratio = speed / stribeck_velocity
     if stribeck_shape == 1.0:
         return math.exp(-ratio)

@@ -128,7 +128,8 @@ class Motion:
         if late.size:
             row = int(late[0])
             raise InputError(
-                f"{name}: time = {time[row + 1]:g} s in row {row + 2} follows {time[row]:g} s; times must ascend strictly"
+                f"{name}: time = {time[row + 1]:g} s in row {row + 2} follows {time[row]:g} s; "
+                "times must ascend strictly"
             )
         self.name = name
         self.duration = float(time[-1] - time[0])
@@ -143,8 +144,8 @@ class Motion:
             seam = abs(float(self._velocity(self.duration) - self._velocity(0.0)))
             if seam > LARGEST_SEAM * float(np.max(np.abs(velocity))):
                 warnings.warn(
-                    f"{self.name}: the motion is repeated every {self.duration:g} s, but ends {seam:.3g} rad/s away from "
-                    "where it starts: the reference jumps there",
+                    f"{self.name}: the motion is repeated every {self.duration:g} s, but ends {seam:.3g} rad/s away "
+                    "from where it starts: the reference jumps there",
                     stacklevel=2,
                 )
         return velocity

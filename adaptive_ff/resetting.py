@@ -1,15 +1,15 @@
 """Recursive estimation with exponential resetting: forgetting that cannot wind up.
 
-The information matrix ``M`` (the inverse of the covariance ``R`` of the paper's (11)-(13), per unit of memory) is a fading
-mean of what the instruments ``z`` saw, drawn towards a floor ``M_floor``:
+The information matrix ``M`` (the inverse of the covariance ``R`` of the paper's (11)-(13), per unit of memory) is a
+fading mean of what the instruments ``z`` saw, drawn towards a floor ``M_floor``:
 
     M(k) = lambda M(k-1) + (1 - lambda) (M_floor + z z')
     P(k) = P(k-1) + (1 - lambda) M(k)^-1 z (y - x' P(k-1))
 
-Without excitation ``M`` returns to the floor, so the gain stays bounded; with ``z = x`` and no floor it is
-recursive least squares. With an instrument ``z`` that noise does not touch, its fixed point is the instrumental-variable
-estimate, which noise in the regressors ``x`` does not bias. The gain keeps ``z z'`` instead of the usual ``z x'``: then ``M`` is
-symmetric and positive definite by construction, and the gain is bounded for every data.
+Without excitation ``M`` returns to the floor, so the gain stays bounded; with ``z = x`` and no floor it is recursive
+least squares. With an instrument ``z`` that noise does not touch, its fixed point is the instrumental-variable
+estimate, which noise in the regressors ``x`` does not bias. The gain keeps ``z z'`` instead of the usual ``z x'``:
+then ``M`` is symmetric and positive definite by construction, and the gain is bounded for every data.
 
 The floor follows J. Lai and D. S. Bernstein, "Exponential resetting and cyclic resetting recursive least squares" (IEEE
 Control Systems Letters, 2023); instruments follow P. Young, "Recursive Estimation and Time-Series Analysis"

@@ -1,8 +1,8 @@
 """Recursive least squares with a forgetting factor, equations (11)-(13), in a symmetric form.
 
-Below (10) the paper writes the prediction as ``u(k) x P(k-1)``; it is ``X'(k) P(k-1)``. Its (13), evaluated as printed,
-``R(k) = (I - gamma X') R(k-1) / lambda``, loses symmetry by rounding and can diverge; here only one triangle is computed and
-copied. Source of the recursion: M. Morf, T. Kailath, L. Ljung, 1976, as cited in the paper.
+Below (10) the paper writes the prediction as ``u(k) x P(k-1)``; it is ``X'(k) P(k-1)``. Its (13), evaluated as
+printed, ``R(k) = (I - gamma X') R(k-1) / lambda``, loses symmetry by rounding and can diverge; here only one triangle
+is computed and copied. Source of the recursion: M. Morf, T. Kailath, L. Ljung, 1976, as cited in the paper.
 """
 
 import numpy as np

@@ -158,7 +158,8 @@ class Scenario(BaseModel):
         for index, change in enumerate(self.change):
             if change.time >= self.length:
                 raise ValueError(
-                    f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {self.length:g} s"
+                    f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, "
+                    f"{self.length:g} s"
                 )
         if self.feedback.bandwidth is not None:
             try:
@@ -200,8 +201,7 @@ class Scenario(BaseModel):
 
     def times(self) -> NDArray[np.float64]:
         """Return the solver's grid, s, shape (samples * substeps + 1,)."""
-        grid: NDArray[np.float64] = self.joint.solver_period * np.arange(self.samples * self.substeps + 1)
-        return grid
+        return np.arange(self.samples * self.substeps + 1, dtype=float) * self.joint.solver_period
 
     def reference_velocity(self) -> NDArray[np.float64]:
         """Return the reference on the solver's grid, rad/s.
@@ -265,10 +265,14 @@ class Scenario(BaseModel):
         content = self.model_dump(exclude_unset=True)
         for name, value in tables.items():
             old = content.get(name)
-            both = isinstance(old, dict) and isinstance(value, dict)
-            content[name] = (
-                {**old, **value} if both and value.get("kind", old.get("kind")) == old.get("kind") else value
-            )
+            if (
+                isinstance(old, dict)
+                and isinstance(value, dict)
+                and value.get("kind", old.get("kind")) == old.get("kind")
+            ):
+                content[name] = {**old, **value}
+            else:
+                content[name] = value
         return parse_scenario(content, "scenario")
 
 

@@ -4,8 +4,9 @@ Backward differences in (2) give, with ``D = J tau + J Ts + sigma Ts^2``,
 
     w(k) = a1 w(k-1) - a2 w(k-2) + b0 u(k) - b1 u(k-1) - c1 g(w(k-1)) - d1 h(w(k-1))
 
-The paper prints ``a1 = (J tau + J Ts)/D``, ``b0 = (Ts^2 + tau Ts^2)/D`` and ``b1 = tau Ts^2/D``. These cannot be right: with
-all torques zero a constant velocity must solve (4), so ``a1 - a2 = 1``; and ``b1/b0`` must not depend on the unit of time.
+The paper prints ``a1 = (J tau + J Ts)/D``, ``b0 = (Ts^2 + tau Ts^2)/D`` and ``b1 = tau Ts^2/D``. These cannot be
+right: with all torques zero a constant velocity must solve (4), so ``a1 - a2 = 1``; and ``b1/b0`` must not depend on
+the unit of time.
 Used here: ``a1 = (2 J tau + J Ts)/D``, ``b0 = (Ts^2 + tau Ts)/D``, ``b1 = tau Ts/D``.
 """
 
@@ -62,7 +63,8 @@ def series_regressors(
     velocities : tuple of float
         ``w(k-1)`` and ``w(k-2)``, rad/s.
     torques : tuple of float
-        ``u(k)`` and ``u(k-1)``, N m. With a held torque, ``u(k)`` is the one that acted over the period that ends at ``k``.
+        ``u(k)`` and ``u(k-1)``, N m. With a held torque, ``u(k)`` is the one that acted over the period that ends
+        at ``k``.
     stribeck_velocity, stribeck_shape : float
         ``Vs`` (rad/s) and ``delta`` of (5) and (6).
     """

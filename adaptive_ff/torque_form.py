@@ -4,9 +4,9 @@ Equation (2) of the paper, ``J tau w'' + J w' + F(w) = u + tau u'``, is passed t
 
     u_f = (J tau) w''_f + J w'_f + Fc g_f + Fs h_f + sigma w_f - tau u'_f
 
-with ``g`` and ``h`` of (5) and (6). No signal is differentiated: the filters hold the derivatives as states. The torque is
-held between samples; the velocity is taken as linear between them, and where it reverses, ``g`` and ``h`` are split
-at the moment of reversal, because the friction lag is seen nowhere else.
+with ``g`` and ``h`` of (5) and (6). No signal is differentiated: the filters hold the derivatives as states. The
+torque is held between samples; the velocity is taken as linear between them, and where it reverses, ``g`` and ``h``
+are split at the moment of reversal, because the friction lag is seen nowhere else.
 """
 
 import math

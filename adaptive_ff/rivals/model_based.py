@@ -1,7 +1,7 @@
 """PI loop with a feedforward from a model that is told, not identified.
 
-One kernel serves inertia feedforward (a model without friction), feedforward from fixed parameters (nominal, stale, true)
-and the oracle, which is told the true parameters of every moment.
+One kernel serves inertia feedforward (a model without friction), feedforward from fixed parameters (nominal, stale,
+true) and the oracle, which is told the true parameters of every moment.
 """
 
 from collections.abc import Sequence

@@ -1,0 +1,133 @@
+"""Command line: ``adaptive-ff``."""
+
+import sys
+import warnings
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, TextIO
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from adaptive_ff.compare import Comparison, compare
+from adaptive_ff.errors import InputError
+from adaptive_ff.loop import run_compiled
+from adaptive_ff.output import prepare_folder, staged, write_csv, write_json
+from adaptive_ff.scenario import Scenario, load_scenario
+from adaptive_ff.tables import estimates_table, tracking_table
+from controllers import is_cached
+
+BAD_INPUT = 2
+
+app = typer.Typer(
+    help="Adaptive friction-compensating velocity control of robot and machine joints.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+@app.callback()
+def _application() -> None:
+    """Adaptive friction-compensating velocity control of robot and machine joints."""
+
+
+@app.command("version")
+def version_command() -> None:
+    """Print the version."""
+    typer.echo(version("adaptive-ff"))
+
+
+@app.command("compare")
+def compare_command(
+    scenario: Annotated[Path | None, typer.Argument(help="Scenario file (TOML); the built-in one by default.")] = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="Recorded reference (CSV: time and velocity or position), instead of the file's."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for plots (PNG), time series (CSV) and result.json.")] = Path(
+        "results"
+    ),
+    json: Annotated[Path | None, typer.Option(help="Write the result there, too.")] = None,
+) -> None:
+    """Run a joint with each controller and show by how much friction feedforward improves tracking."""
+    errors = Console(stderr=True, soft_wrap=True, highlight=False)
+    loaded = load_scenario(scenario)
+    if reference is not None:
+        loaded = loaded.modified(reference={"kind": "csv", "path": str(reference)})
+    for caution in loaded.cautions():
+        errors.print(f"warning: {caution}", markup=False)
+    prepare_folder(out)
+    if json is not None:
+        prepare_folder(json.parent)
+    try:
+        comparison = _run(loaded, errors)
+    except InputError as error:
+        raise InputError(f"{scenario or 'built-in scenario'}: {error}") from error
+    with staged(out) as stage:
+        for name, run in comparison.runs.items():
+            write_csv(stage / f"{name}.csv", run.columns())
+        comparison.plot(stage)
+        write_json(stage / "result.json", comparison.to_dict())
+    if json is not None:
+        write_json(json, comparison.to_dict())
+    _print(comparison, out)
+
+
+def _run(scenario: Scenario, errors: Console) -> Comparison:
+    if not is_cached(run_compiled):
+        errors.print("First run on this machine: the controllers are compiled, once (some 15 to 30 s).")
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=errors, transient=True) as progress:
+        tasks = {name: progress.add_task(name, total=1.0) for name in scenario.controllers}
+        return compare(scenario, progress=lambda name, share: progress.update(tasks[name], completed=share))
+
+
+def _print(comparison: Comparison, out: Path) -> None:
+    console = Console()
+    console.print(tracking_table(comparison))
+    estimates = estimates_table(comparison)
+    if estimates is not None:
+        console.print(estimates)
+    console.print(f"Plots, time series and result.json are in {out}", highlight=False, markup=False, soft_wrap=True)
+
+
+def main() -> None:
+    """Run the command line; bad input ends it with status 2 and one line."""
+    with warnings.catch_warnings():
+        warnings.showwarning = _show_warning
+        try:
+            status = app(standalone_mode=False)
+        except KeyboardInterrupt:
+            status = 130
+        except (InputError, ArithmeticError, MemoryError) as error:
+            status = _refuse(str(error) or type(error).__name__)
+        except Exception as error:
+            # a usage error of typer has a message for one line and an exit status; anything else is a defect
+            message = getattr(error, "format_message", None)
+            if message is None:
+                raise
+            status = _refuse(message())
+    sys.exit(status)
+
+
+def _refuse(message: str) -> int:
+    print(f"adaptive-ff: {' '.join(message.split())}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    del category, filename, lineno, file, line
+    print(f"adaptive-ff: warning: {' '.join(str(message).split())}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

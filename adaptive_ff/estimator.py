@@ -1,0 +1,202 @@
+"""Online estimation of the five physical parameters from the torque-form regression.
+
+While the joint slides, the error of the regression corrects the parameters,
+
+    u_f ~ J (w'_f + tau w''_f) + Fc g_f + Fs h_f + sigma w_f - tau u'_f
+
+The form is linear in six parameters, of which ``J tau`` is the product of two others; here the five are estimated
+themselves, with the gradient of the form at the present estimate (Gauss-Newton). That removes the one direction
+in which closed-loop data hardly determine the six: ``tau`` times the rate of friction.
+
+Two sets of the same filters run: over the measurements, and over the reference and the torque of the model. The
+gradient of the second is free of noise and serves as instrument, so noise in the first does not bias the estimate. An
+instrument must resemble what it stands for: where the two gradients disagree on the average (poor tracking, a
+model that is still wrong, saturation) the measured gradient takes its place, which is plain least squares, biased
+by noise but safe.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.model import ESTIMATED
+from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, STICTION, VISCOUS, confine
+from adaptive_ff.resetting import update_resetting
+from adaptive_ff.torque_form import REGRESSORS, VELOCITY, Signals, TorqueForm, write_regressors
+
+PARAMETERS = len(ESTIMATED)
+
+FLOOR = 0.2
+"""Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
+
+SMALLEST_FLOOR = 1e-9
+"""Floor of the information where there is no prediction error."""
+
+PRIOR = 6e-4
+"""Information at the start, in the same units."""
+
+AGREEMENT = (0.7, 1.4)
+"""Range of ``E z x / E z^2`` in which the gradient ``z`` of the model may stand for the measured one ``x``."""
+
+PEAK_FACTOR = 2.0
+"""Friction is believed to be at most this many times the largest torque seen."""
+
+
+class EstimatorParameters(NamedTuple):
+    """Parameters of the estimator.
+
+    Attributes
+    ----------
+    form : TorqueForm
+        The regression.
+    first : ndarray, shape (5,)
+        First estimate: inertia, Coulomb friction, stiction, viscous coefficient, friction lag.
+    scale : ndarray, shape (5,)
+        Unit in which each parameter is estimated, of its expected size.
+    torque_scale : float
+        Unit of torque, N m.
+    largest_lag : float
+        Largest friction lag, s.
+    memory : float
+        Memory, s of sliding motion.
+    """
+
+    form: TorqueForm
+    first: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    torque_scale: float
+    largest_lag: float
+    memory: float
+
+
+class EstimatorState(NamedTuple):
+    """State of the estimator; its arrays are changed in place.
+
+    Attributes
+    ----------
+    estimate : ndarray, shape (5,)
+        Inertia, Coulomb friction, stiction, viscous coefficient, friction lag.
+    information : ndarray, shape (5, 5)
+        Information matrix of the scaled parameters.
+    agreement : ndarray, shape (5, 2)
+        Fading means of ``z^2`` and ``z x`` of each scaled gradient.
+    levels : ndarray, shape (3,)
+        Mean squared scaled prediction error; largest filtered torque (N m) and speed (rad/s) seen while learning.
+    """
+
+    estimate: NDArray[np.float64]
+    information: NDArray[np.float64]
+    agreement: NDArray[np.float64]
+    levels: NDArray[np.float64]
+
+
+def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
+    """Return the state of an estimator that has seen nothing."""
+    return EstimatorState(estimator.first.copy(), PRIOR * np.eye(PARAMETERS), np.zeros((PARAMETERS, 2)), np.zeros(3))
+
+
+@register_jitable
+def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
+    """Return the filtered torque (N m) that an estimate predicts from a row of regressors."""
+    lag = estimate[FRICTION_LAG]
+    prediction: float = estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5]
+    for i in range(COULOMB, FRICTION_LAG):
+        prediction += estimate[i] * row[i + 1]
+    return prediction
+
+
+@register_jitable
+def write_gradient(
+    estimator: EstimatorParameters,
+    estimate: NDArray[np.float64],
+    row: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+) -> None:
+    """Write the scaled gradient of the predicted torque by the five parameters."""
+    gradient[INERTIA] = row[1] + estimate[FRICTION_LAG] * row[0]
+    for i in range(COULOMB, FRICTION_LAG):
+        gradient[i] = row[i + 1]
+    gradient[FRICTION_LAG] = estimate[INERTIA] * row[0] + row[5]
+    for i in range(PARAMETERS):
+        gradient[i] *= estimator.scale[i] / estimator.torque_scale
+
+
+@register_jitable
+def gradients_agree(
+    agreement: NDArray[np.float64],
+    model: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    keep: float,
+) -> bool:
+    """Update the fading means and tell whether the model's gradient resembles the measured one in every parameter."""
+    alike = True
+    for i in range(PARAMETERS):
+        agreement[i, 0] = keep * agreement[i, 0] + (1.0 - keep) * model[i] * model[i]
+        agreement[i, 1] = keep * agreement[i, 1] + (1.0 - keep) * model[i] * measured[i]
+        low = AGREEMENT[0] * agreement[i, 0]
+        high = AGREEMENT[1] * agreement[i, 0]
+        if agreement[i, 1] < low or agreement[i, 1] > high:
+            alike = False
+    return alike
+
+
+@register_jitable
+def learn(
+    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, duration: float
+) -> None:
+    """Take one sample of sliding motion into account.
+
+    Parameters
+    ----------
+    estimator : EstimatorParameters
+        The estimator.
+    state : EstimatorState
+        Its state; changed in place.
+    measured : Signals
+        Filters over the measurements.
+    model : Signals
+        Filters over the reference and the torque of the model.
+    duration : float
+        Time since the last sample, s.
+    """
+    estimate = state.estimate
+    row = np.empty(len(REGRESSORS))
+    gradient = np.empty(PARAMETERS)
+    instrument = np.empty(PARAMETERS)
+    write_regressors(estimator.form, model, row)
+    write_gradient(estimator, estimate, row, instrument)
+    torque = write_regressors(estimator.form, measured, row)
+    write_gradient(estimator, estimate, row, gradient)
+    keep = math.exp(-duration / estimator.memory)
+    if not gradients_agree(state.agreement, instrument, gradient, keep):
+        instrument[:] = gradient
+    error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
+    state.levels[0] = keep * state.levels[0] + (1.0 - keep) * error * error
+    update_resetting(
+        state.information,
+        FLOOR * state.levels[0] + SMALLEST_FLOOR,
+        keep,
+        instrument,
+        error,
+        gradient,
+        np.empty((PARAMETERS, PARAMETERS)),
+    )
+    for i in range(PARAMETERS):
+        estimate[i] += gradient[i] * estimator.scale[i]
+    confine(estimate, estimator.first[INERTIA], estimator.largest_lag)
+    limit_friction(state, abs(torque), abs(measured.filters[VELOCITY, 0]))
+
+
+@register_jitable
+def limit_friction(state: EstimatorState, torque: float, speed: float) -> None:
+    """Keep friction within what the torques (N m) and speeds (rad/s) seen so far can explain."""
+    estimate, levels = state.estimate, state.levels
+    levels[1] = max(levels[1], torque)
+    levels[2] = max(levels[2], speed)
+    largest = PEAK_FACTOR * levels[1]
+    estimate[COULOMB] = min(estimate[COULOMB], largest)
+    estimate[STICTION] = min(estimate[STICTION], largest)
+    estimate[VISCOUS] = min(estimate[VISCOUS], largest / levels[2])
