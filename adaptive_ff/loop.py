@@ -150,7 +150,7 @@ def run_plain(
         record.feedforward[k] = output.feedforward
         write_estimates(block, state, record.estimates[k])
         for i in range(first, last):
-            if phase + 1 < course.plan.starts.size and i >= course.plan.starts[phase + 1]:
+            while phase + 1 < course.plan.starts.size and i >= course.plan.starts[phase + 1]:
                 phase += 1
                 joint = joint_in_phase(course.plan, phase)
             joint_state = step_joint(joint, joint_state, realised, course.solver_period)

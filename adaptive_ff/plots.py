@@ -162,10 +162,10 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
         rms.plot(*curve, **looks[name])
     _frame([tracking], {"": reference, **shown}, 3.0 * _peak(reference) or 20.0 * _typical(shown))
     _frame([error], near, 20.0 * _typical(near))
-    _make_logarithmic(rms, window)
+    _make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
     _label(tracking, "velocity (rad/s), close-up of the settled part")
     _label(error, "error (mrad/s), same close-up")
-    _label(rms, f"rms error over the last {window:.2g} s (mrad/s), whole run, close-up shaded")
+    _label(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
     tracking.set(xlim=(time[0], time[-1]))
     tracking.tick_params(labelbottom=False)
     error.set(xlim=(time[0], time[-1]), xlabel="time (s)")
@@ -271,7 +271,7 @@ def _close_up(run: Run) -> slice:
 
 
 def _running_rms(time: Series, error: Series) -> tuple[Series, Series, float]:
-    """Return times, the rms error over the last seconds before each (at the start, over what there is), and these."""
+    """Return times, the rms error over the last seconds before each, and how many; at the start over what there is."""
     count = min(RMS_BLOCKS, time.size)
     edges = np.linspace(0, time.size, count + 1).astype(np.intp)
     blocks = max(1, round(RMS_WINDOW * count / time[-1])) if time[-1] > RMS_WINDOW else count
@@ -295,7 +295,7 @@ def _draw(axes: Axes, time: Series, values: Series, look: Look) -> Series:
 
 def _draw_torques(axes: Axes, run: Run, part: slice, look: Look) -> list[Look]:
     """Draw the torque, the feedforward in it and the limit that it comes near; return what the legend shall explain."""
-    keys = [{"color": look["color"], **TORQUE}]
+    keys: list[Look] = [{"color": look["color"], **TORQUE}]
     _draw(axes, run.time[part], run.torque[part], keys[0])
     if np.any(run.feedforward):
         keys.append({"color": look["color"], **FEEDFORWARD})
@@ -349,16 +349,16 @@ def _number(value: float) -> str:
 
 
 def _make_logarithmic(axes: Axes, since: float) -> None:
-    """Make a panel logarithmic, for what it shows since a time, four decades at most; leave it where all is zero."""
-    shown = np.concatenate([np.asarray(line.get_ydata())[np.asarray(line.get_xdata()) >= since] for line in axes.lines])
-    shown = shown[shown > 0.0]
-    if not shown.size:
+    """Make a panel logarithmic, one to four decades, down to what it shows since a time; leave it where all is zero."""
+    curves = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in axes.lines]
+    top = max(float(np.max(values)) for _, values in curves)
+    if top == 0.0:
         return
-    top = float(shown.max())
-    bottom = max(float(shown.min()), 1e-4 * top)
+    low = min(float(np.min(values, where=(time >= since) & (values > 0.0), initial=top)) for time, values in curves)
+    low = min(max(low, 1e-4 * top) / 1.3, top / 5.0)
     axes.set_yscale("log", nonpositive="mask")
-    axes.set_ylim(bottom / 1.3, 1.3 * top)
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if top < 200.0 * bottom else (1.0,)))
+    axes.set_ylim(low, 1.3 * top)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if top < 200.0 * low else (1.0,)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 

@@ -17,11 +17,10 @@ UNITS = {
 
 def tracking_table(comparison: Comparison) -> Table:
     """Return the errors of all controllers, one a row."""
-    table = Table(title="Velocity error, reference minus true velocity, mrad/s")
-    table.add_column("controller")
-    for heading in ("settled rms", f"{BASELINE} / own", "settled max", "first 5 s rms", "whole run rms"):
+    table = Table(title="Velocity error in mrad/s (rms; reference minus true velocity) and torque variation in kN m")
+    table.add_column("controller", no_wrap=True)
+    for heading in ("settled", f"{BASELINE} / own", "settled max", "first 5 s", "whole run", "torque variation"):
         table.add_column(heading, justify="right")
-    table.add_column("torque variation, N m", justify="right")
     improvement = comparison.improvement
     for name, run in comparison.runs.items():
         metrics = run.metrics
@@ -31,7 +30,7 @@ def tracking_table(comparison: Comparison) -> Table:
             _milli(metrics.rms_error_settled),
             f"{improvement[name]:.2f}" if name in improvement else "-",
             *(_milli(error) for error in errors),
-            f"{metrics.torque_variation:.0f}",
+            f"{1e-3 * metrics.torque_variation:.3g}",
             style="bold" if name == "adaptive" else None,
         )
     return table
@@ -52,10 +51,7 @@ def estimates_table(comparison: Comparison) -> Table | None:
     model = true_model(comparison.scenario)
     for name in ESTIMATED:
         true = getattr(model, name) * (scale if name in ("coulomb", "stiction", "viscous") else 1.0)
-        values = (run.final_estimates.get(name) for run in runs)
-        table.add_row(
-            f"{name}, {UNITS[name]}", f"{true:.4g}", *("-" if value is None else f"{value:.4g}" for value in values)
-        )
+        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *(f"{run.final_estimates[name]:.4g}" for run in runs))
     return table
 
 

@@ -109,16 +109,16 @@ def design_pi(
     """
     _check("inertia", inertia, inertia > 0.0, "positive, kg m^2")
     _check("period", period, period > 0.0, "positive, s")
-    _check("delay", delay, delay >= 0 and delay == int(delay), "a whole number of periods, zero or more")
+    _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
     _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
     largest = fastest_bandwidth(period, delay, maximum_sensitivity)
     if bandwidth is None:
         bandwidth = largest
     _check("bandwidth", bandwidth, bandwidth > 0.0, "positive, Hz")
-    if bandwidth > largest * (1.0 + 1e-9):
+    if bandwidth > largest * (1.0 + 1e-6):
         raise ValueError(
-            f"bandwidth = {bandwidth:g} Hz is not allowed: with a period of {period:g} s, {int(delay)} periods of delay "
-            f"and a maximum sensitivity of {maximum_sensitivity:g} it must be at most {largest:.4g} Hz"
+            f"bandwidth = {bandwidth:g} Hz is not allowed: with a period of {period:g} s, {int(delay)} periods of "
+            f"delay and a maximum sensitivity of {maximum_sensitivity:g} it must be at most {largest:.7g} Hz"
         )
     proportional, integral = pi_gains(inertia, bandwidth)
     if friction is not None:
@@ -146,18 +146,31 @@ def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float 
         No bandwidth meets the bound.
     """
 
-    def excess(relative_bandwidth: float) -> float:
-        return _margins(relative_bandwidth, delay)[1] - maximum_sensitivity
+    def reserve(relative_bandwidth: float) -> float:
+        distance = 1.0 / _margins(relative_bandwidth, delay)[1]  # to the critical point
+        return (distance if _is_stable(relative_bandwidth, delay) else -distance) - 1.0 / maximum_sensitivity
 
     fast = SLOWEST
-    if excess(fast) > 0.0:
+    if reserve(fast) < 0.0:
         raise ValueError(
             f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: even the slowest loop has "
             f"{_margins(fast, delay)[1]:.3f}"
         )
-    while excess(fast) <= 0.0:
+    while reserve(fast) >= 0.0:
         slow, fast = fast, 1.2 * fast
-    return float(brentq(excess, slow, fast, xtol=1e-9)) / period
+    return float(brentq(reserve, slow, fast, xtol=1e-9)) / period
+
+
+def _loop(relative_bandwidth: float, delay: int) -> tuple[list[float], list[float]]:
+    """Return numerator and denominator of the open loop with inertia 1 and period 1."""
+    proportional, integral = pi_gains(1.0, relative_bandwidth)
+    # Kp + Ki z/(z-1), times the held integrator 1/(z-1), times z^-delay
+    return [proportional + integral, -proportional], [1.0, -2.0, 1.0, *([0.0] * delay)]
+
+
+def _is_stable(relative_bandwidth: float, delay: int) -> bool:
+    poles = np.roots(np.polyadd(*_loop(relative_bandwidth, delay)))
+    return bool(np.all(np.abs(poles) < 1.0))
 
 
 def _margins(relative_bandwidth: float, delay: int) -> tuple[float, float, float, float]:
@@ -165,11 +178,7 @@ def _margins(relative_bandwidth: float, delay: int) -> tuple[float, float, float
 
     The loop has inertia 1 and period 1; a real one behaves alike at the same bandwidth times period.
     """
-    proportional, integral = pi_gains(1.0, relative_bandwidth)
-    # Kp + Ki z/(z-1), times the held integrator 1/(z-1), times z^-delay
-    numerator = [proportional + integral, -proportional]
-    denominator = [1.0, -2.0, 1.0, *([0.0] * delay)]
-    loop = control.tf(numerator, denominator, 1.0)
+    loop = control.tf(*_loop(relative_bandwidth, delay), 1.0)
     omega = np.geomspace(1e-2 * 2.0 * math.pi * relative_bandwidth, math.pi, FREQUENCIES)
     response = control.frequency_response(loop, omega)
     value = np.squeeze(response.complex)

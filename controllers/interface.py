@@ -145,7 +145,7 @@ class Controller:
             Reference velocity now, rad/s.
         velocity : float
             Measured velocity now, rad/s. A value that is not finite is skipped: the controller goes on with the
-            last valid one, holds its integral and its estimates, and counts it in ``rejected``.
+            last valid one, adds nothing to its integral, keeps its estimates, and counts it in ``rejected``.
         next_reference : float, optional
             Reference velocity at the next sample, rad/s (preview).
         realised_torque : float, optional
@@ -221,7 +221,7 @@ class Controller:
             name = saved["controller"]
             content = saved["state"]
         except (json.JSONDecodeError, KeyError, TypeError) as error:
-            raise ValueError(f"text = {text[:40]!r} is no saved controller state: {error}") from error
+            raise ValueError(f"text = {str(text)[:40]!r} is no saved controller state: {error}") from error
         if name != type(self).__name__:
             raise ValueError(f"controller = {name!r} is not allowed: this is a {type(self).__name__!r}")
         self.state = _rebuilt(self._initial_state(self.parameters), content, "state")
@@ -263,7 +263,11 @@ def _rebuilt(template: Any, content: Any, where: str) -> Any:
         return type(template)(**{key: _rebuilt(item, content[key], f"{where}.{key}") for key, item in items})
     kind = np.asarray(template).dtype.type
     try:
-        array = np.array(content, dtype=kind)
+        array = np.array(content)
+        allowed = {"f": "if", "i": "i", "b": "b"}[np.dtype(kind).kind]
+        if array.size and array.dtype.kind not in allowed:
+            raise ValueError(f"it must hold numbers of type {kind.__name__}")
+        array = array.astype(kind)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{where} = {content!r} is not allowed: {error}") from error
     if array.shape != np.shape(template) or not np.all(np.isfinite(array)):

@@ -38,6 +38,8 @@ def stribeck_decay(speed: float, stribeck_velocity: float, stribeck_shape: float
         return math.exp(-ratio)
     if stribeck_shape == 2.0:
         return math.exp(-ratio * ratio)
+    if ratio > 1.0 and stribeck_shape * math.log(ratio) > 7.0:
+        return 0.0  # exp(-exp(7)) underflows, and the power below could overflow
     return math.exp(-(ratio**stribeck_shape))
 
 
@@ -57,6 +59,8 @@ def sliding_friction_slope(friction: Stribeck, speed: float) -> float:
     """Slope ``dF/d|w|`` in N m s/rad at a speed ``|w| > 0``."""
     ratio = speed / friction.stribeck_velocity
     decay = stribeck_decay(speed, friction.stribeck_velocity, friction.stribeck_shape)
+    if decay == 0.0:
+        return friction.viscous  # the power below could overflow
     if friction.stribeck_shape == 1.0:
         power = 1.0
     elif friction.stribeck_shape == 2.0:

@@ -99,7 +99,7 @@ def check_unique_step(joint: JointParameters, period: float) -> None:
     mass = limit * joint.inertia
     longest = 0.5 * (mass + math.sqrt(mass * mass + 4.0 * mass * joint.friction_lag))
     raise ValueError(
-        f"solver_period = {period:g} s is too long for this joint: beyond {longest:.3g} s the falling Stribeck curve "
+        f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s the falling Stribeck curve "
         "leaves the implicit step more than one solution; use a shorter solver_period"
     )
 
@@ -182,6 +182,6 @@ def initial_state(joint: JointParameters, velocity: float) -> JointState:
 def whole_multiple(duration: float, period: float) -> int | None:
     """Return how many periods a duration holds, or None where that is not a whole number of one or more."""
     ratio = duration / period
-    if not math.isfinite(ratio) or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
+    if not math.isfinite(ratio) or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 + 1e-12 * ratio:
         return None
     return round(ratio)

@@ -86,6 +86,9 @@ def schedule(joint: JointParameters, changes: Sequence[FrictionChange], solver_p
     starts = [0, *(math.ceil(change.time / solver_period - 1e-6) for change in changes)]
     scales = [1.0, *(change.friction_scale for change in changes)]
     plan = JointSchedule(joint, np.array(starts, dtype=np.int64), np.array(scales))
-    for phase in range(len(scales)):
-        check_unique_step(joint_in_phase(plan, phase), solver_period)
+    for phase, scale in enumerate(scales):
+        try:
+            check_unique_step(joint_in_phase(plan, phase), solver_period)
+        except ValueError as error:
+            raise ValueError(f"friction_scale = {scale:g} is not allowed: {error}") from error
     return plan

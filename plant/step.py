@@ -67,7 +67,7 @@ def sliding_speed(friction: Stribeck, free_speed: float, kappa: float, guess: fl
             low = speed
         slope = 1.0 + kappa * sliding_friction_slope(friction, speed)
         candidate = speed - residual / slope if slope > 0.0 else low
-        if abs(candidate - speed) <= RELATIVE_TOLERANCE * free_speed:
+        if slope > 0.0 and abs(candidate - speed) <= RELATIVE_TOLERANCE * free_speed:
             return min(max(candidate, low), high)
         if candidate <= low or candidate >= high:
             candidate = 0.5 * (low + high)

@@ -1,0 +1,178 @@
+import itertools
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, course_along, drive
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.lineup import CONTROLLERS, true_model
+from adaptive_ff.model import TorqueModel, model_friction
+from plant import Stribeck, sliding_friction
+
+MODEL = true_model(SCENARIO)
+COULOMB_VISCOUS = MODEL._replace(stiction=MODEL.coulomb)
+PERIOD = 0.01
+
+
+def static_friction(model, velocity, direction):
+    return math.copysign(model_friction(model, abs(velocity)), direction)
+
+
+def pieces(start, end):
+    """Parts of a period between reversals: share of the period, velocity at its ends."""
+    if start * end < 0.0:
+        turn = start / (start - end)
+        return [(turn, start, 0.0), (1.0 - turn, 0.0, end)]
+    return [(1.0, start, end)]
+
+
+def friction_by_runge_kutta(model, friction, start, end, between):
+    """Integral of the lagged friction over a period, and its value at the end; ``between`` gives F within a part."""
+    total = 0.0
+    for share, first, last in pieces(start, end):
+        duration = share * PERIOD
+
+        def slope(t, y, first=first, last=last, duration=duration):
+            return [y[1], (between(model, first, last, t / duration) - y[1]) / model.friction_lag]
+
+        path = solve_ivp(slope, (0.0, duration), [0.0, friction], rtol=1e-11, atol=1e-12, max_step=duration / 20.0)
+        total, friction = total + path.y[0, -1], path.y[1, -1]
+    return total, friction
+
+
+def linear_between_the_ends(model, first, last, share):
+    direction = first + last
+    return (1.0 - share) * static_friction(model, first, direction) + share * static_friction(model, last, direction)
+
+
+def true_between_the_ends(model, first, last, share):
+    return static_friction(model, first + share * (last - first), first + last)
+
+
+def torque_by_runge_kutta(model, friction, start, end, between):
+    integral, friction = friction_by_runge_kutta(model, friction, start, end, between)
+    return (model.inertia * (end - start) + integral) / PERIOD, friction
+
+
+PIECES = [(0.1, 0.13), (-0.2, -0.19), (0.02, -0.03), (-0.004, 0.05), (0.0, 0.02), (0.02, 0.0), (0.1, 0.1)]
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+@pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
+def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_reversal(start, end, friction):
+    expected = torque_by_runge_kutta(MODEL, friction, start, end, linear_between_the_ends)
+    torque, state = step_feedforward(MODEL, FeedforwardState(friction, 0.0, True), start, end, PERIOD)
+    assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
+    assert state.reference == start
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+def test_coulomb_and_viscous_friction_are_linear_between_reversals_so_the_integral_is_exact(start, end):
+    expected = torque_by_runge_kutta(COULOMB_VISCOUS, 30.0, start, end, true_between_the_ends)
+    torque, state = step_feedforward(COULOMB_VISCOUS, FeedforwardState(30.0, 0.0, True), start, end, PERIOD)
+    assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
+
+
+def test_stribeck_friction_is_integrated_with_second_order_in_the_change_of_the_reference():
+    errors = []
+    for change in (0.02, 0.01, 0.005):
+        exact, _ = torque_by_runge_kutta(MODEL, 80.0, 0.02, 0.02 + change, true_between_the_ends)
+        torque, _ = step_feedforward(MODEL, FeedforwardState(80.0, 0.0, True), 0.02, 0.02 + change, PERIOD)
+        errors.append(torque - exact)
+    assert 0.0 < errors[0] < 0.1  # of some 100 N m; the chord lies above the convex curve
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.3)
+    assert math.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+def test_without_lag_friction_follows_the_static_curve_at_once(start, end):
+    prompt = MODEL._replace(friction_lag=0.0)
+    expected = prompt.inertia * (end - start) / PERIOD
+    for share, first, last in pieces(start, end):
+        mean = 0.5 * sum(static_friction(prompt, speed, first + last) for speed in (first, last))
+        expected += share * mean
+    torque, state = step_feedforward(prompt, FeedforwardState(-50.0, 0.0, True), start, end, PERIOD)
+    assert torque == pytest.approx(expected, rel=1e-12)
+    assert state.friction == pytest.approx(static_friction(prompt, last, first + last), rel=1e-12)
+
+
+@pytest.mark.parametrize("lag", [1e-9, 1e-6])
+@pytest.mark.parametrize(("start", "end"), PIECES)
+def test_short_lag_tends_to_none(start, end, lag):
+    state = FeedforwardState(-50.0, 0.0, True)
+    prompt = step_feedforward(MODEL._replace(friction_lag=0.0), state, start, end, PERIOD)
+    lagged = step_feedforward(MODEL._replace(friction_lag=lag), state, start, end, PERIOD)
+    assert lagged[0] == pytest.approx(prompt[0], abs=400.0 * lag / PERIOD)
+    assert lagged[1].friction == pytest.approx(prompt[1].friction, abs=1e4 * lag)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_at_rest_nothing_is_fed_forward_and_friction_fades(lag):
+    model = MODEL._replace(friction_lag=lag)
+    assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True))
+    torque, state = step_feedforward(model, FeedforwardState(60.0, 0.0, True), 0.0, 0.0, PERIOD)
+    decay = math.exp(-PERIOD / lag) if lag else 0.0
+    assert state.friction == pytest.approx(60.0 * decay, abs=1e-12)
+    assert torque == pytest.approx(60.0 * lag * (1.0 - decay) / PERIOD, abs=1e-12)
+
+
+def test_without_preview_the_last_slope_of_the_reference_is_continued():
+    reference = 0.1 + 0.05 * np.sin(0.2 * np.arange(30))
+    blind, guided = initial_feedforward_state(), initial_feedforward_state()
+    for last, now in itertools.pairwise([reference[0], *reference]):
+        found, blind = step_feedforward(MODEL, blind, now, math.nan, PERIOD)
+        expected, guided = step_feedforward(MODEL, guided, now, 2.0 * now - last, PERIOD)
+        assert found == pytest.approx(expected, rel=1e-13)
+        assert blind == pytest.approx(guided, rel=1e-13)
+
+
+def test_without_preview_the_first_sample_takes_the_reference_as_constant():
+    first = step_feedforward(MODEL, initial_feedforward_state(), 0.1, math.nan, PERIOD)
+    assert first == step_feedforward(MODEL, initial_feedforward_state(), 0.1, 0.1, PERIOD)
+
+
+frictions = st.builds(
+    lambda coulomb, excess, viscous, velocity, shape: Stribeck(coulomb, coulomb + excess, viscous, velocity, shape),
+    st.floats(0.0, 200.0),
+    st.floats(0.0, 200.0),
+    st.floats(0.0, 500.0),
+    st.floats(1e-3, 1.0),
+    st.sampled_from([1.0, 2.0]) | st.floats(0.3, 3.0),
+)
+
+
+@settings(max_examples=300)
+@given(frictions, st.just(0.0) | st.floats(1e-9, 5.0))
+def test_friction_of_the_model_is_that_of_the_plant(friction, speed):
+    hypothesis = TorqueModel(20.0, *friction[:3], 0.02, *friction[3:])
+    truth = sliding_friction(friction, speed)
+    assert model_friction(hypothesis, speed) == pytest.approx(truth, rel=1e-12, abs=1e-12)
+
+
+def test_model_has_the_fields_of_the_joint_in_its_table():
+    assert true_model(SCENARIO)._asdict() == SCENARIO.joint.model_dump(exclude={"solver_period"})
+
+
+def tracking_error(name, solver_period, substeps, **joint):
+    """Root of the mean square of the error along a motion with reversals, without noise."""
+    scenario = SCENARIO.modified(
+        joint={"solver_period": solver_period, **joint}, sampling={"period": substeps * solver_period}
+    )
+    time = solver_period * np.arange(round(10.0 / solver_period) + 1)
+    reference = 0.2 * np.sin(2.0 * np.pi * 0.3 * time) + 0.1 * np.sin(2.0 * np.pi * 0.8 * time)
+    reference *= 1.0 - np.exp(-((time / 0.5) ** 3))  # from rest
+    course = course_along(reference, joint=scenario.joint, substeps=substeps)
+    record, _ = drive(CONTROLLERS[name](scenario), course)
+    return float(np.sqrt(np.mean((record.velocity - reference) ** 2)))
+
+
+def test_true_parameters_fed_forward_leave_an_error_that_vanishes_with_the_period():
+    errors = [tracking_error("oracle", period, 4) for period in (1e-3, 5e-4, 2.5e-4)]
+    assert errors[0] > 1.2 * errors[1] > 1.2**2 * errors[2]
+    assert errors[2] < 0.15e-3
+    assert errors[2] < 0.01 * tracking_error("pi", 2.5e-4, 4)
+    assert errors[2] < 0.03 * tracking_error("fixed", 2.5e-4, 4)

@@ -1,0 +1,152 @@
+import math
+import re
+import warnings
+
+import control
+import numpy as np
+import pytest
+
+from controllers import PI, design_pi, fastest_bandwidth, pi_gains
+
+INERTIA = 20.0
+
+
+def loop_response(design, period, delay, frequency):
+    """Open loop at a frequency in Hz: PI with backward Euler sum, hold, inertia, delay."""
+    z = np.exp(2j * np.pi * np.asarray(frequency) * period)
+    controller = design.proportional + design.integral * period * z / (z - 1.0)
+    return controller * period / (INERTIA * (z - 1.0)) / z**delay
+
+
+def closed_loop_poles(design, period, delay, gain=1.0):
+    """Roots of ``J (z - 1)^2 z^delay + gain Ts (Kp (z - 1) + Ki Ts z)``."""
+    controller = np.array([design.proportional + design.integral * period, -design.proportional])
+    return np.roots(np.polyadd(INERTIA * np.poly([1.0, 1.0] + [0.0] * delay), gain * period * controller))
+
+
+CASES = [(0.001, 0, 10.0), (0.001, 0, 100.0), (0.01, 0, 10.0), (0.01, 1, 5.0), (0.022, 0, 5.0), (0.022, 2, 1.0)]
+
+
+@pytest.mark.parametrize(("period", "delay", "bandwidth"), CASES)
+def test_margins_agree_with_a_brute_force_frequency_response(period, delay, bandwidth):
+    design = design_pi(INERTIA, period, bandwidth, delay=delay)
+    frequency = np.linspace(1e-3 * bandwidth, 0.5 / period, 400_001)
+    loop = loop_response(design, period, delay, frequency)
+    assert design.maximum_sensitivity == pytest.approx(np.max(1.0 / np.abs(1.0 + loop)), rel=1e-4)
+    crossing = np.nonzero(np.abs(loop) >= 1.0)[0][-1]
+    assert design.crossover == pytest.approx(frequency[crossing], rel=0.01)
+    # measured from the negative real axis, so no unwrapping is needed
+    assert design.phase_margin == pytest.approx(math.degrees(np.angle(-loop[crossing])), abs=0.5)
+
+
+@pytest.mark.parametrize(("period", "delay", "bandwidth"), CASES)
+def test_closed_loop_is_stable_up_to_the_stated_gain_margin(period, delay, bandwidth):
+    design = design_pi(INERTIA, period, bandwidth, delay=delay)
+    assert design.gain_margin > 1.7 / 0.7  # follows from a maximum sensitivity of 1.7
+    assert np.max(np.abs(closed_loop_poles(design, period, delay))) < 1.0
+    assert np.max(np.abs(closed_loop_poles(design, period, delay, 0.98 * design.gain_margin))) < 1.0
+    assert np.max(np.abs(closed_loop_poles(design, period, delay, 1.02 * design.gain_margin))) > 1.0
+
+
+def test_closed_loop_poles_agree_with_those_of_python_control():
+    period, design = 0.01, design_pi(INERTIA, 0.01, 5.0, delay=1)
+    z = control.tf("z")
+    z.dt = period
+    controller = design.proportional + design.integral * period * z / (z - 1)
+    plant = period / INERTIA / (z - 1) / z
+    expected = np.sort_complex(control.feedback(control.minreal(controller * plant, verbose=False), 1).poles())
+    assert np.sort_complex(closed_loop_poles(design, period, 1)) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("period", "delay", "least", "most"),
+    [(0.001, 0, 118.0, 122.0), (0.01, 0, 11.8, 12.2), (0.022, 0, 5.4, 5.6), (0.01, 1, 5.15, 5.25)],
+)
+def test_fastest_loop_for_a_maximum_sensitivity_of_1_7(period, delay, least, most):
+    design = design_pi(INERTIA, period, delay=delay)
+    assert least < design.bandwidth < most
+    assert design.bandwidth == fastest_bandwidth(period, delay)
+    frequency = np.linspace(1e-3 * design.bandwidth, 0.5 / period, 400_001)
+    sensitivity = 1.0 / np.abs(1.0 + loop_response(design, period, delay, frequency))
+    assert np.max(sensitivity) == pytest.approx(1.7, rel=1e-4)
+
+
+@pytest.mark.parametrize("period", [0.001, 0.01, 0.022])
+def test_one_period_of_delay_costs_more_than_half_of_the_bandwidth(period):
+    assert fastest_bandwidth(period, 1) < 0.5 * fastest_bandwidth(period, 0)
+
+
+@pytest.mark.parametrize("sensitivity", [1.2, 2.0, 3.0, 10.0, 30.0])
+def test_bound_on_the_sensitivity_is_met_by_a_stable_loop_and_no_faster_one_meets_it(sensitivity):
+    design = design_pi(INERTIA, 0.01, maximum_sensitivity=sensitivity)
+    assert design.maximum_sensitivity == pytest.approx(sensitivity, rel=1e-4)
+    assert np.max(np.abs(closed_loop_poles(design, 0.01, 0))) < 1.0
+    with pytest.raises(ValueError, match="bandwidth"):
+        design_pi(INERTIA, 0.01, 1.01 * design.bandwidth, maximum_sensitivity=sensitivity)
+
+
+@pytest.mark.parametrize("bandwidth", [1.0, 10.0])
+def test_gains_follow_the_stated_rule_and_scale_with_inertia(bandwidth):
+    crossover = 2.0 * math.pi * bandwidth
+    gains = pi_gains(INERTIA, bandwidth)
+    assert gains == pytest.approx((crossover * 20.0, crossover * 20.0 * crossover / 5.0), rel=1e-14)
+    design, light = design_pi(INERTIA, 0.001, bandwidth), PI.design(2.0, 0.001, bandwidth)
+    assert (design.proportional, design.integral) == gains
+    assert design.proportional == pytest.approx(10.0 * light.proportional, rel=1e-14)
+    assert design.maximum_sensitivity == light.maximum_sensitivity
+
+
+@pytest.mark.parametrize("period", [0.001, 0.004, 0.01, 0.022])
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_too_fast_bandwidth_is_refused_and_the_one_named_is_accepted(period, delay):
+    with pytest.raises(ValueError, match=r"bandwidth = 400 Hz is not allowed") as caught:
+        design_pi(INERTIA, period, 400.0, delay=delay)
+    named = float(re.search(r"at most (\S+) Hz", str(caught.value))[1])
+    design = design_pi(INERTIA, period, named, delay=delay)
+    assert design.bandwidth == named
+    assert named > 0.995 * fastest_bandwidth(period, delay)
+
+
+def stribeck(speed):
+    """Friction that falls by up to 30/0.05 - 80 = 520 N m s/rad, at rest."""
+    return 60.0 + 30.0 * math.exp(-speed / 0.05) + 80.0 * speed
+
+
+def test_friction_that_falls_more_steeply_than_the_gain_is_warned_of():
+    bandwidth = 500.0 / (2.0 * math.pi * INERTIA)  # Kp = 500 N m s/rad
+    with pytest.warns(UserWarning, match=r"falls by up to 520 .* gain of 500 .* hunt"):
+        design_pi(INERTIA, 0.01, bandwidth, friction=stribeck)
+
+
+@pytest.mark.parametrize("friction", [stribeck, lambda speed: 60.0 + 80.0 * speed])
+def test_gentle_friction_is_not_warned_of_and_does_not_change_the_design(friction):
+    bandwidth = 530.0 / (2.0 * math.pi * INERTIA)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        design = design_pi(INERTIA, 0.01, bandwidth, friction=friction)
+    assert design == design_pi(INERTIA, 0.01, bandwidth)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, value) for name in ("inertia", "period", "bandwidth") for value in (0.0, -1.0, math.nan, math.inf)),
+        *(("maximum_sensitivity", value) for value in (1.0, 0.5, math.nan, math.inf)),
+        *(("delay", value) for value in (-1, 0.5)),
+    ],
+)
+def test_argument_out_of_range_is_refused_by_name(name, value):
+    arguments = {"inertia": INERTIA, "period": 0.01, "bandwidth": 5.0, name: value}
+    with pytest.raises(ValueError, match=rf"^{name} = {value} is not allowed: it must be"):
+        design_pi(**arguments)
+
+
+@pytest.mark.parametrize("delay", [math.nan, math.inf])
+def test_delay_that_is_not_finite_is_refused_by_name(delay):
+    with pytest.raises(ValueError, match=r"^delay = "):
+        design_pi(INERTIA, 0.01, delay=delay)
+
+
+def test_bound_that_no_loop_meets_is_refused():
+    with pytest.raises(ValueError, match=r"maximum_sensitivity = 1\.0001 is not allowed"):
+        fastest_bandwidth(0.01, 0, 1.0001)

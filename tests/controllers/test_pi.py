@@ -1,0 +1,223 @@
+import json
+import math
+
+import control
+import numpy as np
+import pytest
+
+from controllers import PI, check_gains, design_pi
+
+INERTIA, PERIOD = 20.0, 0.01
+GAINS = (2.0 * math.pi * 5.0 * INERTIA, (2.0 * math.pi * 5.0) ** 2 * INERTIA / 5.0)
+
+
+def run_loop(controller, reference, disturbance=None):
+    """Velocity of a pure inertia in closed loop, at each sample."""
+    velocity, velocities = 0.0, []
+    for k, value in enumerate(reference):
+        velocities.append(velocity)
+        torque = controller.step(value, velocity)
+        velocity += PERIOD / INERTIA * (torque + (0.0 if disturbance is None else disturbance[k]))
+    return np.array(velocities)
+
+
+@pytest.mark.parametrize("gains", [GAINS, (GAINS[0], 0.0), (100.0, 3000.0)])
+def test_closed_loop_with_an_inertia_is_the_transfer_function_of_python_control(gains):
+    proportional, integral = gains
+    rng = np.random.default_rng(3)
+    reference, disturbance = rng.standard_normal(400), 100.0 * rng.standard_normal(400)
+    characteristic = [
+        INERTIA,
+        PERIOD * (proportional + integral * PERIOD) - 2.0 * INERTIA,
+        INERTIA - PERIOD * proportional,
+    ]
+    tracking = control.tf([PERIOD * (proportional + integral * PERIOD), -PERIOD * proportional], characteristic, PERIOD)
+    rejection = control.tf([PERIOD, -PERIOD], characteristic, PERIOD)
+    expected = control.forced_response(tracking, inputs=reference).outputs
+    expected = expected + control.forced_response(rejection, inputs=disturbance).outputs
+    velocities = run_loop(PI(*gains, PERIOD), reference, disturbance)
+    assert np.max(np.abs(velocities)) > 0.1
+    assert velocities == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def test_output_by_hand_of_the_first_samples():
+    controller = PI(100.0, 2000.0, PERIOD)
+    assert controller.step(0.5, 0.1) == pytest.approx(100.0 * 0.4 + 2000.0 * 0.01 * 0.4)
+    assert controller.step(0.5, 0.2, feedforward=7.0) == pytest.approx(30.0 + 20.0 * (0.4 + 0.3) + 7.0)
+    assert controller.step(0.5, 0.5, dt=0.03) == pytest.approx(20.0 * 0.7)  # no error: dt has no effect
+    assert controller.step(0.5, 0.4, dt=0.03) == pytest.approx(10.0 + 20.0 * 0.7 + 2000.0 * 0.03 * 0.1)
+    assert controller.state.samples == 4
+
+
+def test_loop_without_integral_gain_is_proportional_and_takes_no_notice_of_saturation():
+    controller = PI(100.0, 0.0, PERIOD)
+    for _ in range(5):
+        assert controller.step(0.5, 0.1, realised_torque=-1000.0) == pytest.approx(40.0)
+    assert controller.state.integral == 0.0
+
+
+def test_loop_without_proportional_gain_is_a_sum_and_its_anti_windup_takes_effect_at_once():
+    controller = PI(0.0, 1000.0, PERIOD)
+    assert controller.step(0.5, 0.0) == pytest.approx(5.0)
+    assert controller.step(0.5, 0.0, realised_torque=2.0) == pytest.approx(2.0 + 5.0)
+
+
+def samples_in_saturation_after_the_reversal(tell, limit=50.0):
+    """Block the joint for 20 s under a reference it cannot follow, then reverse the reference."""
+    controller, realised = PI(*GAINS, PERIOD), None
+    for _ in range(2000):
+        torque = controller.step(0.5, 0.0, realised_torque=realised if tell else None)
+        realised = min(max(torque, -limit), limit)
+    blocked = controller.state.integral
+    samples = 0
+    while controller.step(-0.5, 0.0, realised_torque=realised if tell else None) > 0.0:
+        realised = limit
+        samples += 1
+    return samples, blocked
+
+
+def test_told_of_the_realised_torque_the_loop_leaves_saturation_at_once():
+    samples, integral = samples_in_saturation_after_the_reversal(tell=True)
+    assert samples == 0
+    assert integral == pytest.approx(50.0, rel=1e-9)  # back-calculation settles where I is the torque given
+
+
+def test_not_told_it_stays_in_saturation_about_as_long_as_it_was_blocked():
+    samples, integral = samples_in_saturation_after_the_reversal(tell=False)
+    assert integral == pytest.approx(GAINS[1] * PERIOD * 0.5 * 2000, rel=1e-9)
+    assert 1900 < samples < 2000
+
+
+@pytest.mark.parametrize("unknown", [None, math.nan, math.inf, -math.inf])
+def test_realised_torque_that_is_not_known_counts_as_what_was_asked(unknown):
+    controller, told = PI(*GAINS, PERIOD), PI(*GAINS, PERIOD)
+    torque = 0.0
+    for k in range(50):
+        velocity = 0.01 * k
+        torque = told.step(0.3, velocity, realised_torque=torque)
+        assert controller.step(0.3, velocity, realised_torque=unknown) == torque
+
+
+def test_realised_torque_before_the_first_sample_means_nothing():
+    assert PI(*GAINS, PERIOD).step(0.3, 0.0, realised_torque=30.0) == PI(*GAINS, PERIOD).step(0.3, 0.0)
+
+
+@pytest.mark.parametrize("lost", [math.nan, math.inf, -math.inf])
+def test_lost_measurement_is_counted_and_replaced_by_the_last_one_while_the_integral_is_held(lost):
+    controller = PI(100.0, 2000.0, PERIOD)
+    before = controller.step(0.5, 0.1)
+    integral = controller.state.integral
+    for count in range(1, 4):
+        assert controller.step(0.5, lost) == before
+        assert controller.rejected == count
+        assert controller.state.integral == integral
+    assert controller.step(0.6, lost) == pytest.approx(before + 100.0 * 0.1)
+    assert controller.step(0.5, 0.1) == pytest.approx(40.0 + 2.0 * integral)
+    assert controller.rejected == 4
+
+
+def test_compiled_step_equals_plain_python():
+    reference = np.sin(0.1 * np.arange(300))
+    plain = run_loop(PI(*GAINS, PERIOD).run_uncompiled(), reference)
+    assert run_loop(PI(*GAINS, PERIOD), reference) == pytest.approx(plain, rel=1e-12, abs=1e-15)
+
+
+def test_reset_and_warm_up_leave_a_controller_like_new_and_unchanged():
+    controller = PI(*GAINS, PERIOD)
+    controller.step(0.5, 0.1)
+    used = controller.state
+    controller.warm_up()
+    assert controller.state == used
+    controller.reset()
+    assert controller.state == PI(*GAINS, PERIOD).state
+    assert controller.estimates == {}
+
+
+@pytest.mark.parametrize("gain", [-1.0, math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("name", ["proportional", "integral"])
+def test_bad_gain_is_refused_by_name(name, gain):
+    gains = {"proportional": 100.0, "integral": 2000.0, name: gain}
+    with pytest.raises(ValueError, match=rf"^{name} = {gain} is not allowed"):
+        PI(**gains, period=PERIOD)
+    with pytest.raises(ValueError, match=rf"^{name} = "):
+        check_gains(**gains)
+
+
+@pytest.mark.parametrize("period", [0.0, -0.01, math.nan, math.inf])
+def test_bad_period_is_refused(period):
+    with pytest.raises(ValueError, match=r"^period = .* is not allowed"):
+        PI(*GAINS, period)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({name: value} for name in ("reference", "next_reference", "feedforward") for value in (math.nan, -math.inf)),
+        *({"dt": value} for value in (0.0, -0.01, math.nan, math.inf)),
+    ],
+)
+def test_bad_argument_of_a_step_is_refused_by_name_and_leaves_the_state(wrong):
+    controller = PI(*GAINS, PERIOD)
+    controller.step(0.5, 0.1)
+    before = controller.state
+    with pytest.raises(ValueError, match=rf"^{next(iter(wrong))} = .* is not allowed"):
+        controller.step(**{"reference": 0.5, "velocity": 0.1, **wrong})
+    assert controller.state == before
+
+
+def test_state_restored_from_json_goes_on_exactly():
+    design = design_pi(INERTIA, PERIOD, 5.0)
+    first = PI(design.proportional, design.integral, PERIOD)
+    for k in range(20):
+        first.step(math.sin(k / 3.0), math.nan if k == 7 else math.sin(k / 3.1))
+    second = PI(design.proportional, design.integral, PERIOD)
+    second.state_from_json(first.state_to_json())
+    assert second.state == first.state
+    assert second.rejected == 1
+    assert [second.step(0.3, 0.1 * k, realised_torque=9.0) for k in range(5)] == [
+        first.step(0.3, 0.1 * k, realised_torque=9.0) for k in range(5)
+    ]
+
+
+def altered(**fields):
+    state = {"integral": 1.0, "velocity": 0.1, "command": 2.0, "samples": 3, "rejected": 0}
+    return json.dumps({"controller": "PI", "state": {**state, **fields}})
+
+
+WRONG_TEXTS = {
+    "empty": "",
+    "no JSON": "PI state",
+    "no object": "[1, 2]",
+    "number": "3",
+    "null": "null",
+    "no state": '{"controller": "PI"}',
+    "other controller": altered().replace('"PI"', '"DisturbanceObserver"'),
+    "state no object": '{"controller": "PI", "state": [1.0, 0.1, 2.0, 3, 0]}',
+    "missing field": altered().replace('"integral": 1.0, ', ""),
+    "unknown field": altered(gain=1.0),
+    "not a number": altered(integral=math.nan),
+    "infinite": altered(velocity=math.inf),
+    "null field": altered(command=None),
+    "list for a number": altered(command=[1.0]),
+    "word for a number": altered(integral="much"),
+    "digits for a number": altered(integral="5"),
+    "fractional count": altered(samples=1.5),
+    "truth value for a count": altered(rejected=True),
+    "huge count": altered(samples=10**30),
+}
+
+
+def test_unaltered_text_is_accepted():
+    controller = PI(*GAINS, PERIOD)
+    controller.state_from_json(altered())
+    assert controller.state == (1.0, 0.1, 2.0, 3, 0)
+
+
+@pytest.mark.parametrize("text", WRONG_TEXTS.values(), ids=WRONG_TEXTS)
+def test_wrong_text_is_refused_and_leaves_the_state(text):
+    controller = PI(*GAINS, PERIOD)
+    controller.step(0.5, 0.1)
+    before = controller.state
+    with pytest.raises(ValueError, match=r"text|controller|state"):
+        controller.state_from_json(text)
+    assert controller.state == before

@@ -1,0 +1,181 @@
+import math
+import re
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from plant import Joint, JointModel, JointState, sliding_friction, step_joint, whole_multiple
+
+REFERENCE = {
+    "inertia": 20.0,
+    "coulomb": 60.0,
+    "stiction": 90.0,
+    "viscous": 80.0,
+    "stribeck_velocity": 0.05,
+    "stribeck_shape": 1.0,
+    "friction_lag": 0.02,
+    "solver_period": 0.001,
+}
+
+
+def errors_of(fields):
+    with pytest.raises(ValidationError) as caught:
+        JointModel(**fields)
+    return caught.value.errors()
+
+
+def test_model_hands_its_parameters_to_the_step_unchanged():
+    joint = JointModel(**REFERENCE).parameters
+    assert joint.inertia == 20.0
+    assert joint.friction == (60.0, 90.0, 80.0, 0.05, 1.0)
+    assert joint.friction_lag == 0.02
+
+
+def test_model_takes_whole_numbers():
+    assert JointModel(**{**REFERENCE, "inertia": 20}).inertia == 20.0
+
+
+@pytest.mark.parametrize("field", REFERENCE)
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, -math.inf, "20", True, None, [20.0]])
+def test_model_refuses_a_wrong_value_and_names_the_field(field, value):
+    errors = errors_of({**REFERENCE, field: value})
+    assert [error["loc"] for error in errors] == [(field,)]
+
+
+@pytest.mark.parametrize("field", ["inertia", "stribeck_velocity", "stribeck_shape", "solver_period"])
+def test_model_refuses_zero_where_it_would_divide_by_it(field):
+    assert [error["loc"] for error in errors_of({**REFERENCE, field: 0.0})] == [(field,)]
+
+
+@pytest.mark.parametrize("field", ["coulomb", "viscous", "friction_lag"])
+def test_model_accepts_zero_where_it_means_none(field):
+    assert getattr(JointModel(**{**REFERENCE, field: 0.0}), field) == 0.0
+
+
+@pytest.mark.parametrize("field", ["inertia", "coulomb", "stiction", "viscous", "stribeck_velocity"])
+def test_model_refuses_a_missing_field(field):
+    errors = errors_of({name: value for name, value in REFERENCE.items() if name != field})
+    assert [(error["type"], error["loc"]) for error in errors] == [("missing", (field,))]
+
+
+def test_model_refuses_an_unknown_field():
+    errors = errors_of({**REFERENCE, "backlash": 0.0})
+    assert [(error["type"], error["loc"]) for error in errors] == [("extra_forbidden", ("backlash",))]
+
+
+def test_model_refuses_stiction_below_coulomb_and_names_both_values():
+    with pytest.raises(ValidationError, match=r"stiction = 59 N m is less than coulomb = 60 N m"):
+        JointModel(**{**REFERENCE, "stiction": 59.0})
+
+
+def test_model_cannot_be_changed():
+    model = JointModel(**REFERENCE)
+    with pytest.raises(ValidationError, match="frozen"):
+        model.inertia = 1.0
+
+
+@pytest.mark.parametrize("shape", [0.7, 1.0, 1.5, 2.0, 3.0])
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+@pytest.mark.parametrize("inertia", np.geomspace(0.03, 30.0, 7).tolist())
+def test_model_names_the_longest_solver_period_and_accepts_it(shape, lag, inertia):
+    fields = {**REFERENCE, "stribeck_shape": shape, "friction_lag": lag, "inertia": inertia}
+    with pytest.raises(ValidationError, match="solver_period = 1 s is too long") as caught:
+        JointModel(**{**fields, "solver_period": 1.0})
+    longest = float(re.search(r"beyond (\S+) s", str(caught.value))[1])
+    assert JointModel(**{**fields, "solver_period": 0.999 * longest}).solver_period == 0.999 * longest
+    with pytest.raises(ValidationError, match="is too long"):
+        JointModel(**{**fields, "solver_period": 1.01 * longest})
+
+
+def test_longest_solver_period_is_that_of_the_uniqueness_condition():
+    # kappa max(-F') < 1 with tau = 0: h < J/((Fs - Fc)/Vs - sigma) = 20/520
+    accepted = {**REFERENCE, "friction_lag": 0.0, "solver_period": 0.9999 * 20.0 / 520.0}
+    assert JointModel(**accepted).friction_lag == 0.0
+    with pytest.raises(ValidationError, match="is too long"):
+        JointModel(**{**accepted, "solver_period": 1.0001 * 20.0 / 520.0})
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_longest_solver_period_for_a_shape_below_one_is_where_breakaway_jumps_by_a_hundredth_of_vs(lag):
+    fields = {**REFERENCE, "stribeck_shape": 0.7, "friction_lag": lag}
+    with pytest.raises(ValidationError, match="is too long") as caught:
+        JointModel(**{**fields, "solver_period": 1.0})
+    period = 0.99 * float(re.search(r"beyond (\S+) s", str(caught.value))[1])
+    joint = JointModel(**{**fields, "solver_period": period}).parameters
+    jump = step_joint(joint, JointState(0.0, 90.0), 90.0 * (1.0 + 1e-12), period).velocity
+    assert jump == pytest.approx(0.01 * 0.05, rel=0.1)
+
+
+def test_model_without_a_falling_curve_takes_any_solver_period():
+    assert JointModel(**{**REFERENCE, "stiction": 60.0, "solver_period": 1e3}).solver_period == 1e3
+
+
+def test_joint_rests_at_the_start_and_below_breakaway():
+    joint = Joint(JointModel(**{**REFERENCE, "friction_lag": 0.0}))
+    assert joint.state == (0.0, 0.0)
+    assert joint.step(89.0, 1.0) == 0.0
+    assert joint.step(-89.0, 1.0) == 0.0
+    assert joint.step(95.0, 1.0) > 0.0
+
+
+@pytest.mark.parametrize("velocity", [0.3, -0.3])
+def test_moving_joint_starts_on_the_static_map_and_stays_there_under_that_torque(velocity):
+    model = JointModel(**REFERENCE)
+    joint = Joint(model, velocity)
+    torque = math.copysign(sliding_friction(model.friction, 0.3), velocity)
+    assert joint.state.friction_torque == torque
+    assert joint.step(torque, 1.0) == pytest.approx(velocity, rel=1e-12)
+
+
+def test_one_long_step_is_many_short_ones():
+    once, often = Joint(JointModel(**REFERENCE), 0.2), Joint(JointModel(**REFERENCE), 0.2)
+    velocity = once.step(-40.0, 0.1)
+    for _ in range(100):
+        last = often.step(-40.0, 0.001)
+    assert last == velocity
+    assert often.state == once.state
+
+
+@pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
+def test_joint_refuses_a_start_velocity_that_is_not_finite(velocity):
+    with pytest.raises(ValueError, match=r"velocity = .* is not allowed"):
+        Joint(JointModel(**REFERENCE), velocity)
+
+
+@pytest.mark.parametrize("torque", [math.nan, math.inf, -math.inf])
+def test_step_refuses_a_torque_that_is_not_finite_and_keeps_the_state(torque):
+    joint = Joint(JointModel(**REFERENCE), 0.2)
+    before = joint.state
+    with pytest.raises(ValueError, match=r"torque = .* is not allowed"):
+        joint.step(torque, 0.01)
+    assert joint.state == before
+
+
+@pytest.mark.parametrize("duration", [0.0, -0.01, 0.0005, 0.0015, 1.00025, math.nan, math.inf])
+def test_step_refuses_a_duration_that_is_no_whole_number_of_periods(duration):
+    joint = Joint(JointModel(**REFERENCE), 0.2)
+    before = joint.state
+    with pytest.raises(ValueError, match=r"duration = .* whole number of solver periods of 0\.001 s"):
+        joint.step(0.0, duration)
+    assert joint.state == before
+
+
+@pytest.mark.parametrize(
+    ("duration", "period", "expected"),
+    [
+        (0.001, 0.001, 1),
+        (0.3, 0.1, 3),  # 0.3/0.1 is 2.9999999999999996
+        (0.022, 0.001, 22),
+        (3600.0, 1e-4, 36_000_000),
+        (0.0005, 0.001, None),
+        (0.0014, 0.001, None),
+        (0.0, 0.001, None),
+        (-0.001, 0.001, None),
+        (1000.0004, 0.001, None),
+        (math.nan, 0.001, None),
+        (math.inf, 0.001, None),
+    ],
+)
+def test_whole_multiple(duration, period, expected):
+    assert whole_multiple(duration, period) == expected

@@ -1,0 +1,260 @@
+import math
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from plant import JointParameters, JointState, Stribeck, initial_state, sliding_friction, step_joint
+from plant.joint import check_unique_step
+
+STRIBECK = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
+COULOMB = Stribeck(60.0, 60.0, 0.0, 0.05, 1.0)
+PROMPT = JointParameters(20.0, STRIBECK, 0.0)
+LAGGED = JointParameters(20.0, STRIBECK, 0.02)
+REST = JointState(0.0, 0.0)
+SHAPES = (0.7, 1.0, 1.5, 2.0, 3.0)
+
+
+def run_in_python(joint, state, torques, period):
+    """Velocity and friction torque after each step; row 0 is the start."""
+    motion = np.empty((torques.size + 1, 2))
+    motion[0] = state
+    for k in range(torques.size):
+        state = step_joint(joint, state, torques[k], period)
+        motion[k + 1] = state
+    return motion
+
+
+run = numba.njit(run_in_python)
+
+
+def constant(torque, duration, period):
+    return np.full(round(duration / period), torque)
+
+
+def exact_motion(joint, velocity, friction_torque, torque, duration):
+    """Velocity after a constant torque, by Runge-Kutta between reversals (never with lag a rest)."""
+    f, lag, time = joint.friction, joint.friction_lag, 0.0
+    while time < duration:
+        pull = torque - (friction_torque if lag > 0.0 else 0.0)
+        if velocity == 0.0 and lag == 0.0 and abs(torque) <= f.stiction:
+            return 0.0, 0.0
+        direction = math.copysign(1.0, velocity if velocity != 0.0 else pull)
+
+        def slope(_, y, direction=direction):
+            speed = direction * y[0]
+            falling = (f.stiction - f.coulomb) * math.exp(
+                -((max(speed, 0.0) / f.stribeck_velocity) ** f.stribeck_shape)
+            )
+            static = direction * (f.coulomb + falling + f.viscous * speed)
+            if lag == 0.0:
+                return [(torque - static) / joint.inertia, 0.0]
+            return [(torque - y[1]) / joint.inertia, (static - y[1]) / lag]
+
+        def reversal(t, y, start=time, direction=direction):
+            return direction * y[0] if t > start else 1.0
+
+        reversal.terminal, reversal.direction = True, -1.0
+        start = [velocity, friction_torque]
+        arc = solve_ivp(slope, (time, duration), start, events=reversal, rtol=1e-11, atol=1e-13, max_step=0.01)
+        time, (velocity, friction_torque) = arc.t[-1], arc.y[:, -1]
+        velocity = 0.0 if arc.status == 1 else velocity
+    return velocity, friction_torque
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_coulomb_stop_time_and_distance_in_closed_form(direction):
+    joint, period = JointParameters(20.0, COULOMB, 0.0), 1e-3
+    motion = run(joint, initial_state(joint, 0.3001 * direction), np.zeros(1000), period)[:, 0] * direction
+    deceleration = 60.0 / 20.0
+    sliding = 101  # the last step before J w0/Fc = 0.10003 s, and the step in which it stops
+    expected = 0.3001 - deceleration * period * np.arange(sliding)
+    assert motion[:sliding] == pytest.approx(expected, abs=1e-13)
+    assert np.all(motion[sliding:] == 0.0)
+    distance = period * (np.sum(motion) - 0.5 * motion[0])
+    assert distance == pytest.approx(0.3001**2 / (2.0 * deceleration), rel=1e-5)
+
+
+def test_viscous_decay_is_that_of_the_implicit_euler_method():
+    joint = JointParameters(20.0, Stribeck(0.0, 0.0, 80.0, 0.05, 1.0), 0.0)
+    motion = run(joint, initial_state(joint, 0.3), np.zeros(2000), 1e-3)
+    decay = (1.0 + 1e-3 * 80.0 / 20.0) ** -np.arange(2001.0)
+    assert motion[:, 0] == pytest.approx(0.3 * decay, rel=1e-11)
+
+
+def test_lagged_friction_approaches_the_coulomb_level_in_closed_form_with_first_order():
+    joint, torque, duration = JointParameters(20.0, COULOMB, 0.02), 70.0, 0.05
+    errors = []
+    for period in (1e-3, 5e-4, 2.5e-4):
+        motion = run(joint, JointState(0.3, 0.0), constant(torque, duration, period), period)
+        discrete = 60.0 * (1.0 - (0.02 / (0.02 + period)) ** np.arange(len(motion)))
+        assert motion[:, 1] == pytest.approx(discrete, abs=1e-9)
+        loss = 60.0 * (duration - 0.02 * (1.0 - math.exp(-duration / 0.02)))
+        errors.append(motion[-1, 0] - (0.3 + (torque * duration - loss) / 20.0))
+    assert abs(errors[0]) < 2e-3
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.03)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+@pytest.mark.parametrize(("start", "torque"), [(0.02, 95.0), (0.3, 75.0)], ids=["speeding up", "slowing down"])
+def test_sliding_motion_converges_to_that_of_solve_ivp_with_first_order(shape, lag, start, torque):
+    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    begin = initial_state(joint, start)
+    exact, _ = exact_motion(joint, *begin, torque, 0.3)
+    errors = [run(joint, begin, constant(torque, 0.3, h), h)[-1, 0] - exact for h in (2e-4, 1e-4)]
+    assert abs(errors[1]) < 5e-5
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+@pytest.mark.parametrize("period", [1e-3, 1e-4, 1e-5])
+def test_reversal_follows_solve_ivp_within_the_friction_jump_of_one_step(shape, lag, period):
+    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    begin = initial_state(joint, 0.2)
+    exact, _ = exact_motion(joint, *begin, -150.0, 0.2)
+    assert exact < -0.5
+    velocity = run(joint, begin, constant(-150.0, 0.2, period), period)[-1, 0]
+    assert velocity == pytest.approx(exact, abs=2.0 * 90.0 * period / 20.0)
+
+
+def test_plan_of_reversal_stop_rest_and_breakaway_follows_solve_ivp():
+    velocity, period = 0.2, 1e-5
+    state = initial_state(PROMPT, velocity)
+    for torque, duration in [(-150.0, 0.2), (0.0, 0.5), (85.0, 0.2), (120.0, 0.3)]:
+        velocity, _ = exact_motion(PROMPT, velocity, 0.0, torque, duration)
+        state = JointState(*run(PROMPT, state, constant(torque, duration, period), period)[-1])
+        assert state.velocity == pytest.approx(velocity, abs=2.0 * 90.0 * period / 20.0)
+        assert (state.velocity == 0.0) == (velocity == 0.0) == (torque in (0.0, 85.0))
+
+
+@pytest.mark.parametrize("torque", [0.0, 89.9999, -89.9999])
+def test_joint_rests_exactly_for_an_hour_below_breakaway(torque):
+    assert not np.any(run(PROMPT, REST, np.full(3_600_000, torque), 1e-3)[:, 0])
+
+
+def test_slow_ramp_with_lag_breaks_away_where_torque_and_its_slope_reach_stiction():
+    rate, period = 0.1, 1e-3  # at rest F = u + tau u'
+    ramp = rate * period * np.arange(1, 1_000_001)
+    velocity = run(LAGGED, REST, ramp, period)[1:, 0]
+    moving = int(np.nonzero(velocity)[0][0])
+    assert ramp[moving] + 0.02 * rate == pytest.approx(90.0, abs=2.0 * rate * period)
+    assert velocity[moving] > 0.0
+
+
+@pytest.mark.parametrize("joint", [PROMPT, LAGGED])
+@pytest.mark.parametrize("torque", [90.01, -95.0, 300.0])
+def test_joint_above_breakaway_reaches_the_speed_at_which_friction_holds_the_torque(joint, torque):
+    speed = brentq(lambda x: sliding_friction(STRIBECK, x) - abs(torque), 0.1, 10.0, xtol=1e-14)
+    motion = run(joint, REST, np.full(20_000, torque), 1e-3)
+    assert motion[-1, 0] == pytest.approx(math.copysign(speed, torque), rel=1e-9)
+
+
+def test_torque_step_below_stiction_moves_a_lagged_joint_briefly_and_a_prompt_one_not():
+    push = constant(50.0, 1.0, 1e-4)
+    assert not np.any(run(PROMPT, REST, push, 1e-4)[:, 0])
+    velocity = run(LAGGED, REST, push, 1e-4)[:, 0]
+    assert 0.018 < np.max(velocity) < 0.019
+    assert np.argmax(velocity) * 1e-4 == pytest.approx(0.018, abs=0.001)
+    assert not np.any(velocity[2000:])  # it sticks again within 0.2 s
+
+
+def test_joint_that_brakes_by_friction_alone_stops_without_chatter():
+    velocity = run(PROMPT, initial_state(PROMPT, 0.3), np.zeros(10_000), 1e-4)[:, 0]
+    stop = int(np.argmin(velocity))
+    assert np.all(np.diff(velocity[: stop + 1]) < 0.0)
+    assert velocity[stop] == 0.0
+    assert not np.any(velocity[stop:])
+
+
+def test_lagged_joint_that_brakes_overshoots_ever_less_and_comes_to_rest():
+    velocity = run(LAGGED, initial_state(LAGGED, 0.3), np.zeros(10_000), 1e-4)[:, 0]
+    assert not np.any(velocity[3000:])
+    arcs = np.split(velocity, np.nonzero(np.diff(np.sign(velocity)))[0] + 1)
+    peaks = np.array([np.max(np.abs(arc)) for arc in arcs])
+    assert np.all(np.diff(peaks[:6]) < 0.0)
+    assert np.all(peaks[6:] < peaks[5])
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_compiled_step_equals_plain_python(shape, lag):
+    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    torques = 120.0 * np.sin(0.02 * np.arange(3000)) + 60.0 * np.sin(0.003 * np.arange(3000) ** 1.1)
+    begin = initial_state(joint, 0.1)
+    plain = run_in_python(joint, begin, torques, 1e-3)
+    assert np.any(plain[:, 0] > 0.01)
+    assert np.any(plain[:, 0] < -0.01)
+    assert run(joint, begin, torques, 1e-3) == pytest.approx(plain, rel=1e-12, abs=1e-12)
+
+
+@st.composite
+def unique_steps(draw, lags):
+    """A joint, a state, a torque and a period that pass the check of uniqueness."""
+    coulomb = draw(st.just(0.0) | st.floats(1e-3, 100.0))
+    stiction = coulomb + draw(st.just(0.0) | st.floats(1e-3, 50.0))
+    shape = draw(st.sampled_from(SHAPES))
+    friction = Stribeck(coulomb, stiction, draw(st.floats(0.0, 100.0)), draw(st.floats(0.01, 0.5)), shape)
+    joint = JointParameters(draw(st.floats(0.5, 100.0)), friction, draw(lags))
+    period = draw(st.floats(1e-4, 2e-3))
+    while True:
+        try:
+            check_unique_step(joint, period)
+            break
+        except ValueError:
+            period *= 0.5
+    state = JointState(draw(st.floats(-2.0, 2.0) | st.just(0.0)), draw(st.floats(-200.0, 200.0)))
+    return joint, state, draw(st.floats(-300.0, 300.0)), period
+
+
+def assert_solves_the_implicit_equations(joint, state, torque, period):
+    after = step_joint(joint, state, torque, period)
+    lag, inertia = joint.friction_lag, joint.inertia
+    size = abs(state.velocity) + period / inertia * (abs(torque) + abs(state.friction_torque) + 1.0)
+    euler = state.velocity + period / inertia * (torque - after.friction_torque)
+    assert after.velocity == pytest.approx(euler, abs=1e-12 * size)
+    static = after.friction_torque + lag * (after.friction_torque - state.friction_torque) / period  # (1)
+    weight = period * period / (inertia * (lag + period))  # of F in the new velocity
+    if after.velocity == 0.0:
+        assert weight * abs(static) <= weight * joint.friction.stiction + 1e-12 * size
+    else:
+        expected = math.copysign(sliding_friction(joint.friction, abs(after.velocity)), after.velocity)
+        assert weight * static == pytest.approx(weight * expected, abs=1e-11 * size)
+
+
+@settings(max_examples=400, deadline=None)
+@given(unique_steps(st.just(0.0) | st.floats(1e-4, 0.1)))
+def test_step_solves_the_implicit_equations_and_is_odd(case):
+    joint, state, torque, period = case
+    assert_solves_the_implicit_equations(joint, state, torque, period)
+    after = step_joint(joint, state, torque, period)
+    mirrored = step_joint(joint, JointState(-state.velocity, -state.friction_torque), -torque, period)
+    assert mirrored == (-after.velocity, -after.friction_torque)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+@pytest.mark.parametrize("excess", [1e-9, 1e-7, 1e-5, 1e-3, 0.1, 10.0])
+def test_step_solves_the_implicit_equations_just_above_breakaway(shape, lag, excess):
+    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    check_unique_step(joint, 1e-4)
+    # from rest under u, with f = u, breakaway is at u = Fs
+    assert_solves_the_implicit_equations(joint, JointState(0.0, 90.0), 90.0 * (1.0 + excess), 1e-4)
+
+
+@settings(max_examples=300, deadline=None)
+@given(unique_steps(st.just(0.0)))
+@example((PROMPT, JointState(1e-9, 0.0), 0.0, 1e-3))
+def test_friction_without_lag_dissipates_and_energy_does_not_grow_without_torque(case):
+    joint, state, torque, period = case
+    after = step_joint(joint, state, torque, period)
+    assert after.friction_torque * after.velocity >= 0.0
+    coasting = step_joint(joint, state, 0.0, period)
+    assert abs(coasting.velocity) <= abs(state.velocity)
+    assert coasting.velocity * state.velocity >= 0.0
