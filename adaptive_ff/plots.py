@@ -30,7 +30,7 @@ Series = NDArray[np.float64]
 Look = Mapping[str, Any]
 
 CLOSE_UP = 6.0  # s, length of a close-up
-RMS_WINDOW = 2.0  # s, length of the running rms error; in a long run, that of a block
+RMS_WINDOW = 2.0  # s, length of the running rms error; at least a hundredth of the run
 RMS_BLOCKS = 600  # that a run is divided into for the running rms error
 NEAR = 0.95  # of the torque limit
 COLUMNS = 2000  # that a long series is thinned to: more than a picture has pixels across
@@ -163,7 +163,7 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     _frame([tracking], {"": reference, **shown}, 3.0 * _peak(reference) or 20.0 * _typical(shown))
     _frame([error], near, 20.0 * _typical(near))
     _make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
-    _label(tracking, "velocity (rad/s), close-up of the settled part")
+    _label(tracking, "velocity (rad/s), close-up")
     _label(error, "error (mrad/s), same close-up")
     _label(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
     tracking.set(xlim=(time[0], time[-1]))
@@ -171,7 +171,7 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     error.set(xlim=(time[0], time[-1]), xlabel="time (s)")
     rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
     rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
-    _legend(figure, [REFERENCE, *looks.values(), *_mark_changes([rms], first.scenario)])
+    _legend(figure, [REFERENCE, *looks.values(), *_mark_changes([tracking, error, rms], first.scenario)])
     return figure
 
 
@@ -258,7 +258,7 @@ def _close_up(run: Run) -> slice:
     time, reference = run.solver_time, run.reference
     changed = run.scenario.change[-1].time if run.scenario.change else 0.0
     settled, latest = 0.5 * (changed + time[-1]), time[-1] - CLOSE_UP
-    begin = max(changed, latest)
+    begin = latest  # where the settled part is too short; the start where the run is
     if latest > settled:
         moving = np.flatnonzero(reference)
         turns = time[moving[1:][np.diff(np.sign(reference[moving])) != 0.0]]
@@ -266,7 +266,7 @@ def _close_up(run: Run) -> slice:
         begins = np.clip([*(turns - 0.1 * CLOSE_UP), latest], settled, latest)
         count = np.searchsorted(turns, begins + CLOSE_UP) - np.searchsorted(turns, begins)
         begin = begins[np.argmax(count)]
-    start = min(int(np.searchsorted(time, begin)), time.size - 2)
+    start = int(np.searchsorted(time, begin))
     return slice(start, int(np.searchsorted(time, time[start] + CLOSE_UP, side="right")))
 
 
@@ -274,7 +274,7 @@ def _running_rms(time: Series, error: Series) -> tuple[Series, Series, float]:
     """Return times, the rms error over the last seconds before each, and how many; at the start over what there is."""
     count = min(RMS_BLOCKS, time.size)
     edges = np.linspace(0, time.size, count + 1).astype(np.intp)
-    blocks = max(1, round(RMS_WINDOW * count / time[-1])) if time[-1] > RMS_WINDOW else count
+    blocks = count if time[-1] < RMS_WINDOW else max(round(RMS_WINDOW * count / time[-1]), count // 100)
     squares = np.convolve(np.add.reduceat(np.square(error), edges[:-1]), np.ones(blocks))[:count]
     sizes = np.convolve(np.diff(edges), np.ones(blocks))[:count]
     return time[edges[1:] - 1], np.sqrt(squares / sizes), float(blocks * time[-1] / count)
@@ -396,6 +396,7 @@ def _panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figure, l
     panels = list(figure.subplots(rows, 1, sharex=shared, squeeze=False)[:, 0])
     for axes in panels:
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+        axes.ticklabel_format(style="plain", useOffset=False)
     return figure, panels
 
 

@@ -1,5 +1,6 @@
 """Results as tables for a terminal."""
 
+from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.compare import BASELINE, Comparison
@@ -17,9 +18,9 @@ UNITS = {
 
 def tracking_table(comparison: Comparison) -> Table:
     """Return the errors of all controllers, one a row."""
-    table = Table(title="Velocity error in mrad/s (rms; reference minus true velocity) and torque variation in kN m")
+    table = Table(title="Velocity error, mrad/s (rms), and torque variation, kN m", box=SIMPLE, title_style="bold")
     table.add_column("controller", no_wrap=True)
-    for heading in ("settled", f"{BASELINE} / own", "settled max", "first 5 s", "whole run", "torque variation"):
+    for heading in ("settled", f"{BASELINE} / own", "settled max", "first 5 s", "whole run", "sum |du|"):
         table.add_column(heading, justify="right")
     improvement = comparison.improvement
     for name, run in comparison.runs.items():
@@ -41,7 +42,7 @@ def estimates_table(comparison: Comparison) -> Table | None:
     runs = [run for run in comparison.runs.values() if run.estimates]
     if not runs:
         return None
-    table = Table(title="Parameters at the end of the run")
+    table = Table(title="Parameters at the end of the run", box=SIMPLE, title_style="bold")
     table.add_column("parameter")
     table.add_column("true", justify="right")
     for run in runs:

@@ -1,0 +1,1 @@
+"""Every experiment of Ruderman 2013 in simulation: ``python -m benchmarks.paper``."""
