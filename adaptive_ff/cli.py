@@ -1,8 +1,11 @@
 """Command line: ``adaptive-ff``."""
 
+import os
 import sys
 import warnings
+from contextlib import ExitStack
 from importlib.metadata import version
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, TextIO
 
@@ -12,8 +15,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from adaptive_ff.compare import Comparison, compare
 from adaptive_ff.errors import InputError
+from adaptive_ff.lineup import make_controller
 from adaptive_ff.loop import run_compiled
-from adaptive_ff.output import prepare_folder, staged, write_csv, write_json
+from adaptive_ff.output import staged, write_csv, write_json
 from adaptive_ff.scenario import Scenario, load_scenario
 from adaptive_ff.tables import estimates_table, tracking_table
 from controllers import is_cached
@@ -53,25 +57,31 @@ def compare_command(
 ) -> None:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
     errors = Console(stderr=True, soft_wrap=True, highlight=False)
-    loaded = load_scenario(scenario)
-    if reference is not None:
-        loaded = loaded.modified(reference={"kind": "csv", "path": str(reference)})
+    loaded = load_scenario(scenario, reference=reference)
+    source = scenario or "built-in scenario"
+    try:
+        for name in loaded.controllers:
+            make_controller(loaded, name)
+    except ValueError as error:
+        raise InputError(f"{source}: {error}") from error
     for caution in loaded.cautions():
         errors.print(f"warning: {caution}", markup=False)
-    prepare_folder(out)
-    if json is not None:
-        prepare_folder(json.parent)
-    try:
-        comparison = _run(loaded, errors)
-    except InputError as error:
-        raise InputError(f"{scenario or 'built-in scenario'}: {error}") from error
-    with staged(out) as stage:
+    with ExitStack() as stack:
+        beside = None if json is None else stack.enter_context(staged(json.parent))
+        stage = stack.enter_context(staged(out))
+        if json is not None and os.path.isdir(json):
+            raise InputError(f"{json}: cannot be written: it is a folder")
+        try:
+            comparison = _run(loaded, errors)
+        except ArithmeticError as error:
+            raise InputError(f"{source}: the simulation fails: {error}") from error
+        result = comparison.to_dict()
         for name, run in comparison.runs.items():
             write_csv(stage / f"{name}.csv", run.columns())
         comparison.plot(stage)
-        write_json(stage / "result.json", comparison.to_dict())
-    if json is not None:
-        write_json(json, comparison.to_dict())
+        write_json(stage / "result.json", result)
+        if json is not None and beside is not None:
+            write_json(beside / json.name, result)
     _print(comparison, out)
 
 
@@ -79,7 +89,7 @@ def _run(scenario: Scenario, errors: Console) -> Comparison:
     if not is_cached(run_compiled):
         errors.print("First run on this machine: the controllers are compiled, once (some 15 to 30 s).")
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True) as progress:
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as progress:
         tasks = {name: progress.add_task(name, total=1.0) for name in scenario.controllers}
         return compare(scenario, progress=lambda name, share: progress.update(tasks[name], completed=share))
 
@@ -95,20 +105,24 @@ def _print(comparison: Comparison, out: Path) -> None:
 
 def main() -> None:
     """Run the command line; bad input ends it with status 2 and one line."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal may not know all characters
     with warnings.catch_warnings():
         warnings.showwarning = _show_warning
         try:
             status = app(standalone_mode=False)
         except KeyboardInterrupt:
             status = 130
-        except (InputError, ArithmeticError, MemoryError) as error:
+        except (InputError, ArithmeticError, MemoryError, OSError) as error:
             status = _refuse(str(error) or type(error).__name__)
         except Exception as error:
-            # a usage error of typer has a message for one line and an exit status; anything else is a defect
+            # a usage error of typer has a message for one line, after help an empty one; anything else is a defect
             message = getattr(error, "format_message", None)
             if message is None:
                 raise
-            status = _refuse(message())
+            context = getattr(error, "ctx", None)
+            hint = "" if context is None else f"; {context.command_path} --help shows what is allowed"
+            status = _refuse(message().rstrip(".") + hint) if message() else BAD_INPUT
     sys.exit(status)
 
 

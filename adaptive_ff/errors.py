@@ -1,7 +1,7 @@
 """The error that a user's input causes, as one sentence."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -22,42 +22,70 @@ def explain(error: ValidationError, model: type[BaseModel]) -> str:
     """
     findings = error.errors(include_url=False)
     first = findings[0]
-    path = [part for part in first["loc"] if part not in ("multisine", "csv")]
-    name = ".".join(str(part) for part in path)
+    path, table, kinds = _resolve(model, first["loc"])
+    name, value = ".".join(path), _shown(first["input"])
     message = first["msg"].removeprefix("Value error, ")
-    shown = repr(first["input"])
-    value = shown if len(shown) <= 60 else shown[:57] + "..."
     if first["type"] == "missing":
         text = f"{name} is missing; it must be given"
     elif first["type"] == "extra_forbidden":
-        known = ", ".join(_known_fields(model, path[:-1]))
-        text = f"{name} = {value} is not known; allowed there: {known}"
+        text = f"{name} = {value} is not known; allowed there: {', '.join(table.model_fields)}"
+    elif first["type"] == "union_tag_not_found":
+        text = f"{name}.kind is missing; it must be {_alternatives(kinds)}"
+    elif first["type"] == "union_tag_invalid":
+        text = f"{name}.kind = {_shown(first['ctx']['tag'])} is not allowed: it must be {_alternatives(kinds)}"
     elif first["type"] == "value_error":
         text = f"{name}: {message}" if name else message
     else:
-        text = f"{name} = {value} is not allowed: {_rule(message, first.get('ctx'))}"
+        text = f"{name} = {value} is not allowed: {_rule(first['type'], message)}"
     more = len(findings) - 1
     return " ".join(text.split()) + (f" (and {more} more)" if more else "")
 
 
-def _rule(message: str, context: Mapping[str, Any] | None) -> str:
+def _shown(value: Any) -> str:
+    try:
+        shown = repr(value)
+    except (ValueError, RecursionError):  # thousands of digits or of levels
+        return f"(a huge {type(value).__name__})"
+    return shown if len(shown) <= 60 else shown[:57] + "..."
+
+
+def _rule(kind: str, message: str) -> str:
+    if kind in ("model_type", "model_attributes_type"):
+        return "it must be a table"
     rule = message[0].lower() + message[1:]
-    rule = rule.replace("input should", "it must").replace("be a valid number", "be a number")
-    return rule if context is None else rule.replace("greater than 0", "positive")
+    for beginning in ("input should", "list should", "string should"):
+        rule = rule.replace(beginning, "it must")
+    rule = rule.replace("be a valid number", "be a finite number").partition(" after validation")[0]
+    return rule.replace("greater than 0", "positive")
 
 
-def _known_fields(model: type[BaseModel], path: list[Any]) -> list[str]:
-    for part in path:
-        if isinstance(part, int):
+def _alternatives(kinds: list[type[BaseModel]]) -> str:
+    return " or ".join(repr(tag) for kind in kinds for tag in _tags(kind))
+
+
+def _tags(kind: type[BaseModel]) -> tuple[Any, ...]:
+    return get_args(kind.model_fields["kind"].annotation)
+
+
+def _resolve(
+    model: type[BaseModel], location: Sequence[str | int]
+) -> tuple[list[str], type[BaseModel], list[type[BaseModel]]]:
+    """Return the path of a field, the table that holds it and what it may be, where that is a table itself.
+
+    In a location the kind of a table follows its name; it is no part of the path.
+    """
+    path: list[str] = []
+    table, models = model, [model]
+    for part in location:
+        if len(models) > 1:
+            models = [kind for kind in models if part in _tags(kind)]
             continue
-        field = model.model_fields.get(part)
-        found = _models_in(field.annotation) if field is not None else []
-        if not found:
-            return []
-        if len(found) > 1:
-            return sorted({name for kind in found for name in kind.model_fields})
-        model = found[0]
-    return list(model.model_fields)
+        path.append(str(part))
+        if isinstance(part, str) and models:
+            table = models[0]
+            field = table.model_fields.get(part)
+            models = [] if field is None else _models_in(field.annotation)
+    return path, table, models
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:

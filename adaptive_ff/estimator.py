@@ -130,14 +130,19 @@ def gradients_agree(
     model: NDArray[np.float64],
     measured: NDArray[np.float64],
     keep: float,
+    unexcited: float,
 ) -> bool:
-    """Update the fading means and tell whether the model's gradient resembles the measured one in every parameter."""
+    """Update the fading means and tell whether the model's gradient resembles the measured one in every parameter.
+
+    Means that differ by less than ``unexcited`` count as alike: without excitation both are small, and noise in the
+    measured one must not pass for a signal that the model lacks.
+    """
     alike = True
     for i in range(PARAMETERS):
         agreement[i, 0] = keep * agreement[i, 0] + (1.0 - keep) * model[i] * model[i]
         agreement[i, 1] = keep * agreement[i, 1] + (1.0 - keep) * model[i] * measured[i]
-        low = AGREEMENT[0] * agreement[i, 0]
-        high = AGREEMENT[1] * agreement[i, 0]
+        low = AGREEMENT[0] * agreement[i, 0] - unexcited
+        high = AGREEMENT[1] * agreement[i, 0] + unexcited
         if agreement[i, 1] < low or agreement[i, 1] > high:
             alike = False
     return alike
@@ -171,13 +176,14 @@ def learn(
     torque = write_regressors(estimator.form, measured, row)
     write_gradient(estimator, estimate, row, gradient)
     keep = math.exp(-duration / estimator.memory)
-    if not gradients_agree(state.agreement, instrument, gradient, keep):
+    floor = FLOOR * state.levels[0] + SMALLEST_FLOOR  # of the errors before this one
+    if not gradients_agree(state.agreement, instrument, gradient, keep, floor):
         instrument[:] = gradient
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     state.levels[0] = keep * state.levels[0] + (1.0 - keep) * error * error
     update_resetting(
         state.information,
-        FLOOR * state.levels[0] + SMALLEST_FLOOR,
+        floor,
         keep,
         instrument,
         error,

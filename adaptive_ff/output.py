@@ -5,7 +5,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +15,6 @@ from numpy.typing import NDArray
 from adaptive_ff.errors import InputError
 
 
-def prepare_folder(folder: Path) -> None:
-    """Make a folder and check that files can be written there.
-
-    Raises
-    ------
-    InputError
-        They cannot.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
-
-
 @contextmanager
 def staged(folder: Path) -> Iterator[Path]:
     """Collect files in a temporary folder; move them to their place when all are there.
@@ -38,22 +22,39 @@ def staged(folder: Path) -> Iterator[Path]:
     Parameters
     ----------
     folder : Path
-        Where the files go; files of the same name are replaced, others stay.
+        Where the files go; it is made where it is missing. Files of the same name are replaced, others stay.
 
     Yields
     ------
     Path
-        The temporary folder. Where the body fails, it is removed and the real one is left as it was.
+        The temporary folder. Where the body fails, it is removed and everything else is left as it was.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written.
     """
-    stage = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+    stage, made = None, []
     try:
+        made = [part for part in (folder, *folder.parents) if not part.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
+        stage = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
         yield stage
-        for file in sorted(stage.iterdir()):
+        files = sorted(stage.iterdir())
+        for file in files:
+            if os.path.isdir(folder / file.name):
+                raise InputError(f"{folder / file.name}: cannot be written: it is a folder")
+        for file in files:
             os.replace(file, folder / file.name)
+        made = []
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
     finally:
-        shutil.rmtree(stage, ignore_errors=True)
+        if stage is not None:
+            shutil.rmtree(stage, ignore_errors=True)
+        for part in made:  # innermost first
+            with suppress(OSError):
+                part.rmdir()
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -65,8 +66,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
         The file cannot be written.
     """
     text = json.dumps(content, indent=2, allow_nan=False) + "\n"
-    prepare_folder(path.parent)
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InputError(f"{path}: cannot be written: it is a folder")
     with staged(path.parent) as stage:
         (stage / path.name).write_text(text, encoding="utf-8")

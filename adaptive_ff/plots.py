@@ -274,7 +274,7 @@ def _running_rms(time: Series, error: Series) -> tuple[Series, Series, float]:
     """Return times, the rms error over the last seconds before each, and how many; at the start over what there is."""
     count = min(RMS_BLOCKS, time.size)
     edges = np.linspace(0, time.size, count + 1).astype(np.intp)
-    blocks = count if time[-1] < RMS_WINDOW else max(round(RMS_WINDOW * count / time[-1]), count // 100)
+    blocks = count if time[-1] < RMS_WINDOW else max(1, round(RMS_WINDOW * count / time[-1]), count // 100)
     squares = np.convolve(np.add.reduceat(np.square(error), edges[:-1]), np.ones(blocks))[:count]
     sizes = np.convolve(np.diff(edges), np.ones(blocks))[:count]
     return time[edges[1:] - 1], np.sqrt(squares / sizes), float(blocks * time[-1] / count)
@@ -395,7 +395,7 @@ def _panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figure, l
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     panels = list(figure.subplots(rows, 1, sharex=shared, squeeze=False)[:, 0])
     for axes in panels:
-        axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+        axes.yaxis.set_major_locator(MaxNLocator(5 if rows > 1 else 8, steps=[1, 2, 2.5, 5, 10]))
         axes.ticklabel_format(style="plain", useOffset=False)
     return figure, panels
 

@@ -30,7 +30,7 @@ class Multisine(BaseModel):
     Parameters
     ----------
     frequencies : list of float
-        Frequencies, Hz.
+        Frequencies, Hz, slower than half the sampling frequency.
     amplitudes : list of float
         Relative amplitudes, one a frequency.
     peak : float
@@ -62,8 +62,9 @@ class Multisine(BaseModel):
         """Return the reference velocity (rad/s) on an ascending grid of times (s)."""
         phases = generator.uniform(0.0, 2.0 * math.pi, len(self.frequencies))
         velocity = np.zeros_like(time)
+        largest = max(abs(amplitude) for amplitude in self.amplitudes)
         for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
-            velocity += amplitude * np.sin(2.0 * math.pi * frequency * time + phase)
+            velocity += amplitude / largest * np.sin(2.0 * math.pi * frequency * time + phase)
         velocity *= self.peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
         if self.fade_in > 0.0:
             share = np.clip(time / self.fade_in, 0.0, 1.0)
@@ -124,23 +125,27 @@ class Motion:
     def __init__(self, name: str, time: NDArray[np.float64], values: NDArray[np.float64], is_position: bool) -> None:
         if time.size < 4:
             raise InputError(f"{name}: {time.size} rows are not enough for a motion; there must be at least 4")
-        late = np.nonzero(np.diff(time) <= 0.0)[0]
+        with np.errstate(over="ignore"):
+            elapsed = time - time[0]
+        late = np.nonzero(~(np.diff(elapsed) > 0.0))[0]
         if late.size:
             row = int(late[0])
             raise InputError(
-                f"{name}: time = {time[row + 1]:g} s in row {row + 2} follows {time[row]:g} s; "
+                f"{name}: time = {time[row + 1]:.10g} s in row {row + 2} follows {time[row]:.10g} s; "
                 "times must ascend strictly"
             )
         self.name = name
-        self.duration = float(time[-1] - time[0])
+        self.duration = float(elapsed[-1])
         shape = CubicSpline if is_position else PchipInterpolator
-        curve = shape(time - time[0], values)
+        curve = shape(elapsed, values)
         self._velocity = curve.derivative() if is_position else curve
 
     def velocity(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the velocity (rad/s) at ascending times (s) from zero; beyond its end the motion repeats."""
-        velocity: NDArray[np.float64] = self._velocity(np.mod(time, self.duration))
-        if time[-1] > self.duration * (1.0 + 1e-9):
+        end = self.duration * (1.0 + 1e-9)
+        moment = np.where(time <= end, np.minimum(time, self.duration), np.mod(time, self.duration))
+        velocity: NDArray[np.float64] = self._velocity(moment)
+        if time[-1] > end:
             seam = abs(float(self._velocity(self.duration) - self._velocity(0.0)))
             if seam > LARGEST_SEAM * float(np.max(np.abs(velocity))):
                 warnings.warn(
@@ -189,7 +194,14 @@ def read_columns(path: Path, required: list[str], one_of: list[str]) -> dict[str
         need = f"{', '.join(required)} and {' or '.join(one_of)}"
         raise InputError(f"{path}: the columns are {', '.join(header)[:80]}; there must be {need}")
     columns: dict[str, NDArray[np.float64]] = {}
+    for number, row in enumerate(rows[1:], start=1):
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise InputError(
+                f"{path}: row {number} has {len(row)} cells; there must be {len(header)}, as in the header"
+            )
     for name in wanted:
+        if header.count(name) > 1:
+            raise InputError(f"{path}: there are {header.count(name)} columns {name}; there must be one")
         index = header.index(name)
         values = np.empty(len(rows) - 1)
         for number, row in enumerate(rows[1:], start=1):

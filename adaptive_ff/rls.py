@@ -1,8 +1,17 @@
-"""Recursive least squares with a forgetting factor, equations (11)-(13), in a symmetric form.
+"""Recursive least squares with a forgetting factor, equations (11)-(13), in a symmetric form and as printed.
 
-Below (10) the paper writes the prediction as ``u(k) x P(k-1)``; it is ``X'(k) P(k-1)``. Its (13), evaluated as
-printed, ``R(k) = (I - gamma X') R(k-1) / lambda``, loses symmetry by rounding and can diverge; here only one triangle
-is computed and copied. Source of the recursion: M. Morf, T. Kailath, L. Ljung, 1976, as cited in the paper.
+Below (10) the paper writes the prediction as ``u(k) x P(k-1)``; it is ``X'(k) P(k-1)``. What rounding does depends on how
+(13), ``R(k) = (I - gamma X') R(k-1) / lambda``, is evaluated:
+
+- as printed, with the product of two matrices (``update_rls_printed``), an error of rounding fades while the data
+  excite all parameters, symmetric or not; ``R`` is symmetric only up to rounding;
+- as ``(R - gamma (R X)') / lambda``, which saves a product because (12) has it already, the update is symmetric in
+  itself, so nothing acts on an asymmetry that is there: it grows as ``1/lambda^k``, and the recursion diverges;
+- here (``update_rls``) one triangle of the latter is computed and copied: no asymmetry, least work.
+
+Without excitation all of them wind up. Source of the recursion: M. Morf, T. Kailath, L. Ljung, 1976, as cited in the
+paper; rounding: M. Verhaegen, "Round-off error propagation in four generally-applicable, recursive, least-squares
+estimation schemes" (Automatica 25, 1989).
 """
 
 import numpy as np
@@ -56,4 +65,42 @@ def update_rls(
             entry = (covariance[i, j] - gain * projected[j]) / forgetting_factor  # (13)
             covariance[i, j] = entry
             covariance[j, i] = entry
+    return error
+
+
+@register_jitable
+def update_rls_printed(
+    estimate: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    regressors: NDArray[np.float64],
+    output: float,
+    forgetting_factor: float,
+) -> float:
+    """Take one equation into account, (11)-(13) as the paper prints them, in some n^3 operations.
+
+    Arguments and result are those of ``update_rls``, which is the one to use.
+    """
+    size = estimate.size
+    gain = np.empty(size)  # R(k-1) X(k), then gamma
+    error = output
+    denominator = forgetting_factor
+    for i in range(size):
+        total = 0.0
+        for j in range(size):
+            total += covariance[i, j] * regressors[j]
+        gain[i] = total
+        error -= regressors[i] * estimate[i]
+        denominator += regressors[i] * total
+    for i in range(size):
+        gain[i] /= denominator  # (12)
+        estimate[i] += gain[i] * error  # (11)
+    updated = np.empty((size, size))
+    for i in range(size):
+        for j in range(size):
+            total = 0.0
+            for k in range(size):
+                kept = 1.0 if i == k else 0.0
+                total += (kept - gain[i] * regressors[k]) * covariance[k, j]
+            updated[i, j] = total / forgetting_factor  # (13)
+    covariance[:, :] = updated
     return error

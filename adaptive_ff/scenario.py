@@ -73,6 +73,12 @@ class Feedback(BaseModel):
             raise ValueError("bandwidth is missing; give it, or both proportional and integral")
         if self.bandwidth is not None and gains != (None, None):
             raise ValueError(f"bandwidth = {self.bandwidth:g} is given beside gains; give it or both gains, not both")
+        proportional, integral = self.gains
+        if not (0.0 < proportional < math.inf and integral < math.inf):
+            raise ValueError(
+                f"inertia = {self.inertia:g} kg m^2 and bandwidth = {self.bandwidth:g} Hz make a proportional gain of "
+                f"{proportional:g} and an integral gain of {integral:g}; both must be finite, the first positive"
+            )
         return self
 
     @property
@@ -150,17 +156,24 @@ class Scenario(BaseModel):
                 f"sampling.period = {period:g} s is not allowed: it must be a whole multiple of "
                 f"joint.solver_period = {solver:g} s"
             )
-        if not 1.0 <= self.length / period <= LONGEST * solver / period:
+        if not 1.0 - 1e-6 <= self.length / period <= LONGEST * solver / period:
             raise ValueError(
                 f"duration = {self.length:g} s is not allowed: it must be from one sampling period ({period:g} s) "
                 f"to {LONGEST} solver periods ({LONGEST * solver:g} s)"
             )
+        end = self.samples * period
         for index, change in enumerate(self.change):
-            if change.time >= self.length:
+            if change.time >= end:
                 raise ValueError(
-                    f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, "
-                    f"{self.length:g} s"
+                    f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {end:g} s"
                 )
+        if isinstance(self.reference, Multisine):
+            for index, frequency in enumerate(self.reference.frequencies):
+                if frequency >= 0.5 / period:
+                    raise ValueError(
+                        f"reference.frequencies.{index} = {frequency:g} Hz is not allowed: it must be less than half "
+                        f"the sampling frequency, {0.5 / period:g} Hz"
+                    )
         if self.feedback.bandwidth is not None:
             try:
                 design_pi(self.feedback.inertia, period, self.feedback.bandwidth)
@@ -197,7 +210,7 @@ class Scenario(BaseModel):
     @property
     def samples(self) -> int:
         """Number of samples of the controller in a run."""
-        return max(1, round(self.length / self.sampling.period))
+        return math.floor(self.length / self.sampling.period + 1e-6)
 
     def times(self) -> NDArray[np.float64]:
         """Return the solver's grid, s, shape (samples * substeps + 1,)."""
@@ -212,14 +225,17 @@ class Scenario(BaseModel):
             The reference changes faster than the controller samples.
         """
         time = self.times()
-        if isinstance(self.reference, Multisine):
-            velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
-        else:
-            assert self.motion is not None
-            velocity = self.motion.velocity(time)
-        seen = np.interp(time, time[:: self.substeps], velocity[:: self.substeps])
-        lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
-        if not math.isfinite(size) or lost > LOST_BETWEEN_SAMPLES * size:
+        with np.errstate(over="ignore", invalid="ignore"):
+            if isinstance(self.reference, Multisine):
+                velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
+            else:
+                assert self.motion is not None
+                velocity = self.motion.velocity(time)
+            seen = np.interp(time, time[:: self.substeps], velocity[:: self.substeps])
+            lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
+        if not math.isfinite(size):
+            raise InputError("reference: its velocity does not stay finite; its values must be smaller")
+        if lost > LOST_BETWEEN_SAMPLES * size:
             raise InputError(
                 f"reference: {lost:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must be slow "
                 f"against sampling.period = {self.sampling.period:g} s"
@@ -262,9 +278,9 @@ class Scenario(BaseModel):
         >>> load_scenario().modified(seed=2, sampling={"period": 0.001}).sampling.period
         0.001
         """
-        content = self.model_dump(exclude_unset=True)
+        content, defaults = self.model_dump(exclude_unset=True), self.model_dump()
         for name, value in tables.items():
-            old = content.get(name)
+            old = content.get(name, defaults.get(name))
             if (
                 isinstance(old, dict)
                 and isinstance(value, dict)
@@ -303,16 +319,20 @@ def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = Non
         raise InputError(f"{name}: {explain(error, Scenario)}") from error
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
+    except ArithmeticError as error:
+        raise InputError(f"{name}: a value is too large or too small to reckon with: {error}") from error
     return scenario
 
 
-def load_scenario(path: str | Path | None = None) -> Scenario:
+def load_scenario(path: str | Path | None = None, reference: str | Path | None = None) -> Scenario:
     """Read a scenario file.
 
     Parameters
     ----------
     path : str or Path, optional
         A TOML file; the built-in scenario by default.
+    reference : str or Path, optional
+        A recorded reference (CSV) instead of the one in the file.
 
     Returns
     -------
@@ -331,4 +351,7 @@ def load_scenario(path: str | Path | None = None) -> Scenario:
         raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"{file}: is not valid TOML: {' '.join(str(error).split())}") from error
-    return parse_scenario(content, str(file), file.parent)
+    name = "built-in scenario" if path is None else str(path)
+    if reference is None:
+        return parse_scenario(content, name, file.parent)
+    return parse_scenario({**content, "reference": {"kind": "csv", "path": str(reference)}}, name)

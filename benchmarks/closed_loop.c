@@ -1,15 +1,17 @@
 /*
  * The closed loop of adaptive_ff/loop.py in C99, for speed comparison: joint, drive, PI loop and, where asked for, the
- * adaptive controller, with the same recorded series. What a run never uses is left out: torque known from elsewhere,
- * switching the adaptation off. Equations carry the numbers of the Python sources.
+ * adaptive controller, with the same recorded series. What a run never uses is left out: torque known from elsewhere, an
+ * unknown next reference, switching the adaptation off. Equations carry the numbers of the Python sources.
  *
- * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, GATE_HOLD, FLOOR,
- * PRIOR, INERTIA_RANGE.
+ * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, INERTIA_RANGE, FLOOR,
+ * SMALLEST_FLOOR, PRIOR, LEAST_AGREEMENT, MOST_AGREEMENT, PEAK_FACTOR.
  */
 
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
+
+#define REGRESSORS 6
 
 enum { INERTIA, COULOMB, STICTION, VISCOUS, FRICTION_LAG, PARAMETERS };
 enum { TORQUE, VELOCITY, SLIP, ADHESION, FILTERS };
@@ -18,32 +20,26 @@ struct friction {
     double coulomb, stiction, viscous, stribeck_velocity, stribeck_shape;
 };
 
-/* What a run is given and what it fills in; the layout is that of the ctypes structure in speed.py. */
+/* What a run is given and what it fills in; the layout is that of the ctypes structure in closed_loop.py. */
 struct run {
     struct friction friction;
     double inertia, friction_lag, start_velocity, start_friction, solver_period, torque_limit;
     double proportional, integral;
-    double pole, stribeck_velocity, stribeck_shape, assumed_inertia, torque_scale, largest_lag, slowest, memory, period;
+    double pole, stribeck_velocity, stribeck_shape, torque_scale, largest_lag, memory, slowest, hold, period;
     int64_t adaptive, count, phases;
-    const double *scale;                   /* unit of each parameter, PARAMETERS */
-    const int64_t *starts;                 /* first solver step of each phase of friction */
-    const double *scales;                  /* friction factor in it */
-    const int64_t *samples;                /* solver step of each sample, and of the end */
-    const double *reference;               /* on the solver's grid */
-    const double *noise;                   /* at the samples */
-    double *velocity;                      /* on the solver's grid */
+    const double *first, *scale;                               /* first estimate and unit of each parameter */
+    const int64_t *starts;                                     /* first solver step of each phase of friction */
+    const double *scales;                                      /* friction factor in it */
+    const int64_t *samples;                                    /* solver step of each sample, and of the end */
+    const double *reference, *noise;                           /* on the solver's grid; at the samples */
+    double *velocity;                                          /* on the solver's grid */
     double *friction_torque, *measured, *torque, *feedforward; /* at the samples */
-    double *estimates;                     /* PARAMETERS a sample */
-};
-
-struct joint {
-    struct friction friction;
-    double inertia, lag;
+    double *estimates;                                         /* PARAMETERS a sample */
 };
 
 struct pi {
     double integral, velocity, command;
-    int64_t samples, rejected;
+    int64_t samples;
 };
 
 struct signals {
@@ -51,13 +47,18 @@ struct signals {
     double velocity;
 };
 
-struct adaptive {
-    struct signals measured, instrument;
+struct estimator {
     double estimate[PARAMETERS];
     double information[PARAMETERS][PARAMETERS];
+    double agreement[PARAMETERS][2]; /* fading means of z^2 and z x */
+    double error, torque, speed;     /* mean squared prediction error; largest filtered torque and speed */
+};
+
+struct adaptive {
+    struct signals measured, model;
+    struct estimator estimator;
     double sliding, model_torque;
-    double friction, reference; /* of the feedforward */
-    int started;
+    double friction; /* of the feedforward */
 };
 
 static double decay_of_stiction(double speed, double stribeck_velocity, double shape)
@@ -67,6 +68,8 @@ static double decay_of_stiction(double speed, double stribeck_velocity, double s
         return exp(-ratio);
     if (shape == 2.0)
         return exp(-ratio * ratio);
+    if (ratio > 1.0 && shape * log(ratio) > 7.0)
+        return 0.0;
     return exp(-pow(ratio, shape));
 }
 
@@ -76,7 +79,9 @@ static double sliding_friction(const struct friction *f, double speed, double *s
     double ratio = speed / f->stribeck_velocity;
     double decay = decay_of_stiction(speed, f->stribeck_velocity, f->stribeck_shape);
     double power;
-    if (f->stribeck_shape == 1.0)
+    if (decay == 0.0)
+        power = 0.0;
+    else if (f->stribeck_shape == 1.0)
         power = 1.0;
     else if (f->stribeck_shape == 2.0)
         power = ratio;
@@ -86,15 +91,9 @@ static double sliding_friction(const struct friction *f, double speed, double *s
     return f->coulomb + (f->stiction - f->coulomb) * decay + f->viscous * speed;
 }
 
-static double least(double a, double b)
-{
-    return b < a ? b : a;
-}
+static double least(double a, double b) { return b < a ? b : a; }
 
-static double most(double a, double b)
-{
-    return b > a ? b : a;
-}
+static double most(double a, double b) { return b > a ? b : a; }
 
 /* Solve x + kappa F(x) = free_speed by Newton's method inside a bracket. */
 static double sliding_speed(const struct friction *f, double free_speed, double kappa, double guess)
@@ -112,7 +111,7 @@ static double sliding_speed(const struct friction *f, double free_speed, double 
             low = speed;
         slope = 1.0 + kappa * slope;
         double candidate = slope > 0.0 ? speed - residual / slope : low;
-        if (fabs(candidate - speed) <= RELATIVE_TOLERANCE * free_speed)
+        if (slope > 0.0 && fabs(candidate - speed) <= RELATIVE_TOLERANCE * free_speed)
             return least(most(candidate, low), high);
         if (candidate <= low || candidate >= high)
             candidate = 0.5 * (low + high);
@@ -122,28 +121,28 @@ static double sliding_speed(const struct friction *f, double free_speed, double 
 }
 
 /* One implicit Euler step of joint and friction lag (1). */
-static void step_joint(const struct joint *joint, double *velocity, double *friction_torque, double torque, double h)
+static void step_joint(const struct run *run, const struct friction *f, double *velocity, double *torque, double drive)
 {
-    double denominator = joint->lag + h;
-    double kappa = h * h / (joint->inertia * denominator);
-    double carried = joint->lag * *friction_torque / denominator;
-    double free_velocity = *velocity + h / joint->inertia * (torque - carried);
+    double h = run->solver_period, denominator = run->friction_lag + h;
+    double kappa = h * h / (run->inertia * denominator);
+    double carried = run->friction_lag * *torque / denominator;
+    double free_velocity = *velocity + h / run->inertia * (drive - carried);
     double next = 0.0;
-    if (fabs(free_velocity) > kappa * joint->friction.stiction) {
-        double speed = sliding_speed(&joint->friction, fabs(free_velocity), kappa, fabs(*velocity));
+    if (fabs(free_velocity) > kappa * f->stiction) {
+        double speed = sliding_speed(f, fabs(free_velocity), kappa, fabs(*velocity));
         next = free_velocity > 0.0 ? speed : -speed;
     }
     *velocity = next;
-    *friction_torque = carried + h * ((free_velocity - next) / kappa) / denominator;
+    *torque = carried + h * ((free_velocity - next) / kappa) / denominator;
 }
 
-static struct joint joint_in_phase(const struct run *run, int64_t phase)
+static struct friction friction_in_phase(const struct run *run, int64_t phase)
 {
-    struct joint joint = {run->friction, run->inertia, run->friction_lag};
-    joint.friction.coulomb *= run->scales[phase];
-    joint.friction.stiction *= run->scales[phase];
-    joint.friction.viscous *= run->scales[phase];
-    return joint;
+    struct friction friction = run->friction;
+    friction.coulomb *= run->scales[phase];
+    friction.stiction *= run->scales[phase];
+    friction.viscous *= run->scales[phase];
+    return friction;
 }
 
 /* PI loop with back-calculation from the realised torque. */
@@ -159,8 +158,6 @@ static double step_pi(const struct run *run, struct pi *pi, double reference, do
     }
     if (valid)
         pi->integral += run->integral * dt * error;
-    else
-        pi->rejected++;
     pi->velocity = velocity;
     pi->command = run->proportional * error + pi->integral + feedforward;
     pi->samples++;
@@ -217,7 +214,7 @@ static void settle_signals(const struct run *run, struct signals *s, double velo
     s->velocity = velocity;
 }
 
-static double write_regressors(const struct run *run, const struct signals *s, double row[PARAMETERS + 1])
+static double write_regressors(const struct run *run, const struct signals *s, double row[REGRESSORS])
 {
     const double *velocity = s->filters[VELOCITY];
     row[0] = run->pole * run->pole * (s->velocity - velocity[0]) - 2.0 * run->pole * velocity[1];
@@ -258,49 +255,89 @@ static void solve_in_place(double matrix[PARAMETERS][PARAMETERS], double vector[
     }
 }
 
-static void confine(const struct run *run, double estimate[PARAMETERS])
+/* Exponential resetting: take one equation into account; the prediction error becomes a correction. */
+static void update_resetting(double information[PARAMETERS][PARAMETERS], double floor, double keep,
+                             const double instrument[PARAMETERS], double error, double correction[PARAMETERS])
 {
-    double inertia = run->assumed_inertia;
+    double work[PARAMETERS][PARAMETERS], gain = 1.0 - keep;
+    for (int i = 0; i < PARAMETERS; i++) {
+        for (int j = 0; j <= i; j++) {
+            double entry = keep * information[i][j] + gain * instrument[i] * instrument[j];
+            if (i == j)
+                entry += gain * floor;
+            information[i][j] = entry; /* the lower triangle is enough */
+            work[i][j] = entry;
+        }
+        correction[i] = gain * error * instrument[i];
+    }
+    solve_in_place(work, correction);
+}
+
+static double predict_torque(const double estimate[PARAMETERS], const double row[REGRESSORS])
+{
+    double lag = estimate[FRICTION_LAG];
+    double prediction = estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5];
+    for (int i = COULOMB; i < FRICTION_LAG; i++)
+        prediction += estimate[i] * row[i + 1];
+    return prediction;
+}
+
+static void write_gradient(const struct run *run, const double estimate[PARAMETERS], const double row[REGRESSORS],
+                           double gradient[PARAMETERS])
+{
+    gradient[INERTIA] = row[1] + estimate[FRICTION_LAG] * row[0];
+    for (int i = COULOMB; i < FRICTION_LAG; i++)
+        gradient[i] = row[i + 1];
+    gradient[FRICTION_LAG] = estimate[INERTIA] * row[0] + row[5];
+    for (int i = 0; i < PARAMETERS; i++)
+        gradient[i] *= run->scale[i] / run->torque_scale;
+}
+
+static int gradients_agree(double agreement[PARAMETERS][2], const double model[PARAMETERS],
+                           const double measured[PARAMETERS], double keep, double unexcited)
+{
+    int alike = 1;
+    for (int i = 0; i < PARAMETERS; i++) {
+        agreement[i][0] = keep * agreement[i][0] + (1.0 - keep) * model[i] * model[i];
+        agreement[i][1] = keep * agreement[i][1] + (1.0 - keep) * model[i] * measured[i];
+        if (agreement[i][1] < LEAST_AGREEMENT * agreement[i][0] - unexcited
+            || agreement[i][1] > MOST_AGREEMENT * agreement[i][0] + unexcited)
+            alike = 0;
+    }
+    return alike;
+}
+
+static void confine(const struct run *run, struct estimator *e, double torque, double speed)
+{
+    double inertia = run->first[INERTIA], *estimate = e->estimate;
+    e->torque = most(e->torque, torque);
+    e->speed = most(e->speed, speed);
+    double largest = PEAK_FACTOR * e->torque;
     estimate[INERTIA] = least(most(estimate[INERTIA], inertia / INERTIA_RANGE), inertia * INERTIA_RANGE);
-    estimate[COULOMB] = most(estimate[COULOMB], 0.0);
-    estimate[STICTION] = most(estimate[STICTION], 0.0);
-    estimate[VISCOUS] = most(estimate[VISCOUS], 0.0);
+    estimate[COULOMB] = least(most(estimate[COULOMB], 0.0), largest);
+    estimate[STICTION] = least(most(estimate[STICTION], 0.0), largest);
+    estimate[VISCOUS] = least(most(estimate[VISCOUS], 0.0), largest / e->speed);
     estimate[FRICTION_LAG] = least(most(estimate[FRICTION_LAG], 0.0), run->largest_lag);
 }
 
-/* Correct the estimate by one equation of the regression: exponential resetting with an instrument. */
-static void learn(const struct run *run, struct adaptive *a, double dt)
+/* Take one sample of sliding motion into account. */
+static void learn(const struct run *run, struct estimator *e, const struct signals *measured,
+                  const struct signals *model, double duration)
 {
-    double x[PARAMETERS + 1], z[PARAMETERS + 1], gradient[PARAMETERS], correction[PARAMETERS];
-    double work[PARAMETERS][PARAMETERS];
-    double torque = write_regressors(run, &a->measured, x);
-    write_regressors(run, &a->instrument, z);
-    double inertia = a->estimate[INERTIA], lag = a->estimate[FRICTION_LAG];
-    double prediction = inertia * (x[1] + lag * x[0]) + lag * x[5];
-    for (int i = 1; i < PARAMETERS - 1; i++)
-        prediction += a->estimate[i] * x[i + 1];
-    gradient[INERTIA] = z[1] + lag * z[0];
-    for (int i = 1; i < PARAMETERS - 1; i++)
-        gradient[i] = z[i + 1];
-    gradient[FRICTION_LAG] = inertia * z[0] + z[5];
+    double row[REGRESSORS], gradient[PARAMETERS], instrument[PARAMETERS], correction[PARAMETERS];
+    write_regressors(run, model, row);
+    write_gradient(run, e->estimate, row, instrument);
+    double torque = write_regressors(run, measured, row);
+    write_gradient(run, e->estimate, row, gradient);
+    double keep = exp(-duration / run->memory);
+    double error = (torque - predict_torque(e->estimate, row)) / run->torque_scale;
+    e->error = keep * e->error + (1.0 - keep) * error * error;
+    double floor = FLOOR * e->error + SMALLEST_FLOOR;
+    int alike = gradients_agree(e->agreement, instrument, gradient, keep, floor);
+    update_resetting(e->information, floor, keep, alike ? instrument : gradient, error, correction);
     for (int i = 0; i < PARAMETERS; i++)
-        gradient[i] *= run->scale[i] / run->torque_scale;
-    double error = (torque - prediction) / run->torque_scale;
-    double keep = exp(-dt / run->memory), gain = 1.0 - keep;
-    for (int i = 0; i < PARAMETERS; i++) {
-        for (int j = 0; j <= i; j++) {
-            double entry = keep * a->information[i][j] + gain * gradient[i] * gradient[j];
-            if (i == j)
-                entry += gain * FLOOR;
-            a->information[i][j] = entry;
-            work[i][j] = entry;
-        }
-        correction[i] = gain * error * gradient[i];
-    }
-    solve_in_place(work, correction);
-    for (int i = 0; i < PARAMETERS; i++)
-        a->estimate[i] += correction[i] * run->scale[i];
-    confine(run, a->estimate);
+        e->estimate[i] += correction[i] * run->scale[i];
+    confine(run, e, fabs(torque), fabs(measured->filters[VELOCITY][0]));
 }
 
 static double model_friction(const struct run *run, const double model[PARAMETERS], double speed)
@@ -330,21 +367,17 @@ static double one_way_friction(const struct run *run, const double model[PARAMET
 }
 
 /* Feedforward torque of the coming period. */
-static double step_feedforward(const struct run *run, const double model[PARAMETERS], struct adaptive *a,
+static double step_feedforward(const struct run *run, const double model[PARAMETERS], double *friction,
                                double reference, double next)
 {
     double period = run->period, integral;
-    if (!isfinite(next))
-        next = a->started ? 2.0 * reference - a->reference : reference;
     if (reference * next < 0.0) {
         double turn = period * reference / (reference - next);
-        integral = one_way_friction(run, model, &a->friction, reference, 0.0, turn);
-        integral += one_way_friction(run, model, &a->friction, 0.0, next, period - turn);
+        integral = one_way_friction(run, model, friction, reference, 0.0, turn);
+        integral += one_way_friction(run, model, friction, 0.0, next, period - turn);
     } else {
-        integral = one_way_friction(run, model, &a->friction, reference, next, period);
+        integral = one_way_friction(run, model, friction, reference, next, period);
     }
-    a->reference = reference;
-    a->started = 1;
     return (model[INERTIA] * (next - reference) + integral) / period;
 }
 
@@ -358,36 +391,37 @@ static double step_adaptive(const struct run *run, struct adaptive *a, const str
         realised = pi->command;
     if (pi->samples == 0) {
         settle_signals(run, &a->measured, velocity);
-        settle_signals(run, &a->instrument, reference);
+        settle_signals(run, &a->model, reference);
     }
     advance_signals(run, &a->measured, realised, velocity, dt);
-    advance_signals(run, &a->instrument, a->model_torque, reference, dt);
+    advance_signals(run, &a->model, a->model_torque, reference, dt);
     a->sliding = valid && fabs(velocity) >= run->slowest && velocity * reference > 0.0 ? a->sliding + dt : 0.0;
-    if (a->sliding * run->pole > GATE_HOLD)
-        learn(run, a, dt);
-    memcpy(row, a->estimate, sizeof a->estimate);
+    if (a->sliding > run->hold)
+        learn(run, &a->estimator, &a->measured, &a->model, dt);
+    memcpy(row, a->estimator.estimate, sizeof a->estimator.estimate);
     row[STICTION] = most(row[STICTION], row[COULOMB]);
-    a->model_torque = step_feedforward(run, row, a, reference, next_reference);
+    a->model_torque = step_feedforward(run, row, &a->friction, reference, next_reference);
     return a->model_torque;
 }
 
 static void start_adaptive(const struct run *run, struct adaptive *a)
 {
     memset(a, 0, sizeof *a);
-    a->estimate[INERTIA] = run->assumed_inertia;
+    memcpy(a->estimator.estimate, run->first, sizeof a->estimator.estimate);
     for (int i = 0; i < PARAMETERS; i++)
-        a->information[i][i] = PRIOR / run->memory + FLOOR;
-    a->sliding = -GATE_HOLD / run->pole;
+        a->estimator.information[i][i] = PRIOR;
+    a->sliding = -run->hold;
 }
 
 void run_loop(const struct run *run)
 {
-    struct joint joint = joint_in_phase(run, 0);
+    struct friction friction = friction_in_phase(run, 0);
     struct adaptive adaptive;
-    struct pi pi = {0.0, 0.0, 0.0, 0, 0};
+    struct pi pi = {0.0, 0.0, 0.0, 0};
     double velocity = run->start_velocity, friction_torque = run->start_friction, realised = NAN;
     int64_t phase = 0;
-    start_adaptive(run, &adaptive);
+    if (run->adaptive)
+        start_adaptive(run, &adaptive);
     for (int64_t k = 0; k < run->count; k++) {
         int64_t first = run->samples[k], last = run->samples[k + 1];
         int64_t previous = k > 0 ? run->samples[k - 1] : first - (last - first);
@@ -404,9 +438,9 @@ void run_loop(const struct run *run)
         run->torque[k] = realised;
         run->feedforward[k] = feedforward;
         for (int64_t i = first; i < last; i++) {
-            if (phase + 1 < run->phases && i >= run->starts[phase + 1])
-                joint = joint_in_phase(run, ++phase);
-            step_joint(&joint, &velocity, &friction_torque, realised, run->solver_period);
+            while (phase + 1 < run->phases && i >= run->starts[phase + 1])
+                friction = friction_in_phase(run, ++phase);
+            step_joint(run, &friction, &velocity, &friction_torque, realised);
             run->velocity[i + 1] = velocity;
         }
     }

@@ -1,0 +1,239 @@
+"""Batch least squares, equations (7)-(9), by singular values of the scaled regressors.
+
+The paper writes the estimate as ``(X'X)^-1 X'W``, (9). Forming ``X'X`` squares the condition number; here ``X`` itself is
+factorised, its columns scaled to unit length before. In (8) the paper's objective lacks the square; the
+minimiser is the same.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg, stats
+
+Array = NDArray[np.float64]
+
+
+class Estimate(NamedTuple):
+    """One estimated number.
+
+    Attributes
+    ----------
+    value : float
+        The estimate.
+    standard_error : float
+        Its standard error.
+    lower, upper : float
+        Ends of its confidence interval.
+    """
+
+    value: float
+    standard_error: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, eq=False)
+class LeastSquaresFit:
+    """Result of a batch least-squares fit.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the parameters, in the order of the columns.
+    values : ndarray, shape (n,)
+        Estimated parameters.
+    covariance : ndarray, shape (n, n)
+        Their covariance.
+    residuals : ndarray, shape (m,)
+        Output minus prediction, of the data rows.
+    condition_number : float
+        Ratio of the largest to the smallest singular value of the scaled regressors (and prior rows).
+    raw_condition_number : float
+        The same without scaling: what the units of the columns make of it.
+    confidence : float
+        Probability that the intervals are meant to have.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    residuals: Array
+    condition_number: float
+    raw_condition_number: float
+    confidence: float
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Rows of data minus parameters."""
+        return self.residuals.size - self.values.size
+
+    @property
+    def residual_rms(self) -> float:
+        """Root mean square of the residuals, in the unit of the output."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    @property
+    def standard_errors(self) -> Array:
+        """Standard errors of the parameters, shape (n,)."""
+        errors: Array = np.sqrt(np.diag(self.covariance))
+        return errors
+
+    def estimate(self, name: str) -> Estimate:
+        """Return one parameter with its interval.
+
+        Raises
+        ------
+        ValueError
+            There is no parameter of that name.
+        """
+        if name not in self.names:
+            raise ValueError(f"name = {name!r} is not known; allowed: {', '.join(self.names)}")
+        place = self.names.index(name)
+        return self.interval(float(self.values[place]), float(self.standard_errors[place]))
+
+    def interval(self, value: float, standard_error: float) -> Estimate:
+        """Return a number derived from the parameters with its interval (Student's t)."""
+        half = standard_error * float(stats.t.ppf(0.5 + 0.5 * self.confidence, self.degrees_of_freedom))
+        return Estimate(value, standard_error, value - half, value + half)
+
+
+def fit_least_squares(
+    regressors: ArrayLike,
+    outputs: ArrayLike,
+    *,
+    names: Sequence[str] | None = None,
+    prior_information: ArrayLike | None = None,
+    confidence: float = 0.95,
+    correlated_samples: int = 0,
+) -> LeastSquaresFit:
+    """Fit ``outputs = regressors parameters + error``.
+
+    Parameters
+    ----------
+    regressors : array_like, shape (m, n)
+        One row for each equation, ``X`` of (7); more rows than columns.
+    outputs : array_like, shape (m,)
+        Regressed outputs, ``W`` of (7).
+    names : sequence of str, optional
+        Names of the parameters; ``p0``, ``p1``, ... by default.
+    prior_information : array_like, shape (n, n), optional
+        ``R0^-1``: symmetric, positive definite, in units of the inverse variance of the error. The parameters are
+        then drawn towards zero as recursive least squares that starts there with ``R0`` is; it enters as ``n`` rows.
+    confidence : float, optional
+        Probability that the confidence intervals are meant to have.
+    correlated_samples : int, optional
+        Over how many rows errors are correlated. Zero: not at all, and of equal variance. Above (not with a prior):
+        the covariance of the parameters is that of Newey and West (Econometrica 55, 1987), with Bartlett's weights.
+
+    Returns
+    -------
+    LeastSquaresFit
+        The fit. Its intervals speak of random errors that are independent of the regressors; a model that is wrong,
+        or noise in the regressors, shifts the estimates by more than they tell.
+
+    Raises
+    ------
+    ValueError
+        Arguments have the wrong shape, are not finite or out of range, there are too few rows, or the columns of the
+        regressors are linearly dependent.
+    """
+    matrix, target = _check_data(regressors, outputs)
+    rows, size = matrix.shape
+    labels = tuple(f"p{i}" for i in range(size)) if names is None else tuple(names)
+    if len(labels) != size:
+        raise ValueError(f"names = {labels} has {len(labels)} entries; there must be one for each of {size} columns")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
+    if not 0 <= correlated_samples < rows:
+        raise ValueError(
+            f"correlated_samples = {correlated_samples} is not allowed: it must be at least 0 and less than the "
+            f"{rows} rows"
+        )
+    full, wanted = matrix, target
+    if prior_information is not None:
+        if correlated_samples:
+            raise ValueError(f"correlated_samples = {correlated_samples} is not allowed with a prior: it must be 0 there")
+        full = np.vstack([matrix, _prior_rows(prior_information, size)])
+        wanted = np.concatenate([target, np.zeros(size)])
+    left, singular, right, scale = _factorise(full, labels)
+    values = right.T @ (left.T @ wanted / singular) / scale
+    residuals = target - matrix @ values
+    spread = _spread(left[:rows], residuals, correlated_samples)
+    root = (right.T / singular) / scale[:, np.newaxis]
+    return LeastSquaresFit(
+        labels,
+        values,
+        root @ spread @ root.T,
+        residuals,
+        float(singular[0] / singular[-1]),
+        float(np.linalg.cond(full)),
+        float(confidence),
+    )
+
+
+def _spread(left: Array, residuals: Array, correlated_samples: int) -> Array:
+    """Return the covariance of ``left' error``, the parameters in the coordinates of the singular vectors."""
+    rows, size = left.shape
+    correction = 1.0 / (rows - size)
+    if correlated_samples == 0:
+        return np.eye(size) * float(residuals @ residuals) * correction
+    weighted = left * residuals[:, np.newaxis]
+    total = weighted.T @ weighted
+    for lag in range(1, correlated_samples + 1):
+        product = weighted[lag:].T @ weighted[:-lag]
+        total += (1.0 - lag / (correlated_samples + 1.0)) * (product + product.T)
+    spread: Array = total * rows * correction
+    return spread
+
+
+def _factorise(matrix: Array, names: tuple[str, ...]) -> tuple[Array, Array, Array, Array]:
+    """Return the singular value decomposition of the matrix with columns of unit length, and their lengths."""
+    scale = np.linalg.norm(matrix, axis=0)
+    for name, length in zip(names, scale, strict=True):
+        if length == 0.0:
+            raise ValueError(f"the regressor of {name} is zero in every row; it must vary for {name} to be estimated")
+    left, singular, right = linalg.svd(matrix / scale, full_matrices=False)
+    limit = singular[0] * max(matrix.shape) * np.finfo(float).eps
+    if singular[-1] <= limit:
+        rank = int(np.count_nonzero(singular > limit))
+        loudest = names[int(np.argmax(np.abs(right[-1])))]
+        raise ValueError(
+            f"regressors have rank {rank}; it must be {len(names)}, the number of columns: {loudest} cannot be told "
+            "from the others with these data"
+        )
+    return left, singular, right, scale
+
+
+def _prior_rows(information: ArrayLike, size: int) -> Array:
+    matrix = np.asarray(information, dtype=np.float64)
+    if matrix.shape != (size, size):
+        raise ValueError(f"prior_information has shape {matrix.shape}; it must be {(size, size)}")
+    if not np.all(np.isfinite(matrix)) or not np.array_equal(matrix, matrix.T):
+        raise ValueError("prior_information is not symmetric and finite; it must be both")
+    try:
+        factor: Array = linalg.cholesky(matrix)
+    except linalg.LinAlgError as error:
+        raise ValueError(
+            "prior_information is not positive definite; it must be the inverse of a covariance"
+        ) from error
+    return factor
+
+
+def _check_data(regressors: ArrayLike, outputs: ArrayLike) -> tuple[Array, Array]:
+    matrix = np.asarray(regressors, dtype=np.float64)
+    target = np.asarray(outputs, dtype=np.float64)
+    if matrix.ndim != 2 or matrix.shape[1] == 0:
+        raise ValueError(f"regressors have shape {matrix.shape}; it must be (rows, columns) with a column at least")
+    rows, size = matrix.shape
+    if target.shape != (rows,):
+        raise ValueError(f"outputs have shape {target.shape}; it must be {(rows,)}, one for each row of regressors")
+    for name, array in (("regressors", matrix), ("outputs", target)):
+        if not np.all(np.isfinite(array)):
+            place = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
+            raise ValueError(f"{name}{list(place)} = {array[place]} is not allowed: all must be finite")
+    if rows <= size:
+        raise ValueError(f"regressors have {rows} rows; there must be more than the {size} parameters")
+    return matrix, target

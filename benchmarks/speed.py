@@ -1,0 +1,383 @@
+"""Speed of the closed loop, of one step and of the command line: ``python -m benchmarks.speed [--json FILE]``.
+
+Everything is measured beside a rival in the same run, in turn with it: the closed loop beside the same loop in C and in
+python-control, a long run beside a short one, a step beside the same step in plain Python. Before a rival is timed, its
+run is checked against ours.
+"""
+
+import math
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import tracemalloc
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from ctypes import CDLL
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+from adaptive_ff import Scenario, load_scenario, simulate
+from adaptive_ff.lineup import make_controller
+from adaptive_ff.output import write_json
+from benchmarks.closed_loop import CLoop, OwnLoop, PythonControlLoop, check_alike, compile_loop, compiler
+
+COURSES: dict[str, dict[str, Any]] = {
+    "100 Hz, joint 1 kHz": {},
+    "1 kHz, joint 1 kHz": {"sampling": {"period": 0.001}},
+    "100 Hz, joint 10 kHz": {"joint": {"solver_period": 0.0001}},
+}
+CLASSES = {"pi": "PI", "fixed": "ModelBased", "adaptive": "AdaptiveController"}
+COMPARE = (sys.executable, "-m", "adaptive_ff.cli", "compare", "--out", "{out}")
+
+RATIO_TO_C = 1.5
+RATIO_TO_PYTHON_CONTROL = 0.01
+RATIO_TO_SHORT_RUN = 1.5
+RATIO_TO_SERIES = 3.0
+LONGEST_STEP = 1e-3
+"""Longest step in a thousand, s: the period at 1 kHz."""
+
+MEDIAN_STEP = 1e-4
+LONGEST_FIRST_COMMAND = 40.0
+LONGEST_LATER_COMMAND = 5.0
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How much is measured.
+
+    Attributes
+    ----------
+    duration : float
+        Simulated time, s.
+    repeats, slow_repeats : int
+        Repeats of what takes milliseconds, and of what takes seconds.
+    lengths : tuple of int
+        Factors on the duration for the dependence on it.
+    calls : int
+        Calls of a single step.
+    """
+
+    duration: float = 60.0
+    repeats: int = 31
+    slow_repeats: int = 5
+    lengths: tuple[int, ...] = (1, 10, 100)
+    calls: int = 50_000
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measurement.
+
+    Attributes
+    ----------
+    what : str
+        What is measured.
+    rival : str
+        What it is measured beside; the reason where nothing is measured.
+    ours, theirs : float, optional
+        Our figure and the rival's, in ``unit``.
+    ratio : float, optional
+        Ours over the rival's.
+    largest_ratio, largest : float, optional
+        Targets for the ratio and for our figure.
+    difference : float, optional
+        Largest relative difference between the rival's series and ours.
+    unit : str
+        Seconds, ``s``, or bytes, ``B``.
+    """
+
+    what: str
+    rival: str
+    ours: float | None = None
+    theirs: float | None = None
+    ratio: float | None = None
+    largest_ratio: float | None = None
+    largest: float | None = None
+    difference: float | None = None
+    unit: str = "s"
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the targets are met; None without a target or a figure."""
+        pairs = ((self.ratio, self.largest_ratio), (self.ours, self.largest))
+        checked = [value <= limit for value, limit in pairs if value is not None and limit is not None]
+        return all(checked) if checked else None
+
+    def cells(self) -> tuple[str, ...]:
+        """Return the row as it is printed."""
+        ratio_target = "" if self.largest_ratio is None else f"<= {shown(self.largest_ratio, '')}"
+        target = "" if self.largest is None else f"<= {shown(self.largest, self.unit)}"
+        met = {True: "yes", False: "NO", None: ""}[self.met]
+        figures = (shown(self.ours, self.unit), shown(self.theirs, self.unit), shown(self.ratio, ""))
+        return self.what, *figures, f"{ratio_target}{target}", met
+
+
+def shown(value: float | None, unit: str) -> str:
+    """Return a figure with a prefix to its unit; a ratio, which has none, as it is or as one over a number."""
+    if value is None:
+        return ""
+    if not unit:
+        return f"{value:.2f}" if value > 0.1 else f"1/{1.0 / value:.0f}"
+    for factor, prefix in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u")):
+        if abs(value) >= factor and (factor <= 1.0 or unit == "B"):
+            return f"{value / factor:.3g} {prefix}{unit}"
+    return f"{value / 1e-9:.3g} n{unit}"
+
+
+def in_turn(repeats: int, *jobs: Callable[[], float]) -> tuple[list[float], list[float]]:
+    """Return the median time of each job, s, and the median over the repeats of its ratio to the last one."""
+    times = np.array([[job() for job in jobs] for _ in range(repeats)])
+    return np.median(times, axis=0).tolist(), np.median(times / times[:, -1:], axis=0).tolist()
+
+
+def beside_c(scenario: Scenario, course: str, repeats: int, library: CDLL | None) -> list[Row]:
+    """Measure our loop beside the C loop; without a library there is one row that gives the reason."""
+    if library is None:
+        return [Row(course, "skipped: there is no C compiler (cc, gcc, clang)")]
+    rows = []
+    for name in ("pi", "adaptive"):
+        own = OwnLoop(scenario, name)
+        rival = CLoop(library, own)
+        own.run()
+        rival.run()
+        difference = check_alike(own.record, rival.record, f"C, {name}, {course}")
+        (ours, theirs), (ratio, _) = in_turn(repeats, own.run, rival.run)
+        rows.append(Row(f"{name}, {course}", "C", ours, theirs, ratio, RATIO_TO_C, difference=difference))
+    return rows
+
+
+def beside_python_control(scenario: Scenario, course: str, repeats: int) -> list[Row]:
+    """Measure our loop, with PI and with the adaptive controller, beside python-control with PI."""
+    pi, adaptive = OwnLoop(scenario, "pi"), OwnLoop(scenario, "adaptive")
+    rival = PythonControlLoop(pi)
+    for loop in (pi, adaptive, rival):
+        loop.run()
+    difference = check_alike(
+        [pi.record.velocity[: -1 : scenario.substeps]], [rival.velocity], f"python-control, {course}"
+    )
+    times, ratios = in_turn(repeats, pi.run, adaptive.run, rival.run)
+    beside = "python-control, PI"
+    return [
+        Row(f"pi, {course}", beside, times[0], times[2], ratios[0], difference=difference),
+        Row(f"adaptive, {course}", beside, times[1], times[2], ratios[1], RATIO_TO_PYTHON_CONTROL),
+    ]
+
+
+def run_length(scenario: Scenario, repeats: int) -> tuple[float, int, int]:
+    """Simulate a scenario and return the median time (s), the peak of memory and the size of all series (B)."""
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        simulate(scenario)
+        times.append(time.perf_counter() - begin)
+    tracemalloc.start()
+    run = simulate(scenario)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    series = [value for value in [*vars(run).values(), *run.estimates.values()] if isinstance(value, np.ndarray)]
+    return statistics.median(times), peak, sum(array.nbytes for array in series)
+
+
+def run_lengths(scenario: Scenario, sizes: Sizes) -> list[Row]:
+    """Measure how time and memory of ``simulate``, with the adaptive controller, grow with the length of the run."""
+    rows = []
+    simulate(scenario)
+    first = math.nan
+    shortest = f"{sizes.lengths[0] * scenario.length:g} s"
+    for factor in sizes.lengths:
+        duration = factor * scenario.length
+        elapsed, peak, size = run_length(scenario.modified(duration=duration), sizes.slow_repeats)
+        each = elapsed / duration
+        first = each if math.isnan(first) else first
+        what = f"{duration:g} s: "
+        rows.append(Row(f"{what}time a simulated second", shortest, each, first, each / first, RATIO_TO_SHORT_RUN))
+        rows.append(Row(f"{what}peak memory", "series", peak, size, peak / size, RATIO_TO_SERIES, unit="B"))
+    return rows
+
+
+def time_steps(name: str, calls: int, warm: bool, plain: bool) -> tuple[float, float, float]:
+    """Time single steps; meant for a process in which nothing has run.
+
+    Parameters
+    ----------
+    name : str
+        Name of the controller.
+    calls : int
+        Number of calls after the first one.
+    warm : bool
+        Whether to call ``warm_up()`` before.
+    plain : bool
+        Whether to step in plain Python.
+
+    Returns
+    -------
+    first, median, late : float
+        Time of the first call; median and 99.9th percentile of the others, s.
+    """
+    scenario = load_scenario()
+    controller = make_controller(scenario, name)
+    if warm:
+        controller.warm_up()
+    if plain:
+        controller.run_uncompiled()
+    samples = scenario.reference_velocity()[:: scenario.substeps]
+    references, following = samples[:-1].tolist(), samples[1:].tolist()
+    measured = (samples[:-1] + scenario.noise()).tolist()  # as if tracking were perfect
+    clock, torque, times = time.perf_counter_ns, None, []
+    for k in range(calls + 1):
+        i = k % len(measured)
+        begin = clock()
+        torque = controller.step(references[i], measured[i], next_reference=following[i], realised_torque=torque)
+        times.append(clock() - begin)
+    others = np.array(times[1:]) * 1e-9
+    return times[0] * 1e-9, float(np.median(others)), float(np.quantile(others, 0.999))
+
+
+def in_new_process(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function in a fresh interpreter."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()
+
+
+def single_steps(sizes: Sizes) -> list[Row]:
+    """Measure ``controller.step()`` from Python beside the same step in plain Python."""
+    rows = []
+    labels = ("first call after warm_up()", "median", "99.9th percentile")
+    limits = (LONGEST_STEP, MEDIAN_STEP, LONGEST_STEP)
+    for name, kind in CLASSES.items():
+        make_controller(load_scenario(), name).warm_up()  # the cache on disk holds it from here on
+        cold, _, _ = in_new_process(time_steps, name, 1, False, False)
+        ours = in_new_process(time_steps, name, sizes.calls, True, False)
+        theirs = in_new_process(time_steps, name, sizes.calls, True, True)
+        rows.append(Row(f"{kind}: first call, not warmed up", "none", cold))
+        for label, own, other, limit in zip(labels, ours, theirs, limits, strict=True):
+            rows.append(Row(f"{kind}: {label}", "plain Python", own, other, own / other, largest=limit))
+    return rows
+
+
+def command_line(command: Sequence[str] = COMPARE) -> list[Row]:
+    """Measure a command without and with what its first run leaves on disk.
+
+    Parameters
+    ----------
+    command : sequence of str
+        Program and arguments; ``{out}`` stands for a new folder.
+
+    Raises
+    ------
+    RuntimeError
+        The command fails.
+    """
+    elapsed = []
+    with tempfile.TemporaryDirectory() as folder:
+        caches = {name: str(Path(folder, name)) for name in ("NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
+        for path in caches.values():
+            os.mkdir(path)
+        for attempt in ("first", "later"):
+            parts = [part.replace("{out}", str(Path(folder, attempt))) for part in command]
+            begin = time.perf_counter()
+            done = subprocess.run(parts, env={**os.environ, **caches}, capture_output=True, text=True, check=False)
+            elapsed.append(time.perf_counter() - begin)
+            if done.returncode != 0:
+                raise RuntimeError(f"{' '.join(parts)} failed: {done.stderr.strip()[-500:]}")
+    first, later = elapsed
+    return [
+        Row("first run, nothing cached", "later run", first, later, first / later, largest=LONGEST_FIRST_COMMAND),
+        Row("later run", "first run", later, first, later / first, largest=LONGEST_LATER_COMMAND),
+    ]
+
+
+def machine() -> dict[str, str]:
+    """Return what the figures depend on."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        models = [line.partition(":")[2].strip() for line in info.read_text().splitlines() if "model name" in line]
+        model = models[0] if models else model
+    program, lines = compiler(), ""
+    if program is not None:
+        lines = subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stdout
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return {
+        "processor": model,
+        "cores": str(cores),
+        "load": f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
+        "Python": platform.python_version(),
+        **{name: version(name) for name in ("numba", "numpy", "control")},
+        "C compiler": lines.partition("\n")[0] or "none",
+    }
+
+
+def measurements(sizes: Sizes, folder: Path, command: Sequence[str]) -> dict[str, Callable[[], list[Row]]]:
+    """Return what is measured, by title; the C loop is compiled into a folder."""
+    library = compile_loop(folder) if compiler() else None
+    base = load_scenario().modified(duration=sizes.duration)
+    courses = {name: base.modified(**tables) for name, tables in COURSES.items()}
+
+    def all_courses(measure: Callable[..., list[Row]], *arguments: Any) -> list[Row]:
+        return [row for name, scenario in courses.items() for row in measure(scenario, name, *arguments)]
+
+    loop = f"Closed loop of {base.length:g} s; rival:"
+    return {
+        f"{loop} the same in C": lambda: all_courses(beside_c, sizes.repeats, library),
+        f"{loop} python-control, with PI": lambda: all_courses(beside_python_control, sizes.slow_repeats),
+        "Longer runs; rival: the shortest, and the size of the series": lambda: run_lengths(base, sizes),
+        "controller.step(); rival: the same in plain Python": lambda: single_steps(sizes),
+        "adaptive-ff compare; rival: the other run": lambda: command_line(command),
+    }
+
+
+def as_table(title: str, rows: Sequence[Row]) -> Table:
+    """Return the rows of a section as they are printed."""
+    differences = [row.difference for row in rows if row.difference is not None]
+    caption = f"largest relative difference between the series: {max(differences):.1g}" if differences else None
+    table = Table(title=title, box=SIMPLE, caption=caption)
+    for heading in ("", "ours", "rival", "ratio", "target", "met"):
+        table.add_column(heading, justify="left" if heading in ("", "met") else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row.cells())
+    return table
+
+
+def report(console: Console, sizes: Sizes, command: Sequence[str] = COMPARE) -> dict[str, Any]:
+    """Measure everything, print a table after the other, and return all numbers."""
+    facts = machine()
+    for name, fact in facts.items():
+        console.print(f"{name}: {fact}", highlight=False, markup=False)
+    sections: dict[str, list[Row]] = {}
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        for title, measure in measurements(sizes, Path(folder), command).items():
+            sections[title] = measure()
+            console.print(as_table(title, sections[title]))
+    verdicts = [row.met for rows in sections.values() for row in rows if row.met is not None]
+    console.print(f"{sum(verdicts)} of {len(verdicts)} targets are met", highlight=False)
+    written = {title: [{**asdict(row), "met": row.met} for row in rows] for title, rows in sections.items()}
+    return {"machine": facts, "sizes": asdict(sizes), "measurements": written}
+
+
+def main(json: Annotated[Path | None, typer.Option(help="Write all numbers there.")] = None) -> None:
+    """Measure the speed of the package beside its rivals."""
+    try:
+        result = report(Console(), Sizes())
+    except ArithmeticError as error:
+        print(f"benchmarks.speed: {error}", file=sys.stderr)
+        raise typer.Exit(1) from error
+    if json is not None:
+        write_json(json, result)
+
+
+if __name__ == "__main__":
+    typer.run(main)
