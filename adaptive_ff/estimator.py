@@ -23,8 +23,8 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.model import ESTIMATED
-from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, STICTION, VISCOUS, confine
-from adaptive_ff.resetting import update_resetting
+from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, INERTIA_RANGE, STICTION, VISCOUS
+from adaptive_ff.resetting import move_parameter, update_resetting
 from adaptive_ff.torque_form import REGRESSORS, VELOCITY, Signals, TorqueForm, write_regressors
 
 PARAMETERS = len(ESTIMATED)
@@ -34,6 +34,9 @@ FLOOR = 0.2
 
 SMALLEST_FLOOR = 1e-9
 """Floor of the information where there is no prediction error."""
+
+LARGEST_FLOOR = 1e-3
+"""Floor of the information where the prediction is far off, as after a change of friction."""
 
 PRIOR = 6e-4
 """Information at the start, in the same units."""
@@ -176,33 +179,59 @@ def learn(
     torque = write_regressors(estimator.form, measured, row)
     write_gradient(estimator, estimate, row, gradient)
     keep = math.exp(-duration / estimator.memory)
-    floor = FLOOR * state.levels[0] + SMALLEST_FLOOR  # of the errors before this one
+    floor = min(FLOOR * state.levels[0] + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     if not gradients_agree(state.agreement, instrument, gradient, keep, floor):
         instrument[:] = gradient
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     state.levels[0] = keep * state.levels[0] + (1.0 - keep) * error * error
-    update_resetting(
-        state.information,
-        floor,
-        keep,
-        instrument,
-        error,
-        gradient,
-        np.empty((PARAMETERS, PARAMETERS)),
-    )
-    for i in range(PARAMETERS):
-        estimate[i] += gradient[i] * estimator.scale[i]
-    confine(estimate, estimator.first[INERTIA], estimator.largest_lag)
-    limit_friction(state, abs(torque), abs(measured.filters[VELOCITY, 0]))
+    factor = np.empty((PARAMETERS, PARAMETERS))
+    update_resetting(state.information, floor, keep, instrument, error, gradient, factor)
+    bounds = np.empty((PARAMETERS, 2))
+    write_bounds(estimator, state, abs(torque), abs(measured.filters[VELOCITY, 0]), bounds)
+    correct(estimator, estimate, gradient, factor, bounds, instrument)
 
 
 @register_jitable
-def limit_friction(state: EstimatorState, torque: float, speed: float) -> None:
-    """Keep friction within what the torques (N m) and speeds (rad/s) seen so far can explain."""
-    estimate, levels = state.estimate, state.levels
+def correct(
+    estimator: EstimatorParameters,
+    estimate: NDArray[np.float64],
+    correction: NDArray[np.float64],
+    factor: NDArray[np.float64],
+    bounds: NDArray[np.float64],
+    work: NDArray[np.float64],
+) -> None:
+    """Add a scaled correction to the estimate and keep it within its bounds.
+
+    A parameter that would leave its bounds is moved back with the others adjusted; what still lies outside after
+    that is cut off.
+    """
+    for i in range(PARAMETERS):
+        value = estimate[i] + correction[i] * estimator.scale[i]
+        possible = min(max(value, bounds[i, 0]), bounds[i, 1])
+        if possible != value:
+            move_parameter(factor, i, (possible - value) / estimator.scale[i], correction, work)
+    for i in range(PARAMETERS):
+        value = estimate[i] + correction[i] * estimator.scale[i]
+        estimate[i] = min(max(value, bounds[i, 0]), bounds[i, 1])
+
+
+@register_jitable
+def write_bounds(
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    torque: float,
+    speed: float,
+    bounds: NDArray[np.float64],
+) -> None:
+    """Write what is possible for each parameter: friction within what torques (N m) and speeds (rad/s) can explain."""
+    levels = state.levels
     levels[1] = max(levels[1], torque)
     levels[2] = max(levels[2], speed)
     largest = PEAK_FACTOR * levels[1]
-    estimate[COULOMB] = min(estimate[COULOMB], largest)
-    estimate[STICTION] = min(estimate[STICTION], largest)
-    estimate[VISCOUS] = min(estimate[VISCOUS], largest / levels[2])
+    bounds[:, 0] = 0.0
+    bounds[INERTIA, 0] = estimator.first[INERTIA] / INERTIA_RANGE
+    bounds[INERTIA, 1] = estimator.first[INERTIA] * INERTIA_RANGE
+    bounds[COULOMB, 1] = largest
+    bounds[STICTION, 1] = largest
+    bounds[VISCOUS, 1] = largest / levels[2]
+    bounds[FRICTION_LAG, 1] = estimator.largest_lag

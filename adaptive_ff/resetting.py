@@ -24,13 +24,9 @@ from numpy.typing import NDArray
 
 
 @register_jitable
-def solve_in_place(matrix: NDArray[np.float64], vector: NDArray[np.float64]) -> None:
-    """Solve ``matrix x = vector`` for a symmetric positive definite matrix by Cholesky's factors.
-
-    Both arguments are overwritten: the lower triangle of the matrix by its factor, the vector by the solution.
-    """
-    size = vector.size
-    for i in range(size):
+def factor_in_place(matrix: NDArray[np.float64]) -> None:
+    """Overwrite the lower triangle of a symmetric positive definite matrix by its Cholesky factor."""
+    for i in range(matrix.shape[0]):
         for j in range(i):
             total = matrix[i, j]
             for k in range(j):
@@ -40,16 +36,51 @@ def solve_in_place(matrix: NDArray[np.float64], vector: NDArray[np.float64]) -> 
         for k in range(i):
             total -= matrix[i, k] * matrix[i, k]
         matrix[i, i] = math.sqrt(total)
+
+
+@register_jitable
+def solve_in_place(factor: NDArray[np.float64], vector: NDArray[np.float64]) -> None:
+    """Overwrite a vector by the solution of the equations whose matrix has the given Cholesky factor."""
+    size = vector.size
     for i in range(size):
         total = vector[i]
         for k in range(i):
-            total -= matrix[i, k] * vector[k]
-        vector[i] = total / matrix[i, i]
+            total -= factor[i, k] * vector[k]
+        vector[i] = total / factor[i, i]
     for i in range(size - 1, -1, -1):
         total = vector[i]
         for k in range(i + 1, size):
-            total -= matrix[k, i] * vector[k]
-        vector[i] = total / matrix[i, i]
+            total -= factor[k, i] * vector[k]
+        vector[i] = total / factor[i, i]
+
+
+@register_jitable
+def move_parameter(
+    factor: NDArray[np.float64], index: int, distance: float, correction: NDArray[np.float64], work: NDArray[np.float64]
+) -> None:
+    """Move one parameter by a distance, the others along with it so that the fit suffers least.
+
+    Without the others, what the data say only of sums of parameters would be lost.
+
+    Parameters
+    ----------
+    factor : ndarray, shape (n, n)
+        Cholesky factor of the information matrix.
+    index : int
+        The parameter.
+    distance : float
+        By how much it moves.
+    correction : ndarray, shape (n,)
+        Changed in place by the moves of all parameters.
+    work : ndarray, shape (n,)
+        Scratch.
+    """
+    work[:] = 0.0
+    work[index] = 1.0
+    solve_in_place(factor, work)
+    share = distance / work[index]
+    for i in range(work.size):
+        correction[i] += share * work[i]
 
 
 @register_jitable
@@ -60,7 +91,7 @@ def update_resetting(
     instrument: NDArray[np.float64],
     error: float,
     correction: NDArray[np.float64],
-    work: NDArray[np.float64],
+    factor: NDArray[np.float64],
 ) -> None:
     """Take one equation into account.
 
@@ -78,8 +109,8 @@ def update_resetting(
         Prediction error ``y - x' P``.
     correction : ndarray, shape (n,)
         Filled with what is to be added to the parameters.
-    work : ndarray, shape (n, n)
-        Scratch.
+    factor : ndarray, shape (n, n)
+        Filled with the Cholesky factor of the information matrix in its lower triangle.
     """
     size = instrument.size
     gain = 1.0 - keep
@@ -90,7 +121,7 @@ def update_resetting(
                 entry += gain * floor
             information[i, j] = entry
             information[j, i] = entry
-            work[i, j] = entry
-            work[j, i] = entry
+            factor[i, j] = entry
         correction[i] = gain * error * instrument[i]
-    solve_in_place(work, correction)
+    factor_in_place(factor)
+    solve_in_place(factor, correction)
