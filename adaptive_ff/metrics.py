@@ -55,7 +55,7 @@ def evaluate(
     moving = np.nonzero(reference)[0]
     begin = int(moving[0]) if moving.size else 0
     start = slice(begin, int(np.searchsorted(time, time[begin] + START, side="right")))
-    settled = slice(int(np.searchsorted(time, 0.5 * (last_change + time[-1]))), None)
+    settled = slice(int(np.searchsorted(time, settled_start(last_change, float(time[-1])))), None)
     return Metrics(
         rms(error),
         float(np.max(np.abs(error))),
@@ -64,6 +64,11 @@ def evaluate(
         float(np.max(np.abs(error[settled]))),
         float(np.sum(np.abs(np.diff(torque)))),
     )
+
+
+def settled_start(last_change: float, end: float) -> float:
+    """Return when the settled part begins: half-way from the last change of friction to the end, all in s."""
+    return 0.5 * (last_change + end)
 
 
 def rms(values: NDArray[np.float64]) -> float:

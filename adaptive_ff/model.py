@@ -43,6 +43,9 @@ class TorqueModel(NamedTuple):
 ESTIMATED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
 """Fields of the model that are identified online; the other two are pre-estimated, as in the paper."""
 
+UNITS = {"inertia": "kg m²", "coulomb": "N m", "stiction": "N m", "viscous": "N m s/rad", "friction_lag": "s"}
+"""Units of the identified parameters."""
+
 
 @register_jitable
 def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:

@@ -21,7 +21,8 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from adaptive_ff.compare import BASELINE, Comparison
-from adaptive_ff.model import TorqueModel, model_friction
+from adaptive_ff.metrics import settled_start
+from adaptive_ff.model import UNITS, TorqueModel, model_friction
 from adaptive_ff.scenario import Scenario
 from adaptive_ff.simulate import Run
 from plant import joint_in_phase, sliding_friction
@@ -59,7 +60,6 @@ FEEDFORWARD: Look = {"linewidth": 1.2, "drawstyle": "steps-post", "label": "feed
 CHANGE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "zorder": 1.5}
 LIMIT: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "torque limit"}
 
-UNITS = {"inertia": "kg m²", "coulomb": "N m", "stiction": "N m", "viscous": "N m s/rad", "friction_lag": "s"}
 FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
 
 STYLE: Any = {
@@ -256,8 +256,7 @@ def _telling(runs: Mapping[str, Run]) -> list[str]:
 def _close_up(run: Run) -> slice:
     """Choose the stretch of the solver's grid with most reversals in the settled part."""
     time, reference = run.solver_time, run.reference
-    changed = run.scenario.change[-1].time if run.scenario.change else 0.0
-    settled, latest = 0.5 * (changed + time[-1]), time[-1] - CLOSE_UP
+    settled, latest = settled_start(run.scenario.last_change, time[-1]), time[-1] - CLOSE_UP
     begin = latest  # where the settled part is too short; the start where the run is
     if latest > settled:
         moving = np.flatnonzero(reference)

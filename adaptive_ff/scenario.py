@@ -197,10 +197,15 @@ class Scenario(BaseModel):
             return self.duration
         return SHORTEST if self.motion is None else max(SHORTEST, self.motion.duration)
 
-    @cached_property
+    @property
     def plan(self) -> JointSchedule:
         """The joint and how its friction changes."""
         return schedule(self.joint.parameters, self.change, self.joint.solver_period)
+
+    @property
+    def last_change(self) -> float:
+        """Time of the last change of friction, s; zero without one."""
+        return self.change[-1].time if self.change else 0.0
 
     @property
     def substeps(self) -> int:
@@ -235,7 +240,7 @@ class Scenario(BaseModel):
             lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
         if not math.isfinite(size):
             raise InputError("reference: its velocity does not stay finite; its values must be smaller")
-        if lost > LOST_BETWEEN_SAMPLES * size:
+        if self.samples > 1 and lost > LOST_BETWEEN_SAMPLES * size:
             raise InputError(
                 f"reference: {lost:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must be slow "
                 f"against sampling.period = {self.sampling.period:g} s"

@@ -186,10 +186,9 @@ def simulate(
 
 
 def _finished(name: str, scenario: Scenario, course: Course, record: Record, names: tuple[str, ...]) -> Run:
-    last_change = scenario.change[-1].time if scenario.change else 0.0
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
-        metrics = evaluate(time, course.reference, record.velocity, record.torque, last_change)
+        metrics = evaluate(time, course.reference, record.velocity, record.torque, scenario.last_change)
     if not all(np.isfinite(list(vars(metrics).values()))):
         raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
     return Run(

@@ -5,15 +5,7 @@ from rich.table import Table
 
 from adaptive_ff.compare import BASELINE, Comparison
 from adaptive_ff.lineup import true_model
-from adaptive_ff.model import ESTIMATED
-
-UNITS = {
-    "inertia": "kg m²",
-    "coulomb": "N m",
-    "stiction": "N m",
-    "viscous": "N m s/rad",
-    "friction_lag": "s",
-}
+from adaptive_ff.model import ESTIMATED, UNITS
 
 
 def tracking_table(comparison: Comparison) -> Table:
