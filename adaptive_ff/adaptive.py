@@ -13,7 +13,12 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn
-from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.feedforward import (
+    FeedforwardState,
+    exchange_model,
+    initial_feedforward_state,
+    step_feedforward,
+)
 from adaptive_ff.gate import sliding_time
 from adaptive_ff.identifying import IdentifyingController, check_positive
 from adaptive_ff.model import TorqueModel
@@ -27,6 +32,7 @@ from controllers import (
     PIParameters,
     PIState,
     check_gains,
+    hand_over,
     initial_pi_state,
     step_pi,
     with_feedforward,
@@ -125,6 +131,24 @@ def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueM
 
 
 @register_jitable
+def learn_bumpless(
+    block: AdaptiveParameters, state: AdaptiveState, measured: Signals, model: Signals, inputs: Inputs
+) -> tuple[FeedforwardState, PIState]:
+    """Learn, and hand over from the integral to the feedforward what the new estimate adds to the latter.
+
+    The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
+    """
+    reference, following = inputs.reference, inputs.next_reference
+    old = identified_model(block, state)
+    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period)
+    learn(block.estimator, state.estimator, measured, model, inputs.dt)
+    new = identified_model(block, state)
+    feedforward = exchange_model(state.feedforward, old, new, reference)
+    after, _ = step_feedforward(new, feedforward, reference, following, block.period)
+    return feedforward, hand_over(block.feedback, state.feedback, after - before)
+
+
+@register_jitable
 def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
     valid = math.isfinite(inputs.velocity)
@@ -138,12 +162,13 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     measured = advance_signals(form, measured, realised - state.known_torque, velocity, inputs.dt)
     model = advance_signals(form, model, state.model_torque, inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
+    feedforward, feedback = state.feedforward, state.feedback
     if state.enabled and sliding > block.hold:
-        learn(block.estimator, state.estimator, measured, model, inputs.dt)
+        feedforward, feedback = learn_bumpless(block, state, measured, model, inputs)
     torque, feedforward = step_feedforward(
-        identified_model(block, state), state.feedforward, inputs.reference, inputs.next_reference, block.period
+        identified_model(block, state), feedforward, inputs.reference, inputs.next_reference, block.period
     )
-    output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
+    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
     return output, AdaptiveState(
         feedback,
         feedforward,

@@ -80,6 +80,16 @@ def one_way_friction(
 
 
 @register_jitable
+def exchange_model(state: FeedforwardState, old: TorqueModel, new: TorqueModel, reference: float) -> FeedforwardState:
+    """Return the state as if the new model had been in force before, for a reference (rad/s) that is now at hand."""
+    if reference == 0.0:
+        return state
+    change = model_friction(new, abs(reference)) - model_friction(old, abs(reference))
+    friction = state.friction + (change if reference > 0.0 else -change)
+    return FeedforwardState(friction, state.reference, state.started)
+
+
+@register_jitable
 def step_feedforward(
     model: TorqueModel, state: FeedforwardState, reference: float, next_reference: float, period: float
 ) -> tuple[float, FeedforwardState]:

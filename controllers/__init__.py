@@ -14,7 +14,7 @@ from controllers.interface import (
     without_estimates,
     write_estimates,
 )
-from controllers.pi import PI, PIParameters, PIState, check_gains, initial_pi_state, step_pi
+from controllers.pi import PI, PIParameters, PIState, check_gains, hand_over, initial_pi_state, step_pi
 
 __all__ = [
     "ESTIMATES",
@@ -32,6 +32,7 @@ __all__ = [
     "dispatched",
     "fastest_bandwidth",
     "feedback_state",
+    "hand_over",
     "initial_pi_state",
     "is_cached",
     "pi_gains",

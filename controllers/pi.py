@@ -75,6 +75,14 @@ def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, P
     return Output(command, inputs.feedforward), PIState(integral, velocity, command, state.samples + 1, rejected)
 
 
+@register_jitable
+def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
+    """Take a torque (N m) out of the integral, because feedforward begins to give it: the output does not jump."""
+    if pi.integral <= 0.0:
+        return state
+    return PIState(state.integral - torque, state.velocity, state.command, state.samples, state.rejected)
+
+
 STEPS[PIParameters] = step_pi
 ESTIMATES[PIParameters] = without_estimates
 
