@@ -1,0 +1,127 @@
+"""The parts of the estimator that are its own: bounds, the test of the instrument, the hand-over to feedforward."""
+
+import numpy as np
+import pytest
+
+from adaptive_ff import load_scenario
+from adaptive_ff.estimator import (
+    AGREEMENT,
+    PEAK_FACTOR,
+    correct,
+    gradients_agree,
+    initial_estimator_state,
+    write_bounds,
+)
+from adaptive_ff.feedforward import FeedforwardState, exchange_model
+from adaptive_ff.lineup import make_controller, true_model
+from adaptive_ff.model import model_friction
+from adaptive_ff.resetting import factor_in_place, move_parameter
+from adaptive_ff.simulate import lay_course
+from controllers import PI, hand_over
+from plant import Joint
+
+SCENARIO = load_scenario().modified(duration=10.0)
+
+
+def random_information(seed):
+    rows = np.random.default_rng(seed).standard_normal((9, 5))
+    return rows.T @ rows
+
+
+def cholesky(matrix):
+    factor = matrix.copy()
+    factor_in_place(factor)
+    return factor
+
+
+@pytest.mark.parametrize("index", range(5))
+def test_moving_one_parameter_costs_least_fit(index):
+    """Oracle: minimum of the quadratic form with one coordinate given, by numpy's solver."""
+    information, distance = random_information(index), 0.7
+    correction = np.zeros(5)
+    move_parameter(cholesky(information), index, distance, correction, np.empty(5))
+    others = [i for i in range(5) if i != index]
+    expected = -np.linalg.solve(information[np.ix_(others, others)], information[others, index] * distance)
+    assert correction[index] == pytest.approx(distance, rel=1e-12)
+    assert np.allclose(correction[others], expected, rtol=1e-9)
+
+
+def test_correction_keeps_what_the_data_say_of_a_sum():
+    """Data that know only Fc + Fs: a correction that would make Fs negative moves Fc instead."""
+    estimator = make_controller(SCENARIO, "adaptive").parameters.estimator
+    direction = np.array([0.0, 1.0, 1.0, 0.0, 0.0])
+    information = np.outer(direction, direction) + 1e-6 * np.eye(5)
+    estimate = np.array([20.0, 60.0, 10.0, 80.0, 0.02])
+    correction = np.array([0.0, 0.0, -20.0, 0.0, 0.0]) / estimator.scale
+    bounds = np.array([[2.0, 200.0], [0.0, 500.0], [0.0, 500.0], [0.0, 5000.0], [0.0, 0.1]])
+    total = estimate[1] + estimate[2] - 20.0
+    correct(estimator, estimate, correction, cholesky(information), bounds, np.empty(5))
+    assert estimate[2] == 0.0
+    assert estimate[1] + estimate[2] == pytest.approx(total, rel=1e-4)
+
+
+def test_bounds_follow_the_largest_torque_and_speed():
+    estimator = make_controller(SCENARIO, "adaptive").parameters.estimator
+    state = initial_estimator_state(estimator)
+    bounds = np.empty((5, 2))
+    for torque, speed in ((50.0, 0.1), (100.0, 0.2), (30.0, 0.05)):
+        write_bounds(estimator, state, torque, speed, bounds)
+    assert bounds[1].tolist() == bounds[2].tolist() == [0.0, PEAK_FACTOR * 100.0]
+    assert bounds[3, 1] == pytest.approx(PEAK_FACTOR * 100.0 / 0.2)
+    assert bounds[0].tolist() == [2.0, 200.0]
+
+
+@pytest.mark.parametrize(("ratio", "alike"), [(1.0, True), (AGREEMENT[0] - 0.05, False), (AGREEMENT[1] + 0.05, False)])
+def test_instrument_must_resemble_the_measured_gradient(ratio, alike):
+    model = np.array([1.0, -0.5, 0.3, 0.2, 0.1])
+    assert gradients_agree(np.zeros((5, 2)), model, ratio * model, 0.99, 0.0) is alike
+
+
+def test_noise_without_excitation_is_no_disagreement():
+    generator, agreement = np.random.default_rng(0), np.zeros((5, 2))
+    quiet = 1e-6 * np.ones(5)
+    answers = [gradients_agree(agreement, quiet, 1e-2 * generator.standard_normal(5), 0.99, 1e-5) for _ in range(1000)]
+    assert all(answers)
+    agreement[:] = 0.0
+    answers = [gradients_agree(agreement, quiet, 1e-2 * generator.standard_normal(5), 0.99, 0.0) for _ in range(1000)]
+    assert not all(answers)
+
+
+def test_exchanged_model_leaves_the_lagged_friction_of_the_new_one():
+    old = true_model(SCENARIO)
+    new = old._replace(coulomb=40.0, viscous=10.0)
+    for reference in (0.2, -0.2):
+        sign = np.sign(reference)
+        settled = FeedforwardState(sign * model_friction(old, 0.2), reference, True)
+        assert exchange_model(settled, old, new, reference).friction == pytest.approx(sign * model_friction(new, 0.2))
+    still = FeedforwardState(5.0, 0.0, True)
+    assert exchange_model(still, old, new, 0.0) == still
+
+
+def test_hand_over_needs_an_integral():
+    with_integral, without = PI(10.0, 5.0, 0.01), PI(10.0, 0.0, 0.01)
+    assert hand_over(with_integral.parameters, with_integral.state, 3.0).integral == -3.0
+    assert hand_over(without.parameters, without.state, 3.0).integral == 0.0
+
+
+def test_learning_does_not_make_the_torque_jump():
+    """At the first sample that is learnt from, the output equals that of a controller that does not learn."""
+    course = lay_course(SCENARIO)
+    learning, frozen = (make_controller(SCENARIO, "adaptive") for _ in range(2))
+    frozen.enabled = False
+    joint, torque = Joint(SCENARIO.joint), None
+    for k in range(course.noise.size):
+        reference, following = (float(course.reference[i]) for i in course.samples[k : k + 2])
+        measured = joint.state.velocity + float(course.noise[k])
+        first, second = (
+            controller.step(reference, measured, next_reference=following, realised_torque=torque)
+            for controller in (learning, frozen)
+        )
+        if learning.estimates["coulomb"] > 10.0:
+            break
+        torque = min(max(first, -400.0), 400.0)
+        joint.step(torque, SCENARIO.sampling.period)
+    else:
+        pytest.fail("nothing was learnt")
+    assert first == pytest.approx(second, rel=1e-9)
+    assert abs(first) > 50.0
