@@ -1,5 +1,6 @@
 """Command line: ``adaptive-ff``."""
 
+import math
 import os
 import sys
 import warnings
@@ -18,10 +19,12 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.lineup import make_controller
 from adaptive_ff.loop import run_compiled
 from adaptive_ff.output import staged, write_csv, write_json
+from adaptive_ff.regression import read_baseline, regressions
 from adaptive_ff.scenario import Scenario, load_scenario
 from adaptive_ff.tables import estimates_table, tracking_table
 from controllers import is_cached
 
+WORSE = 1
 BAD_INPUT = 2
 
 app = typer.Typer(
@@ -54,8 +57,14 @@ def compare_command(
         "results"
     ),
     json: Annotated[Path | None, typer.Option(help="Write the result there, too.")] = None,
-) -> None:
+    baseline: Annotated[
+        Path | None, typer.Option(help="Earlier result (JSON); status 1 where tracking got worse than it.")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="How much worse a figure may be, as in 5%.")] = "5%",
+) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
+    earlier = None if baseline is None else read_baseline(baseline)
+    allowed = _share("tolerance", tolerance)
     errors = Console(stderr=True, soft_wrap=True, highlight=False)
     loaded = load_scenario(scenario, reference=reference)
     source = scenario or "built-in scenario"
@@ -83,6 +92,21 @@ def compare_command(
         if json is not None and beside is not None:
             write_json(beside / json.name, result)
     _print(comparison, out)
+    worse = [] if earlier is None else regressions(comparison, earlier, allowed)
+    for sentence in worse:
+        errors.print(f"worse than {baseline}: {sentence}", markup=False)
+    return WORSE if worse else 0
+
+
+def _share(name: str, text: str) -> float:
+    """Read a share such as ``5%`` or ``0.05``."""
+    try:
+        share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+    except ValueError:
+        share = math.nan
+    if not (math.isfinite(share) and share >= 0.0):
+        raise InputError(f"--{name} = {text!r} is not allowed: it must be a share such as 5% or 0.05, zero or more")
+    return share
 
 
 def _run(scenario: Scenario, errors: Console) -> Comparison:
@@ -94,8 +118,16 @@ def _run(scenario: Scenario, errors: Console) -> Comparison:
         return compare(scenario, progress=lambda name, share: progress.update(tasks[name], completed=share))
 
 
+class _Printer(Console):
+    """Standard output; a reader that has seen enough is no error."""
+
+    def on_broken_pipe(self) -> None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(0)
+
+
 def _print(comparison: Comparison, out: Path) -> None:
-    console = Console()
+    console = _Printer()
     console.print(tracking_table(comparison))
     estimates = estimates_table(comparison)
     if estimates is not None:

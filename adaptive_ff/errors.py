@@ -80,7 +80,8 @@ def _resolve(
         if len(models) > 1:
             models = [kind for kind in models if part in _tags(kind)]
             continue
-        path.append(str(part))
+        bare = str(part).replace("_", "").replace("-", "").isalnum()
+        path.append(str(part) if bare else repr(part))
         if isinstance(part, str) and models:
             table = models[0]
             field = table.model_fields.get(part)

@@ -72,11 +72,10 @@ def one_way_friction(
     if lag <= 0.0 or duration <= 0.0:
         return 0.5 * (first + last) * duration, last
     rate = (last - first) / duration
-    transient = friction - first + rate * lag
-    decay = math.exp(-duration / lag)
-    integral = (first - rate * lag) * duration + 0.5 * rate * duration * duration
-    integral += transient * lag * (1.0 - decay)
-    return integral, last - rate * lag + transient * decay
+    settled = -math.expm1(-duration / lag)  # share of the way to the static map that friction goes
+    integral = (first + 0.5 * rate * duration) * duration + (friction - first) * lag * settled
+    integral += rate * lag * (lag * settled - duration)
+    return integral, last + (friction - first) * (1.0 - settled) - rate * lag * settled
 
 
 @register_jitable

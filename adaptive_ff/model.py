@@ -58,6 +58,8 @@ def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float
         return math.exp(-ratio)
     if stribeck_shape == 2.0:
         return math.exp(-ratio * ratio)
+    if ratio > 1.0 and stribeck_shape * math.log(ratio) > 7.0:
+        return 0.0  # exp(-exp(7)) underflows, and the power below could overflow
     return math.exp(-(ratio**stribeck_shape))
 
 

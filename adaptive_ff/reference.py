@@ -125,9 +125,9 @@ class Motion:
     def __init__(self, name: str, time: NDArray[np.float64], values: NDArray[np.float64], is_position: bool) -> None:
         if time.size < 4:
             raise InputError(f"{name}: {time.size} rows are not enough for a motion; there must be at least 4")
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):  # a span beyond floating point is infinite; refused below
             elapsed = time - time[0]
-        late = np.nonzero(~(np.diff(elapsed) > 0.0))[0]
+            late = np.nonzero(~(np.diff(elapsed) > 0.0))[0]
         if late.size:
             row = int(late[0])
             raise InputError(
@@ -137,7 +137,11 @@ class Motion:
         self.name = name
         self.duration = float(elapsed[-1])
         shape = CubicSpline if is_position else PchipInterpolator
-        curve = shape(elapsed, values)
+        try:
+            with np.errstate(all="ignore"):
+                curve = shape(elapsed, values)
+        except ValueError as error:
+            raise InputError(f"{name}: no smooth curve goes through the values: {error}") from error
         self._velocity = curve.derivative() if is_position else curve
 
     def velocity(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -192,27 +196,26 @@ def read_columns(path: Path, required: list[str], one_of: list[str]) -> dict[str
     missing = [name for name in required if name not in header]
     if missing or not any(name in header for name in one_of):
         need = f"{', '.join(required)} and {' or '.join(one_of)}"
-        raise InputError(f"{path}: the columns are {', '.join(header)[:80]}; there must be {need}")
-    columns: dict[str, NDArray[np.float64]] = {}
-    for number, row in enumerate(rows[1:], start=1):
+        shown = " ".join(", ".join(header).split())
+        raise InputError(f"{path}: the columns are {shown[:80]}; there must be {need}")
+    rows = rows[1:]
+    for number, row in enumerate(rows, start=1):
         if any(cell.strip() for cell in row[len(header) :]):
-            raise InputError(
-                f"{path}: row {number} has {len(row)} cells; there must be {len(header)}, as in the header"
-            )
+            raise InputError(f"{path}: row {number} has {len(row)} cells; the header has {len(header)}")
     for name in wanted:
         if header.count(name) > 1:
             raise InputError(f"{path}: there are {header.count(name)} columns {name}; there must be one")
-        index = header.index(name)
-        values = np.empty(len(rows) - 1)
-        for number, row in enumerate(rows[1:], start=1):
-            cell = row[index] if index < len(row) else ""
-            try:
-                values[number - 1] = float(cell)
-            except ValueError:
-                values[number - 1] = math.nan
-            if not math.isfinite(values[number - 1]):
-                raise InputError(
-                    f"{path}: {name} = {cell!r} in row {number} is not allowed: it must be a finite number"
-                )
-        columns[name] = values
-    return columns
+    return {name: _numbers(f"{path}: {name}", rows, header.index(name)) for name in wanted}
+
+
+def _numbers(name: str, rows: list[list[str]], index: int) -> NDArray[np.float64]:
+    values = np.empty(len(rows))
+    for number, row in enumerate(rows):
+        cell = row[index] if index < len(row) else ""
+        try:
+            values[number] = math.nan if "_" in cell else float(cell)
+        except ValueError:
+            values[number] = math.nan
+        if not math.isfinite(values[number]):
+            raise InputError(f"{name} = {cell[:40]!r} in row {number + 1} is not allowed: it must be a finite number")
+    return values

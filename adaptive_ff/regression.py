@@ -30,7 +30,9 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (UnicodeDecodeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid JSON: {error}") from error
-    controllers = content.get("controllers") if isinstance(content, dict) else None
+    if not isinstance(content, dict):
+        content = {}
+    controllers = content.get("controllers")
     if not isinstance(controllers, dict) or not controllers:
         raise InputError(f"{path}: controllers is missing; the file must be a result of 'adaptive-ff compare --json'")
     for name, figures in controllers.items():

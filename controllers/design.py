@@ -123,7 +123,10 @@ def design_pi(
     proportional, integral = pi_gains(inertia, bandwidth)
     if friction is not None:
         _warn_of_hunting(friction, proportional)
-    crossover, sensitivity, gain_margin, phase_margin = _margins(bandwidth * period, int(delay))
+    # margins no longer depend on a bandwidth this slow
+    relative = max(bandwidth * period, SLOWEST)
+    crossover, sensitivity, gain_margin, phase_margin = _margins(relative, int(delay))
+    crossover *= bandwidth * period / relative
     return PIDesign(proportional, integral, bandwidth, crossover / period, sensitivity, gain_margin, phase_margin)
 
 

@@ -1,6 +1,8 @@
 """The command line in this process, for tests."""
 
 import io
+import os
+import re
 import sys
 import warnings
 from contextlib import redirect_stderr, redirect_stdout
@@ -9,9 +11,11 @@ from unittest.mock import patch
 
 import pytest
 
+from adaptive_ff import load_scenario, simulate
 from adaptive_ff.cli import main
 
 WARNING = ("adaptive-ff: warning:", "warning:")
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class Outcome(NamedTuple):
@@ -35,11 +39,17 @@ def run_command_line(*arguments):
     """Run ``adaptive-ff`` with arguments, warnings shown as for a user."""
     out, err = io.StringIO(), io.StringIO()
     argv = ["adaptive-ff", *(str(argument) for argument in arguments)]
-    with warnings.catch_warnings(), patch.object(sys, "argv", argv), redirect_stdout(out), redirect_stderr(err):
-        warnings.simplefilter("default")
-        with pytest.raises(SystemExit) as ended:
-            main()
-    return Outcome(ended.value.code or 0, out.getvalue(), err.getvalue())
+    plain = {name: value for name, value in os.environ.items() if name not in ("FORCE_COLOR", "TTY_COMPATIBLE")}
+    with (
+        warnings.catch_warnings(action="default"),
+        patch.dict(os.environ, {**plain, "COLUMNS": "120"}, clear=True),
+        patch.object(sys, "argv", argv),
+        redirect_stdout(out),
+        redirect_stderr(err),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main()
+    return Outcome(ended.value.code or 0, COLOUR.sub("", out.getvalue()), COLOUR.sub("", err.getvalue()))
 
 
 def refusal(*arguments):
@@ -52,6 +62,12 @@ def refusal(*arguments):
     assert line.startswith("adaptive-ff: ")
     assert "Traceback" not in line
     return line
+
+
+def compile_controllers():
+    """Compile, so that no call has to say that it does; a later process finds it done."""
+    for name in load_scenario().controllers:
+        simulate(load_scenario().modified(duration=0.1), name)
 
 
 def content_of(folder):

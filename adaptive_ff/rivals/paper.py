@@ -211,6 +211,7 @@ class PaperController(IdentifyingController):
             stribeck_shape=stribeck_shape,
             memory=memory,
         )
+        check_positive(forgetting_factor=math.exp(-period / memory))
         parameters = PaperParameters(
             feedback,
             float(stribeck_velocity),

@@ -1,13 +1,22 @@
 """Closed loops for tests: a course laid by hand, and controllers run on it."""
 
+import math
+
 import numpy as np
 
 from adaptive_ff import load_scenario
+from adaptive_ff.lineup import CONTROLLERS
 from adaptive_ff.loop import Course, empty_record, run_compiled, run_plain, start_position
 from adaptive_ff.simulate import lay_course
-from plant import Actuator, initial_state, schedule
+from plant import Actuator, Joint, initial_state, schedule
 
 SCENARIO = load_scenario()
+NAMES = sorted(CONTROLLERS)
+
+
+def make(name, scenario=SCENARIO):
+    """Make a controller of the line-up."""
+    return CONTROLLERS[name](scenario)
 
 
 def course_along(reference, *, joint=SCENARIO.joint, substeps=1, noise=0.0, seed=0, limit=400.0):
@@ -36,4 +45,47 @@ def drive(controller, course, *, position=None, run=run_compiled):
     return record, end
 
 
-__all__ = ["SCENARIO", "begin", "course_along", "drive", "lay_course", "run_compiled", "run_plain"]
+def own_loop(controller, course, *, limit=SCENARIO.actuator.torque_limit, load=0.0, lost=None, watch=None):
+    """Run a user's own loop: ``step`` around a joint. Return the torques that the drive gave.
+
+    The joint carries a known load, which is told as ``feedforward``; measurements in ``lost`` (by sample) are replaced;
+    ``watch`` is called with the number of each sample before it.
+    """
+    joint, realised, torques = Joint(SCENARIO.joint, float(course.reference[0])), None, []
+    for k, first in enumerate(course.samples[:-1]):
+        measured = joint.state.velocity + course.noise[k]
+        if watch is not None:
+            watch(k)
+        torque = controller.step(
+            course.reference[first],
+            (lost or {}).get(k, measured),
+            next_reference=course.reference[course.samples[k + 1]],
+            realised_torque=realised,
+            feedforward=load,
+        )
+        assert math.isfinite(torque)
+        realised = min(max(torque, -limit), limit)
+        torques.append(realised)
+        joint.step(realised - load, (course.samples[k + 1] - first) * course.solver_period)
+    return np.array(torques)
+
+
+def error_of(course, record, seconds):
+    """Root of the mean square error over the last seconds."""
+    last = round(seconds / course.solver_period)
+    return float(np.sqrt(np.mean((course.reference - record.velocity)[-last:] ** 2)))
+
+
+__all__ = [
+    "NAMES",
+    "SCENARIO",
+    "begin",
+    "course_along",
+    "drive",
+    "error_of",
+    "lay_course",
+    "make",
+    "own_loop",
+    "run_compiled",
+    "run_plain",
+]

@@ -3,13 +3,13 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, course_along, drive
+from closed_loops import SCENARIO, course_along, drive, make
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.lineup import CONTROLLERS, true_model
+from adaptive_ff.lineup import true_model
 from adaptive_ff.model import TorqueModel, model_friction
 from plant import Stribeck, sliding_friction
 
@@ -166,7 +166,7 @@ def tracking_error(name, solver_period, substeps, **joint):
     reference = 0.2 * np.sin(2.0 * np.pi * 0.3 * time) + 0.1 * np.sin(2.0 * np.pi * 0.8 * time)
     reference *= 1.0 - np.exp(-((time / 0.5) ** 3))  # from rest
     course = course_along(reference, joint=scenario.joint, substeps=substeps)
-    record, _ = drive(CONTROLLERS[name](scenario), course)
+    record, _ = drive(make(name, scenario), course)
     return float(np.sqrt(np.mean((record.velocity - reference) ** 2)))
 
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from adaptive_ff.resetting import solve_in_place, update_resetting
+from adaptive_ff.resetting import factor_in_place, move_parameter, solve_in_place, update_resetting
 from adaptive_ff.rls import update_rls
 
 SIZE = 5
@@ -77,7 +77,7 @@ def test_a_million_samples_without_excitation_neither_wind_up_nor_move_the_estim
     outputs = rows @ start + excitation * 0.1 * rng.standard_normal(steps)
     information, estimate = np.eye(SIZE), start.copy()
     least, most, largest = run(information, FLOOR, keep, rows, rows, outputs, estimate)
-    assert FLOOR * (1.0 - 1e-9) <= least
+    assert least >= FLOOR * (1.0 - 1e-9)
     assert most <= 1.0 + excitation
     assert np.array_equal(information, information.T)
     expected = FLOOR * np.eye(SIZE) + np.outer(rows[0], rows[0])
@@ -137,15 +137,43 @@ def test_fixed_point_is_the_batch_solution_with_instruments_also_where_the_distu
     assert estimate == pytest.approx(expected, abs=0.03)
 
 
+@st.composite
+def positive_definite(draw):
+    """A symmetric positive definite matrix and a vector."""
+    size, ridge = draw(st.integers(1, 7)), draw(st.floats(1e-6, 1e3))
+    rng = np.random.default_rng(draw(st.integers(0, 10_000)))
+    root = rng.standard_normal((size, size))
+    return root @ root.T + ridge * np.eye(size), rng.standard_normal(size)
+
+
+def assert_near(found, expected, condition):
+    assert np.linalg.norm(found - expected) <= 1e-14 * condition * np.linalg.norm(expected) + 1e-14
+
+
 @settings(deadline=None)
-@given(st.integers(1, 7), st.integers(0, 10_000), st.floats(1e-6, 1e3))
-def test_solution_by_cholesky_is_that_of_numpy(size, seed, ridge):
-    rng = np.random.default_rng(seed)
-    factor, right = rng.standard_normal((size, size)), rng.standard_normal(size)
-    matrix = factor @ factor.T + ridge * np.eye(size)
-    expected, work, solution = np.linalg.solve(matrix, right), matrix.copy(), right.copy()
-    solve_in_place(work, solution)
-    condition = np.linalg.cond(matrix)
-    assert np.linalg.norm(solution - expected) <= 1e-14 * condition * np.linalg.norm(expected) + 1e-14
-    lower = np.tril(work)
+@given(positive_definite())
+def test_solution_by_cholesky_is_that_of_numpy(system):
+    matrix, right = system
+    factor, solution = matrix.copy(), right.copy()
+    factor_in_place(factor)
+    lower = np.tril(factor)
     assert lower @ lower.T == pytest.approx(matrix, rel=1e-12, abs=1e-12)
+    solve_in_place(factor, solution)
+    assert_near(solution, np.linalg.solve(matrix, right), np.linalg.cond(matrix))
+
+
+@settings(deadline=None)
+@given(positive_definite(), st.integers(0, 6), st.floats(-10.0, 10.0))
+def test_a_parameter_that_is_moved_takes_the_others_along_as_constrained_least_squares_says(system, index, distance):
+    """The smallest ``m' M m`` among moves with a given entry, from its equations with a Lagrange multiplier."""
+    matrix, correction = system
+    size = correction.size
+    index %= size
+    one = np.eye(size)[index]
+    conditions = np.block([[matrix, -one[:, np.newaxis]], [one[np.newaxis, :], np.zeros((1, 1))]])
+    expected = np.linalg.solve(conditions, np.append(np.zeros(size), distance))[:size]
+    factor, moved = matrix.copy(), correction.copy()
+    factor_in_place(factor)
+    move_parameter(factor, index, distance, moved, np.empty(size))
+    assert moved[index] - correction[index] == pytest.approx(distance, rel=1e-9, abs=1e-12)
+    assert_near(moved, correction + expected, 10.0 * np.linalg.cond(matrix) * (1.0 + np.linalg.norm(expected)))

@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -105,7 +106,7 @@ def impulse_response_integral(signal, until, breaks):
     def share(t):
         return pole * pole * (until - t) * math.exp(-pole * (until - t)) * signal(t)
 
-    pieces = [quad(share, a, b, epsabs=1e-13, epsrel=1e-12)[0] for a, b in zip(edges, edges[1:], strict=False)]
+    pieces = [quad(share, a, b, epsabs=1e-13, epsrel=1e-12)[0] for a, b in itertools.pairwise(edges)]
     return math.fsum(pieces)
 
 

@@ -1,0 +1,221 @@
+"""Every field of a scenario file: what is refused, and how the message names it."""
+
+import math
+from types import UnionType
+from typing import Annotated, Union, get_args, get_origin
+
+import pytest
+from pydantic import BaseModel
+from scenario_files import REMOVED, built_in, changed, write_scenario
+
+from adaptive_ff import InputError, Scenario, load_scenario
+
+POSITIVE = [
+    "duration",
+    *(f"joint.{name}" for name in ("inertia", "stribeck_velocity", "stribeck_shape", "solver_period")),
+    "sampling.period",
+    "actuator.torque_limit",
+    "reference.frequencies.0",
+    "reference.peak",
+    *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
+    *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
+    *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
+    "change.0.friction_scale",
+]
+NOT_NEGATIVE = [
+    *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
+    "sensor.velocity_noise",
+    "reference.fade_in",
+    "feedback.integral",
+    *(f"fixed.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "friction_lag")),
+    "change.0.time",
+]
+NUMBERS = [*POSITIVE, *NOT_NEGATIVE, "reference.amplitudes.0"]
+TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
+LISTS = ["controllers", "reference.frequencies", "reference.amplitudes", "change"]
+TABLES = ["joint", "sampling", "sensor", "actuator", "reference", "feedback", "adaptation", "fixed", "change.0"]
+OTHERS = ["seed", "reference.kind"]
+REQUIRED = [
+    *("joint", "feedback", "adaptation", "reference.path"),
+    *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
+    *("feedback.inertia", "adaptation.stribeck_velocity", "change.0.time", "change.0.friction_scale"),
+]
+
+TOP = "duration, seed, controllers, joint, sampling, sensor, actuator, reference, feedback, adaptation, fixed, change"
+FRICTION = "inertia, coulomb, stiction, viscous"
+KNOWN = {
+    "": TOP,
+    "joint": f"{FRICTION}, stribeck_velocity, stribeck_shape, friction_lag, solver_period",
+    "sampling": "period",
+    "sensor": "velocity_noise",
+    "actuator": "torque_limit",
+    "reference": "kind, frequencies, amplitudes, peak, fade_in",
+    "feedback": "inertia, bandwidth, proportional, integral",
+    "adaptation": "stribeck_velocity, stribeck_shape, memory",
+    "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
+    "change.0": "time, friction_scale",
+}
+
+
+def complete(path=""):
+    """Content with every table, and the alternative that a field belongs to."""
+    content = {**built_in(), "controllers": ["pi"], "change": [{"time": 30.0, "friction_scale": 0.6}]}
+    if path in ("feedback.proportional", "feedback.integral"):
+        content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
+    if path in TEXTS[1:]:
+        content["reference"] = {"kind": "csv", "path": "motion.csv"}
+    return content
+
+
+def refusal(folder, content):
+    """What the message says after the name of the file; it is one line."""
+    path = write_scenario(folder, content)
+    with pytest.raises(InputError) as caught:
+        load_scenario(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert message.splitlines() == [message]
+    return message.removeprefix(f"{path}: ")
+
+
+def leaves(annotation, path=()):
+    """Paths of all fields that a model holds."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        for name, field in annotation.model_fields.items():
+            yield from leaves(field.annotation, (*path, name))
+    elif get_origin(annotation) is Annotated:
+        yield from leaves(get_args(annotation)[0], path)
+    elif get_origin(annotation) is list:
+        yield from leaves(get_args(annotation)[0], (*path, "0"))
+    elif get_origin(annotation) in (Union, UnionType):
+        for part in get_args(annotation):
+            yield from leaves(part, path)
+    elif annotation is not type(None):
+        yield ".".join(path)
+
+
+def test_no_field_of_a_scenario_is_missing_from_the_lists_here():
+    assert set(leaves(Scenario)) == {*NUMBERS, *TEXTS, *OTHERS}
+
+
+def test_complete_content_is_accepted(tmp_path):
+    assert load_scenario(write_scenario(tmp_path, complete())).change[0].time == 30.0
+
+
+@pytest.mark.parametrize("path", REQUIRED)
+def test_field_that_is_missing_is_named(tmp_path, path):
+    assert refusal(tmp_path, changed(complete(path), path, REMOVED)) == f"{path} is missing; it must be given"
+
+
+@pytest.mark.parametrize("path", NUMBERS)
+@pytest.mark.parametrize("value", ["1", True, [1.0], {"a": 1.0}, math.nan, math.inf, -math.inf, 10**400])
+def test_value_that_is_no_finite_number_is_refused(tmp_path, path, value):
+    message = refusal(tmp_path, changed(complete(path), path, value))
+    shown = repr(value)[:50]
+    assert message.startswith(f"{path} = {shown}")
+    assert message.endswith(("is not allowed: it must be a finite number", "it must be positive"))
+
+
+@pytest.mark.parametrize("path", POSITIVE)
+@pytest.mark.parametrize("value", [0.0, 0, -1.0, -1e-300])
+def test_value_that_is_not_positive_is_refused(tmp_path, path, value):
+    message = refusal(tmp_path, changed(complete(path), path, value))
+    assert message == f"{path} = {value!r} is not allowed: it must be positive"
+
+
+@pytest.mark.parametrize("path", NOT_NEGATIVE)
+@pytest.mark.parametrize("value", [-1.0, -5e-324])
+def test_negative_value_is_refused(tmp_path, path, value):
+    message = refusal(tmp_path, changed(complete(path), path, value))
+    assert message == f"{path} = {value!r} is not allowed: it must be greater than or equal to 0"
+
+
+@pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith("period")])
+def test_whole_number_is_a_number(tmp_path, path):
+    value = {"feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}.get(path, 90)
+    content = changed(changed(complete(path), "joint.stiction", 100.0), path, value)
+    load_scenario(write_scenario(tmp_path, content))
+
+
+@pytest.mark.parametrize("path", TEXTS)
+@pytest.mark.parametrize("value", [1, 1.0, True, ["a"], {"a": "b"}])
+def test_value_that_is_no_text_is_refused(tmp_path, path, value):
+    message = refusal(tmp_path, changed(complete(path), path, value))
+    assert message == f"{path} = {value!r} is not allowed: it must be a valid string"
+
+
+@pytest.mark.parametrize("path", LISTS)
+@pytest.mark.parametrize("value", ["a", 1.0, True, {"a": 1}])
+def test_value_that_is_no_list_is_refused(tmp_path, path, value):
+    message = refusal(tmp_path, changed(complete(), path, value))
+    assert message == f"{path} = {value!r} is not allowed: it must be a valid list"
+
+
+@pytest.mark.parametrize("path", ["controllers", "reference.frequencies", "reference.amplitudes"])
+def test_empty_list_is_refused(tmp_path, path):
+    message = refusal(tmp_path, changed(complete(), path, []))
+    assert message == f"{path} = [] is not allowed: it must have at least 1 item"
+
+
+@pytest.mark.parametrize("path", TABLES)
+@pytest.mark.parametrize("value", ["a", 1.0, True, [1.0], [[]]])
+def test_value_that_is_no_table_is_refused(tmp_path, path, value):
+    message = refusal(tmp_path, changed(complete(), path, value))
+    assert message == f"{path} = {value!r} is not allowed: it must be a table"
+
+
+@pytest.mark.parametrize("value", ["1", 1.0, True, [1]])
+def test_seed_that_is_no_whole_number_is_refused(tmp_path, value):
+    message = refusal(tmp_path, {**complete(), "seed": value})
+    assert message == f"seed = {value!r} is not allowed: it must be a valid integer"
+
+
+@pytest.mark.parametrize("value", [-1, 2**63, 2**64, 10**400])
+def test_seed_out_of_range_is_refused(tmp_path, value):
+    message = refusal(tmp_path, {**complete(), "seed": value})
+    assert message.startswith(f"seed = {value!r}"[:50])
+    assert message.endswith(("it must be greater than or equal to 0", f"it must be less than {2**63}"))
+
+
+@pytest.mark.parametrize("value", ["noise", "", "Multisine", 3, True])
+def test_unknown_kind_of_reference_is_refused_and_the_known_are_listed(tmp_path, value):
+    message = refusal(tmp_path, changed(complete(), "reference.kind", value))
+    assert message == f"reference.kind = {str(value)!r} is not allowed: it must be 'multisine' or 'csv'"
+
+
+def test_kind_of_reference_that_is_missing_is_asked_for(tmp_path):
+    message = refusal(tmp_path, changed(complete(), "reference.kind", REMOVED))
+    assert message == "reference.kind is missing; it must be 'multisine' or 'csv'"
+
+
+@pytest.mark.parametrize("table", KNOWN)
+@pytest.mark.parametrize("key", ["inertai", "csv", "multisine", "", "a.b", "a b\n"])
+def test_unknown_key_is_refused_and_the_known_are_listed(tmp_path, table, key):
+    content = complete()
+    place = content
+    for part in table.split(".") if table else []:
+        place = place[int(part) if part.isdecimal() else part]
+    place[key] = 1.0
+    shown = key if key.isalpha() else repr(key)
+    path = f"{table}.{shown}" if table else shown
+    assert refusal(tmp_path, content) == f"{path} = 1.0 is not known; allowed there: {KNOWN[table]}"
+
+
+def test_unknown_key_of_a_recorded_reference_is_answered_with_the_keys_of_its_kind(tmp_path):
+    message = refusal(tmp_path, changed(complete("reference.path"), "reference.peak", 1.0))
+    assert message == "reference.peak = 1.0 is not known; allowed there: kind, path, time, velocity, position"
+
+
+def test_further_findings_are_counted(tmp_path):
+    content = changed(changed(complete(), "joint.inertia", -1.0), "fixed.viscous", "x")
+    assert refusal(tmp_path, content).endswith("joint.inertia = -1.0 is not allowed: it must be positive (and 1 more)")
+
+
+def test_value_too_large_to_be_shown_is_refused_all_the_same(tmp_path):
+    path = tmp_path / "scenario.toml"
+    path.write_text(f"duration = 0x{'f' * 5000}", encoding="utf-8")
+    with pytest.raises(InputError, match=r"duration = \(a huge int\) is not allowed: it must be a finite number"):
+        load_scenario(path)
+    path.write_text(f"duration.{'a.' * 5000}a = 1", encoding="utf-8")
+    with pytest.raises(InputError, match=r"duration = \(a huge dict\) is not allowed: it must be a finite number"):
+        load_scenario(path)
