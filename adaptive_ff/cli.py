@@ -21,7 +21,9 @@ from adaptive_ff.loop import run_compiled
 from adaptive_ff.output import staged, write_csv, write_json
 from adaptive_ff.regression import read_baseline, regressions
 from adaptive_ff.scenario import Scenario, load_scenario
-from adaptive_ff.tables import estimates_table, tracking_table
+from adaptive_ff.scenario_file import to_toml
+from adaptive_ff.sweep import draw_scenario, summary, sweep
+from adaptive_ff.tables import estimates_table, sweep_table, tracking_table
 from controllers import is_cached
 
 WORSE = 1
@@ -98,6 +100,41 @@ def compare_command(
     return WORSE if worse else 0
 
 
+@app.command("sweep")
+def sweep_command(
+    scenario: Annotated[Path | None, typer.Argument(help="Scenario file (TOML); the built-in one by default.")] = None,
+    runs: Annotated[int, typer.Option(min=1, help="Number of joints to draw.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 1,
+    out: Annotated[Path, typer.Option(help="Folder for sweep.json and the worst cases as scenario files.")] = Path(
+        "results"
+    ),
+    json: Annotated[Path | None, typer.Option(help="Write the result there, too.")] = None,
+) -> None:
+    """Draw joints at random, and show how pi, oracle and adaptive fare on them."""
+    errors = Console(stderr=True, soft_wrap=True, highlight=False)
+    loaded = load_scenario(scenario)
+    with ExitStack() as stack:
+        beside = None if json is None else stack.enter_context(staged(json.parent))
+        stage = stack.enter_context(staged(out))
+        _announce_compilation(errors)
+        with _progress(errors) as progress:
+            task = progress.add_task("joints", total=1.0)
+            outcomes = sweep(loaded, runs, seed, progress=lambda share: progress.update(task, completed=share))
+        result = summary(outcomes, seed)
+        for rank, case in enumerate(result["worst"], start=1):
+            text = to_toml(draw_scenario(loaded, seed, case["draw"]))
+            (stage / f"worst-{rank}.toml").write_text(text, encoding="utf-8")
+        write_json(stage / "sweep.json", result)
+        if json is not None and beside is not None:
+            write_json(beside / json.name, result)
+    console = _Printer()
+    console.print(sweep_table(result))
+    console.print(
+        f"Whole run more than 5 % worse than pi: {100 * result['worse_than_pi']:.2g} % of the joints that ran"
+    )
+    console.print(f"sweep.json and the worst cases are in {out}", highlight=False, markup=False, soft_wrap=True)
+
+
 def _share(name: str, text: str) -> float:
     """Read a share such as ``5%`` or ``0.05``."""
     try:
@@ -110,12 +147,20 @@ def _share(name: str, text: str) -> float:
 
 
 def _run(scenario: Scenario, errors: Console) -> Comparison:
-    if not is_cached(run_compiled):
-        errors.print("First run on this machine: the controllers are compiled, once (some 15 to 30 s).")
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as progress:
+    _announce_compilation(errors)
+    with _progress(errors) as progress:
         tasks = {name: progress.add_task(name, total=1.0) for name in scenario.controllers}
         return compare(scenario, progress=lambda name, share: progress.update(tasks[name], completed=share))
+
+
+def _announce_compilation(errors: Console) -> None:
+    if not is_cached(run_compiled):
+        errors.print("First run on this machine: the controllers are compiled, once (some 15 to 30 s).")
+
+
+def _progress(errors: Console) -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)
 
 
 class _Printer(Console):

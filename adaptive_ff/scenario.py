@@ -8,7 +8,7 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError, explain
 from adaptive_ff.model import TorqueModel
@@ -126,6 +126,47 @@ class FixedModel(BaseModel):
         )
 
 
+def _check_range(value: list[float]) -> list[float]:
+    if value[0] > value[1]:
+        raise ValueError(f"{value} is not allowed: the lower bound must come first")
+    return value
+
+
+PositiveRange = Annotated[list[Positive], Field(min_length=2, max_length=2), AfterValidator(_check_range)]
+Range = Annotated[list[NonNegative], Field(min_length=2, max_length=2), AfterValidator(_check_range)]
+RatioRange = Annotated[
+    list[Annotated[float, Field(ge=1.0, allow_inf_nan=False)]],
+    Field(min_length=2, max_length=2),
+    AfterValidator(_check_range),
+]
+
+
+class Sweep(BaseModel):
+    """Ranges that ``adaptive-ff sweep`` draws joints from, each ``[lowest, highest]``.
+
+    Parameters
+    ----------
+    inertia, coulomb, viscous : list of float
+        Factors on the scenario's values, drawn evenly on a logarithmic scale.
+    stiction : list of float
+        Stiction as a multiple of the drawn Coulomb friction, drawn evenly.
+    friction_lag, velocity_noise : list of float
+        Friction lag (s) and noise (rad/s), drawn evenly.
+    told_stribeck_velocity, told_inertia : list of float
+        What the controllers are told, as a multiple of the truth, drawn evenly on a logarithmic scale.
+    """
+
+    model_config = STRICT
+    inertia: PositiveRange = [0.1, 10.0]
+    coulomb: PositiveRange = [0.1, 10.0]
+    viscous: PositiveRange = [0.1, 10.0]
+    stiction: RatioRange = [1.0, 2.0]
+    friction_lag: Range = [0.0, 0.05]
+    velocity_noise: Range = [0.0, 0.005]
+    told_stribeck_velocity: PositiveRange = [0.5, 2.0]
+    told_inertia: PositiveRange = [0.7, 1.3]
+
+
 class Scenario(BaseModel):
     """A simulated joint, its sensor and drive, the reference, and what each controller is told.
 
@@ -147,6 +188,7 @@ class Scenario(BaseModel):
     adaptation: Adaptation
     fixed: FixedModel = FixedModel()
     change: list[FrictionChange] = []
+    sweep: Sweep = Sweep()
 
     @model_validator(mode="after")
     def _check_relations(self) -> Self:

@@ -1,11 +1,14 @@
 """Results as tables for a terminal."""
 
+from typing import Any
+
 from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.compare import BASELINE, Comparison
 from adaptive_ff.lineup import true_model
 from adaptive_ff.model import ESTIMATED, UNITS
+from adaptive_ff.sweep import QUANTILES, QUANTITIES
 
 
 def tracking_table(comparison: Comparison) -> Table:
@@ -45,6 +48,19 @@ def estimates_table(comparison: Comparison) -> Table | None:
     for name in ESTIMATED:
         true = getattr(model, name) * (scale if name in ("coulomb", "stiction", "viscous") else 1.0)
         table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *(f"{run.final_estimates[name]:.4g}" for run in runs))
+    return table
+
+
+def sweep_table(result: dict[str, Any]) -> Table:
+    """Return the distributions that a sweep found."""
+    table = Table(title=f"{result['draws']} draws, {result['refused']} of them refused", box=SIMPLE, title_style="bold")
+    table.add_column("quantile", no_wrap=True)
+    for name in result["quantiles"]:
+        table.add_column(QUANTITIES[name], justify="right")
+    for quantile in QUANTILES:
+        label = {0.0: "least", 0.5: "median", 1.0: "most"}.get(quantile, f"{100 * quantile:g} %")
+        values = (quantiles[str(quantile)] for quantiles in result["quantiles"].values())
+        table.add_row(label, *(f"{value:.3g}" for value in values))
     return table
 
 

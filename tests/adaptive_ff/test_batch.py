@@ -96,6 +96,16 @@ def test_intervals_cover_the_truth_as_often_as_they_say():
     assert coverage(lambda rng: rng.standard_normal(300), 1000, confidence=0.6) == pytest.approx(0.6, abs=0.04)
 
 
+def test_covariance_with_correlated_errors_is_that_of_newey_and_west():
+    matrix, outputs = regression(40, 1.0)
+    fit = fit_least_squares(matrix, outputs, correlated_samples=3)
+    distance = np.abs(np.subtract.outer(np.arange(40), np.arange(40)))
+    weights = np.maximum(1.0 - distance / 4.0, 0.0)
+    inverse = np.linalg.inv(matrix.T @ matrix)
+    middle = matrix.T @ (weights * np.outer(fit.residuals, fit.residuals)) @ matrix
+    assert fit.covariance == pytest.approx(inverse @ middle @ inverse * 40 / 37, rel=1e-9)
+
+
 def test_correlated_errors_need_to_be_told():
     def filtered(rng):
         return np.convolve(rng.standard_normal(310), np.ones(10) / 10.0, "valid")[:300]
@@ -223,6 +233,27 @@ def test_torque_form_returns_the_joint_from_jittered_samples(jittered_log):
     assert found.model.friction_lag == pytest.approx(0.02, rel=0.1)
     assert found.regression.estimate("inertia_lag").value == pytest.approx(0.4, rel=0.1)
     assert found.model[5:] == (0.05, 1.0)
+
+
+def test_standard_errors_of_the_torque_form_are_its_scatter_under_noise_of_the_torque(jittered_log):
+    time, velocity, torque = jittered_log
+    rng = np.random.default_rng(8)
+    noisy = (torque + 20.0 * rng.standard_normal(time.size) for _ in range(60))
+    found = [identify_torque_form(time, velocity, each, **GIVEN, **GATE) for each in noisy]
+    for name in ("inertia", "coulomb", "viscous"):
+        scatter = np.std([each.physical[name].value for each in found])
+        claimed = np.mean([each.physical[name].standard_error for each in found])
+        assert claimed == pytest.approx(scatter, rel=0.4)
+
+
+def test_torque_form_may_start_in_motion(jittered_log):
+    start = int(np.argmax(jittered_log[1]))
+    time, velocity, torque = (array[start : start + 250] for array in jittered_log)
+    gate = {**GATE, "hold": 0.0}  # from the first sample on
+    found = identify_torque_form(time, velocity, torque, **GIVEN, **gate)
+    assert [found.physical[name].value for name in ("inertia", "coulomb", "viscous")] == pytest.approx(
+        [20.0, 60.0, 80.0], rel=0.1
+    )
 
 
 def test_torque_form_needs_the_real_times_and_the_torque_that_acted(jittered_log):

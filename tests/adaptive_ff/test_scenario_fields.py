@@ -1,5 +1,6 @@
 """Every field of a scenario file: what is refused, and how the message names it."""
 
+import copy
 import math
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
@@ -10,6 +11,16 @@ from scenario_files import REMOVED, built_in, changed, write_scenario
 
 from adaptive_ff import InputError, Scenario, load_scenario
 
+RANGES = {
+    "inertia": [0.1, 10.0],
+    "coulomb": [0.1, 10.0],
+    "viscous": [0.1, 10.0],
+    "stiction": [1.0, 2.0],
+    "friction_lag": [0.0, 0.05],
+    "velocity_noise": [0.0, 0.005],
+    "told_stribeck_velocity": [0.5, 2.0],
+    "told_inertia": [0.7, 1.3],
+}
 POSITIVE = [
     "duration",
     *(f"joint.{name}" for name in ("inertia", "stribeck_velocity", "stribeck_shape", "solver_period")),
@@ -21,6 +32,7 @@ POSITIVE = [
     *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
     *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
     "change.0.friction_scale",
+    *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "told_stribeck_velocity", "told_inertia")),
 ]
 NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
@@ -29,11 +41,29 @@ NOT_NEGATIVE = [
     "feedback.integral",
     *(f"fixed.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "friction_lag")),
     "change.0.time",
+    *(f"sweep.{name}.0" for name in ("friction_lag", "velocity_noise")),
 ]
-NUMBERS = [*POSITIVE, *NOT_NEGATIVE, "reference.amplitudes.0"]
+NUMBERS = [*POSITIVE, *NOT_NEGATIVE, "reference.amplitudes.0", "sweep.stiction.0"]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
-LISTS = ["controllers", "reference.frequencies", "reference.amplitudes", "change"]
-TABLES = ["joint", "sampling", "sensor", "actuator", "reference", "feedback", "adaptation", "fixed", "change.0"]
+LISTS = [
+    "controllers",
+    "reference.frequencies",
+    "reference.amplitudes",
+    "change",
+    *(f"sweep.{name}" for name in RANGES),
+]
+TABLES = [
+    "joint",
+    "sampling",
+    "sensor",
+    "actuator",
+    "reference",
+    "feedback",
+    "adaptation",
+    "fixed",
+    "change.0",
+    "sweep",
+]
 OTHERS = ["seed", "reference.kind"]
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
@@ -41,7 +71,10 @@ REQUIRED = [
     *("feedback.inertia", "adaptation.stribeck_velocity", "change.0.time", "change.0.friction_scale"),
 ]
 
-TOP = "duration, seed, controllers, joint, sampling, sensor, actuator, reference, feedback, adaptation, fixed, change"
+TOP = (
+    "duration, seed, controllers, joint, sampling, sensor, actuator, reference, feedback, adaptation, fixed, change, "
+    "sweep"
+)
 FRICTION = "inertia, coulomb, stiction, viscous"
 KNOWN = {
     "": TOP,
@@ -54,12 +87,14 @@ KNOWN = {
     "adaptation": "stribeck_velocity, stribeck_shape, memory",
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
     "change.0": "time, friction_scale",
+    "sweep": ", ".join(RANGES),
 }
 
 
 def complete(path=""):
     """Content with every table, and the alternative that a field belongs to."""
-    content = {**built_in(), "controllers": ["pi"], "change": [{"time": 30.0, "friction_scale": 0.6}]}
+    change = [{"time": 30.0, "friction_scale": 0.6}]
+    content = {**built_in(), "controllers": ["pi"], "change": change, "sweep": copy.deepcopy(RANGES)}
     if path in ("feedback.proportional", "feedback.integral"):
         content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
     if path in TEXTS[1:]:
@@ -132,7 +167,9 @@ def test_negative_value_is_refused(tmp_path, path, value):
 
 @pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith("period")])
 def test_whole_number_is_a_number(tmp_path, path):
-    value = {"feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}.get(path, 90)
+    whole = {"feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
+    whole |= {f"sweep.{name}.0": math.ceil(low) for name, (low, _) in RANGES.items()}
+    value = whole.get(path, 90)
     content = changed(changed(complete(path), "joint.stiction", 100.0), path, value)
     load_scenario(write_scenario(tmp_path, content))
 
