@@ -8,25 +8,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from adaptive_ff.gate import sliding_time
+from adaptive_ff.batch_rows import Mask, series_rows, torque_form_rows
 from adaptive_ff.identifying import check_positive
 from adaptive_ff.least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
 from adaptive_ff.model import ESTIMATED, TorqueModel
-from adaptive_ff.series import COEFFICIENTS, series_regressors, write_physical
-from adaptive_ff.torque_form import (
-    REGRESSORS,
-    Signals,
-    TorqueForm,
-    advance_signals,
-    initial_signals,
-    settle_signals,
-    write_regressors,
-)
-from controllers import compiled
-
-Mask = NDArray[np.bool_]
+from adaptive_ff.series import COEFFICIENTS, write_physical
+from adaptive_ff.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals
 
 FILTER_MEMORY = 6.0
 """Time constants of the filters after which they have forgotten an error: the equations are correlated that long."""
@@ -151,7 +140,7 @@ def identify_torque_form(
     -------
     Identification
         The joint; ``regression`` holds the six parameters of the form, of which ``inertia_lag`` is ``J tau``. The
-        intervals take into account that filtered errors are correlated.
+        intervals take the correlation of filtered errors into account.
 
     Raises
     ------
@@ -164,28 +153,25 @@ def identify_torque_form(
         place = int(np.argmax(steps <= 0.0)) + 1
         raise ValueError(f"time[{place}] = {times[place]} s is not allowed: it must be later than the one before")
     check_positive(stribeck_velocity=stribeck_velocity, stribeck_shape=stribeck_shape, filter_pole=filter_pole)
-    for name, value in (("slowest", slowest), ("hold", hold)):
-        if not (math.isfinite(value) and value >= 0.0):
-            raise ValueError(f"{name} = {value} is not allowed: it must be zero or more and finite")
+    _check_not_negative(slowest=slowest, hold=hold)
     form = TorqueForm(float(filter_pole), float(stribeck_velocity), float(stribeck_shape))
     rows, outputs = np.zeros((times.size, len(REGRESSORS))), np.zeros(times.size)
     used = np.zeros(times.size, dtype=np.bool_)
     signals = settle_signals(form, initial_signals(), float(speeds[0]))
     torque_form_rows(form, signals, times, speeds, torques, (float(slowest), float(hold)), rows, outputs, used)
-    count = int(np.count_nonzero(used))
     correlated = math.ceil(FILTER_MEMORY / (filter_pole * float(np.median(steps))))
-    if count <= max(len(REGRESSORS), correlated):
+    count, needed = int(np.count_nonzero(used)), max(len(REGRESSORS), correlated)
+    if count <= needed:
         raise ValueError(
             f"slowest = {slowest:g} rad/s and hold = {hold:g} s let {count} samples through; there must be more than "
-            f"{max(len(REGRESSORS), correlated)}"
+            f"{needed}"
         )
     fit = fit_least_squares(
         rows[used], outputs[used], names=REGRESSORS, confidence=confidence, correlated_samples=correlated
     )
     places = [REGRESSORS.index(name) for name in ESTIMATED]
-    return _identification(
-        fit, fit.values[places], fit.standard_errors[places], used, (stribeck_velocity, stribeck_shape)
-    )
+    values, errors = fit.values[places], fit.standard_errors[places]
+    return _identification(fit, values, errors, used, (stribeck_velocity, stribeck_shape))
 
 
 def slides_one_way(velocity: ArrayLike, slowest: float) -> Mask:
@@ -210,39 +196,6 @@ def slides_one_way(velocity: ArrayLike, slowest: float) -> Mask:
     return found
 
 
-def _series_rows(velocity: Array, torque: Array, stribeck_velocity: float, stribeck_shape: float, rows: Array) -> None:
-    """Write the regressors of (4) of each sample, from the third on, into the rows."""
-    for k in range(2, velocity.size):
-        series_regressors(
-            rows[k], (velocity[k - 1], velocity[k - 2]), (torque[k], torque[k - 1]), stribeck_velocity, stribeck_shape
-        )
-
-
-def _torque_form_rows(
-    form: TorqueForm,
-    signals: Signals,
-    time: Array,
-    velocity: Array,
-    torque: Array,
-    gate: tuple[float, float],
-    rows: Array,
-    outputs: Array,
-    used: Mask,
-) -> None:
-    """Write regressors, outputs and whether the gate is open; the gate is its speed (rad/s) and hold (s)."""
-    sliding = -gate[1]
-    for k in range(1, time.size):
-        duration = time[k] - time[k - 1]
-        signals = advance_signals(form, signals, torque[k], velocity[k], duration)
-        sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], duration)
-        outputs[k] = write_regressors(form, signals, rows[k])
-        used[k] = sliding > gate[1]
-
-
-series_rows = compiled(_series_rows)
-torque_form_rows = compiled(_torque_form_rows)
-
-
 def _physical_slopes(coefficients: Array, period: float) -> Array:
     """Return the derivatives of ``J, Fc, Fs, sigma, tau`` by the coefficients of (4), shape (5, 6)."""
     a1, a2, b0, b1, c1, d1 = coefficients
@@ -261,21 +214,31 @@ def _physical_slopes(coefficients: Array, period: float) -> Array:
 def _identification(
     fit: LeastSquaresFit, values: Array, errors: Array, used: Mask, stribeck: tuple[float, float]
 ) -> Identification:
+    pairs = zip(values, errors, strict=True)
     physical = {
-        name: fit.interval(float(value), float(error))
-        for name, value, error in zip(ESTIMATED, values, errors, strict=True)
+        name: fit.interval(float(value), float(error)) for name, (value, error) in zip(ESTIMATED, pairs, strict=True)
     }
-    return Identification(fit, physical, TorqueModel(*(float(value) for value in values), *stribeck), used)
+    found = {name: estimate.value for name, estimate in physical.items()}
+    model = TorqueModel(**found, stribeck_velocity=float(stribeck[0]), stribeck_shape=float(stribeck[1]))
+    return Identification(fit, physical, model, used)
+
+
+def _check_not_negative(**values: float) -> None:
+    for name, value in values.items():
+        if not (math.isfinite(value) and value >= 0.0):
+            raise ValueError(f"{name} = {value} is not allowed: it must be zero or more and finite")
 
 
 def _check_series(**series: ArrayLike) -> list[Array]:
-    checked = []
+    checked: list[Array] = []
     for name, given in series.items():
         array = np.ascontiguousarray(given, dtype=np.float64)
         if array.ndim != 1 or array.size < 3:
             raise ValueError(f"{name} has shape {array.shape}; it must be a series of three samples at least")
         if checked and array.shape != checked[0].shape:
-            raise ValueError(f"{name} has {array.size} samples; it must have {checked[0].size}, as {next(iter(series))}")
+            raise ValueError(
+                f"{name} has {array.size} samples; it must have {checked[0].size}, as {next(iter(series))}"
+            )
         if not np.all(np.isfinite(array)):
             place = int(np.argmin(np.isfinite(array)))
             raise ValueError(f"{name}[{place}] = {array[place]} is not allowed: all must be finite")

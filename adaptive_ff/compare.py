@@ -5,7 +5,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adaptive_ff.lineup import Maker, make_controller
+from adaptive_ff.errors import InputError
+from adaptive_ff.lineup import CONTROLLERS, Maker, make_controller
 from adaptive_ff.scenario import Scenario, load_scenario
 from adaptive_ff.simulate import Run, simulate
 
@@ -85,10 +86,13 @@ def compare(
     Raises
     ------
     InputError
-        The scenario names a controller that there is not.
+        The scenario names a controller that there is not, or an own one has the name of one that there is.
     """
     scenario = load_scenario() if scenario is None else scenario
     own = own or {}
+    taken = [name for name in own if name in CONTROLLERS]
+    if taken:
+        raise InputError(f"own = {taken[0]!r} is not allowed: that is the name of a controller of this package")
     names = dict.fromkeys([*scenario.controllers, *own])
     made = {name: make_controller(scenario, name, own) for name in names}
     runs = {}

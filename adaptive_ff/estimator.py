@@ -45,7 +45,10 @@ AGREEMENT = (0.7, 1.4)
 """Range of ``E z x / E z^2`` in which the gradient ``z`` of the model may stand for the measured one ``x``."""
 
 PEAK_FACTOR = 2.0
-"""Friction is believed to be at most this many times the largest torque seen."""
+"""Friction, and an error of its prediction, is believed to be at most this many times the largest torque seen."""
+
+SPEED_FACTOR = 3.0
+"""A joint this many times faster than its reference ever was is a fault of the measurement; nothing is learnt then."""
 
 
 class EstimatorParameters(NamedTuple):
@@ -87,7 +90,7 @@ class EstimatorState(NamedTuple):
     agreement : ndarray, shape (5, 2)
         Fading means of ``z^2`` and ``z x`` of each scaled gradient.
     levels : ndarray, shape (3,)
-        Mean squared scaled prediction error; largest filtered torque (N m) and speed (rad/s) seen while learning.
+        Mean squared scaled prediction error; largest filtered torque (N m) and reference speed (rad/s) so far.
     """
 
     estimate: NDArray[np.float64]
@@ -178,16 +181,23 @@ def learn(
     write_gradient(estimator, estimate, row, instrument)
     torque = write_regressors(estimator.form, measured, row)
     write_gradient(estimator, estimate, row, gradient)
+    levels = state.levels
+    levels[2] = max(levels[2], abs(model.filters[VELOCITY, 0]))
+    if not abs(measured.filters[VELOCITY, 0]) < SPEED_FACTOR * levels[2]:
+        return
+    levels[1] = max(levels[1], abs(torque))
+    largest = PEAK_FACTOR * levels[1] / estimator.torque_scale
     keep = math.exp(-duration / estimator.memory)
-    floor = min(FLOOR * state.levels[0] + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
+    floor = min(FLOOR * levels[0] + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     if not gradients_agree(state.agreement, instrument, gradient, keep, floor):
         instrument[:] = gradient
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
-    state.levels[0] = keep * state.levels[0] + (1.0 - keep) * error * error
+    error = min(max(error, -largest), largest)
+    levels[0] = keep * levels[0] + (1.0 - keep) * error * error
     factor = np.empty((PARAMETERS, PARAMETERS))
     update_resetting(state.information, floor, keep, instrument, error, gradient, factor)
     bounds = np.empty((PARAMETERS, 2))
-    write_bounds(estimator, state, abs(torque), abs(measured.filters[VELOCITY, 0]), bounds)
+    write_bounds(estimator, levels, bounds)
     correct(estimator, estimate, gradient, factor, bounds, instrument)
 
 
@@ -216,17 +226,8 @@ def correct(
 
 
 @register_jitable
-def write_bounds(
-    estimator: EstimatorParameters,
-    state: EstimatorState,
-    torque: float,
-    speed: float,
-    bounds: NDArray[np.float64],
-) -> None:
-    """Write what is possible for each parameter: friction within what torques (N m) and speeds (rad/s) can explain."""
-    levels = state.levels
-    levels[1] = max(levels[1], torque)
-    levels[2] = max(levels[2], speed)
+def write_bounds(estimator: EstimatorParameters, levels: NDArray[np.float64], bounds: NDArray[np.float64]) -> None:
+    """Write what is possible for each parameter: friction within what the torques and speeds seen can explain."""
     largest = PEAK_FACTOR * levels[1]
     bounds[:, 0] = 0.0
     bounds[INERTIA, 0] = estimator.first[INERTIA] / INERTIA_RANGE

@@ -2,9 +2,9 @@
 
 ``u_ff = J dw_ref/dt + f_ref`` with ``tau df_ref/dt + f_ref = F(w_ref)``. The torque is held over a period, so what is
 computed is its mean over the coming period, with the reference taken as linear in between: the inertia part is
-``J`` times the difference of the reference, the friction part is the exact integral of the lagged friction, split
-where the reference reverses. This needs the reference one sample ahead; where that is not known, the last
-slope of the reference is continued.
+``J`` times the difference of the reference, the friction part is the integral of the lagged friction, with the static
+friction taken as linear in time as well, split where the reference reverses. This needs the reference one sample
+ahead; where that is not known, the last slope of the reference is continued.
 """
 
 import math

@@ -1,8 +1,8 @@
-"""Batch least squares, equations (7)-(9), by singular values of the scaled regressors.
+"""Batch least squares, equations (7)-(9), by orthogonal factors of the scaled regressors.
 
-The paper writes the estimate as ``(X'X)^-1 X'W``, (9). Forming ``X'X`` squares the condition number; here ``X`` itself is
-factorised, its columns scaled to unit length before. In (8) the paper's objective lacks the square; the
-minimiser is the same.
+The paper writes the estimate as ``(X'X)^-1 X'W``, (9). Forming ``X'X`` squares the condition number; here the columns
+of ``X`` are scaled to unit length and ``X`` itself is factorised, ``X = QR``, then the small ``R`` by its singular
+values. In (8) the paper's objective lacks the square; the minimiser is the same.
 """
 
 from collections.abc import Sequence
@@ -141,46 +141,49 @@ def fit_least_squares(
         regressors are linearly dependent.
     """
     matrix, target = _check_data(regressors, outputs)
-    rows, size = matrix.shape
+    size = matrix.shape[1]
     labels = tuple(f"p{i}" for i in range(size)) if names is None else tuple(names)
-    if len(labels) != size:
-        raise ValueError(f"names = {labels} has {len(labels)} entries; there must be one for each of {size} columns")
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
-    if not 0 <= correlated_samples < rows:
-        raise ValueError(
-            f"correlated_samples = {correlated_samples} is not allowed: it must be at least 0 and less than the "
-            f"{rows} rows"
-        )
+    _check_options(labels, matrix.shape, confidence, correlated_samples)
     full, wanted = matrix, target
     if prior_information is not None:
         if correlated_samples:
-            raise ValueError(f"correlated_samples = {correlated_samples} is not allowed with a prior: it must be 0 there")
+            raise ValueError(
+                f"correlated_samples = {correlated_samples} is not allowed with a prior: it must be 0 there"
+            )
         full = np.vstack([matrix, _prior_rows(prior_information, size)])
         wanted = np.concatenate([target, np.zeros(size)])
-    left, singular, right, scale = _factorise(full, labels)
-    values = right.T @ (left.T @ wanted / singular) / scale
+    factors = _factorise(full, labels)
+    values = factors.inverse @ (factors.orthogonal.T @ wanted)
     residuals = target - matrix @ values
-    spread = _spread(left[:rows], residuals, correlated_samples)
-    root = (right.T / singular) / scale[:, np.newaxis]
+    spread = _spread(factors.orthogonal, residuals, correlated_samples)
     return LeastSquaresFit(
         labels,
         values,
-        root @ spread @ root.T,
+        factors.inverse @ spread @ factors.inverse.T,
         residuals,
-        float(singular[0] / singular[-1]),
-        float(np.linalg.cond(full)),
+        factors.condition_number,
+        factors.raw_condition_number,
         float(confidence),
     )
 
 
-def _spread(left: Array, residuals: Array, correlated_samples: int) -> Array:
-    """Return the covariance of ``left' error``, the parameters in the coordinates of the singular vectors."""
-    rows, size = left.shape
+class _Factors(NamedTuple):
+    """``X = Q (R scale)``: the orthogonal ``Q``, the inverse of the square factor, and condition numbers."""
+
+    orthogonal: Array
+    inverse: Array
+    condition_number: float
+    raw_condition_number: float
+
+
+def _spread(orthogonal: Array, residuals: Array, correlated_samples: int) -> Array:
+    """Return the covariance of ``Q' error``."""
+    rows, size = residuals.size, orthogonal.shape[1]
     correction = 1.0 / (rows - size)
     if correlated_samples == 0:
-        return np.eye(size) * float(residuals @ residuals) * correction
-    weighted = left * residuals[:, np.newaxis]
+        independent: Array = np.eye(size) * float(residuals @ residuals) * correction
+        return independent
+    weighted = orthogonal * residuals[:, np.newaxis]
     total = weighted.T @ weighted
     for lag in range(1, correlated_samples + 1):
         product = weighted[lag:].T @ weighted[:-lag]
@@ -189,13 +192,14 @@ def _spread(left: Array, residuals: Array, correlated_samples: int) -> Array:
     return spread
 
 
-def _factorise(matrix: Array, names: tuple[str, ...]) -> tuple[Array, Array, Array, Array]:
-    """Return the singular value decomposition of the matrix with columns of unit length, and their lengths."""
+def _factorise(matrix: Array, names: tuple[str, ...]) -> _Factors:
+    """Factorise the regressors; refuse those that do not determine every parameter."""
     scale = np.linalg.norm(matrix, axis=0)
     for name, length in zip(names, scale, strict=True):
         if length == 0.0:
             raise ValueError(f"the regressor of {name} is zero in every row; it must vary for {name} to be estimated")
-    left, singular, right = linalg.svd(matrix / scale, full_matrices=False)
+    orthogonal, triangular = np.linalg.qr(matrix / scale)
+    left, singular, right = np.linalg.svd(triangular)
     limit = singular[0] * max(matrix.shape) * np.finfo(float).eps
     if singular[-1] <= limit:
         rank = int(np.count_nonzero(singular > limit))
@@ -204,7 +208,8 @@ def _factorise(matrix: Array, names: tuple[str, ...]) -> tuple[Array, Array, Arr
             f"regressors have rank {rank}; it must be {len(names)}, the number of columns: {loudest} cannot be told "
             "from the others with these data"
         )
-    return left, singular, right, scale
+    inverse = (right.T / singular) @ left.T / scale[:, np.newaxis]
+    return _Factors(orthogonal, inverse, float(singular[0] / singular[-1]), float(np.linalg.cond(triangular * scale)))
 
 
 def _prior_rows(information: ArrayLike, size: int) -> Array:
@@ -214,12 +219,24 @@ def _prior_rows(information: ArrayLike, size: int) -> Array:
     if not np.all(np.isfinite(matrix)) or not np.array_equal(matrix, matrix.T):
         raise ValueError("prior_information is not symmetric and finite; it must be both")
     try:
-        factor: Array = linalg.cholesky(matrix)
+        return np.asarray(linalg.cholesky(matrix))
     except linalg.LinAlgError as error:
         raise ValueError(
             "prior_information is not positive definite; it must be the inverse of a covariance"
         ) from error
-    return factor
+
+
+def _check_options(names: tuple[str, ...], shape: tuple[int, ...], confidence: float, correlated_samples: int) -> None:
+    rows, size = shape
+    if len(names) != size:
+        raise ValueError(f"names = {names} has {len(names)} entries; there must be one for each of {size} columns")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
+    if not 0 <= correlated_samples < rows:
+        raise ValueError(
+            f"correlated_samples = {correlated_samples} is not allowed: it must be at least 0 and less than the "
+            f"{rows} rows"
+        )
 
 
 def _check_data(regressors: ArrayLike, outputs: ArrayLike) -> tuple[Array, Array]:

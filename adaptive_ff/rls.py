@@ -1,7 +1,7 @@
 """Recursive least squares with a forgetting factor, equations (11)-(13), in a symmetric form and as printed.
 
-Below (10) the paper writes the prediction as ``u(k) x P(k-1)``; it is ``X'(k) P(k-1)``. What rounding does depends on how
-(13), ``R(k) = (I - gamma X') R(k-1) / lambda``, is evaluated:
+Below (10) the paper writes the prediction as ``u(k) x P(k-1)``; it is ``X'(k) P(k-1)``. What rounding does depends on
+how (13), ``R(k) = (I - gamma X') R(k-1) / lambda``, is evaluated:
 
 - as printed, with the product of two matrices (``update_rls_printed``), an error of rounding fades while the data
   excite all parameters, symmetric or not; ``R`` is symmetric only up to rounding;

@@ -1,5 +1,6 @@
 """One controller in the closed loop of a scenario."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.errors import InputError
 from adaptive_ff.lineup import make_controller
 from adaptive_ff.loop import Course, Record, empty_record, run_compiled, run_plain, start_position
 from adaptive_ff.metrics import Metrics, evaluate
@@ -43,9 +45,13 @@ def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, 
         feedforward=inputs.feedforward,
         dt=inputs.dt,
     )
-    if not np.isfinite(torque):
-        raise ValueError(f"the controller {block.controller!r} returned a torque of {torque}; it must be finite")
-    return Output(float(torque), 0.0), state
+    try:
+        value = float(torque)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"the controller {block.controller!r} returned a torque of {torque!r}; it must be finite")
+    return Output(value, 0.0), state
 
 
 STEPS[Foreign] = _step_foreign
@@ -167,6 +173,10 @@ def simulate(
     """
     if isinstance(controller, str):
         name, controller = name or controller, make_controller(scenario, controller)
+    if isinstance(controller, type) or not callable(getattr(controller, "step", None)):
+        raise InputError(
+            f"controller = {controller!r} is not allowed: it must be a name or an object with a method step"
+        )
     course = lay_course(scenario)
     own = not isinstance(controller, Controller)
     names = () if own else controller.estimate_names

@@ -72,7 +72,7 @@ class SupportPoints:
             place = int(np.argmax(apart))
             raise ValueError(
                 f"velocity = {self.velocity[forward][place]:g} rad/s has {self.velocity[backward][place]:g} rad/s for "
-                f"its opposite; to average directions speeds must agree within {SPEED_TOLERANCE:.0%}"
+                f"its opposite; to average directions speeds must agree within {100.0 * SPEED_TOLERANCE:g} %"
             )
         return SupportPoints(
             speeds,
@@ -86,8 +86,8 @@ class SupportPoints:
 def support_points(velocity: ArrayLike, torque: ArrayLike, drive: ArrayLike | None = None) -> SupportPoints:
     """Average the readings of drives at constant speed.
 
-    A spread from few readings is itself uncertain, and weights made from it spoil the intervals of a fit (measured: with
-    five readings a point, 95 % intervals of the Stribeck velocity held the truth in 84 % of cases). So the
+    A spread from few readings is itself uncertain, and weights made from it spoil the intervals of a fit (measured:
+    with five readings a point, 95 % intervals of the Stribeck velocity held the truth in 85 % of cases). So the
     standard errors borrow from the other points, as much as the data say that spreads follow a common trend with the
     speed: G. K. Smyth, "Linear models and empirical Bayes methods" (Stat. Appl. Genet. Mol. Biol. 3, 2004).
 
@@ -147,12 +147,15 @@ def _shared_spread(log_speed: Array, spread: Array, count: NDArray[np.intp]) -> 
     if spread.size <= degree + 1:
         return spread  # nothing to borrow from
     if excess <= polygamma(1, 1e6):
-        shared: Array = np.sqrt(common)  # chance alone explains the scatter
-        return shared
+        return _root(common)  # chance alone explains the scatter
     weight = 2.0 * brentq(lambda half: polygamma(1, half) - excess, 1e-3, 1e6) if excess < polygamma(1, 1e-3) else 0.0
     common *= math.exp(float(psi(0.5 * weight)) - math.log(0.5 * weight)) if weight > 0.0 else 1.0
-    shared = np.sqrt((weight * common + freedom * spread**2) / (weight + freedom))
-    return shared
+    return _root((weight * common + freedom * spread**2) / (weight + freedom))
+
+
+def _root(variance: Array) -> Array:
+    deviation: Array = np.sqrt(variance)
+    return deviation
 
 
 def _check_readings(velocity: Array, torque: Array, drive: ArrayLike | None) -> NDArray[np.generic]:

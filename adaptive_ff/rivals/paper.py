@@ -32,7 +32,7 @@ from controllers import (
 )
 
 INITIAL_COVARIANCE = 1e4
-LARGEST_COVARIANCE = 1e12
+LARGEST_COVARIANCE = 1e8
 
 
 class PaperParameters(NamedTuple):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from adaptive_ff import batch
+from adaptive_ff import batch_rows
 from adaptive_ff.batch import identify_series, identify_torque_form, slides_one_way
 from adaptive_ff.least_squares import fit_least_squares
 from adaptive_ff.model import ESTIMATED, TorqueModel
@@ -280,7 +280,7 @@ def test_torque_form_uses_samples_only_a_hold_after_slow_motion(jittered_log):
 def test_compiled_rows_are_those_of_the_plain_kernels(jittered_log):
     time, velocity, torque = (array[:300] for array in jittered_log)
     form, found = TorqueForm(60.0, 0.05, 1.0), []
-    for function in (batch.torque_form_rows, batch.torque_form_rows.py_func):
+    for function in (batch_rows.torque_form_rows, batch_rows.torque_form_rows.py_func):
         rows, outputs, used = np.zeros((300, 6)), np.zeros(300), np.zeros(300, dtype=bool)
         signals = settle_signals(form, initial_signals(), 0.0)
         function(form, signals, time, velocity, torque, (0.01, 0.05), rows, outputs, used)
@@ -289,7 +289,7 @@ def test_compiled_rows_are_those_of_the_plain_kernels(jittered_log):
     assert found[0][1] == pytest.approx(found[1][1], rel=1e-12)
     assert np.array_equal(found[0][2], found[1][2])
     rows = np.zeros((2, 300, 6))
-    for filled, function in zip(rows, (batch.series_rows, batch.series_rows.py_func), strict=True):
+    for filled, function in zip(rows, (batch_rows.series_rows, batch_rows.series_rows.py_func), strict=True):
         function(velocity, torque, 0.05, 1.0, filled)
     assert rows[0] == pytest.approx(rows[1], rel=1e-12)
 

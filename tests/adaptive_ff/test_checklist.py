@@ -159,11 +159,12 @@ def test_after_a_minute_of_standstill_it_works_as_from_the_start(name, noise):
 
 @controllers
 @pytest.mark.parametrize("noise", [0.0, 0.002], ids=["silent", "noisy"])
-def test_after_an_hour_of_standstill_all_is_finite(name, noise):
+def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, noise):
     course, controller = lay_course(SHORT), make(name)
     after, _ = drive(controller, course, position=stand_still(controller, noise, minutes=65))
     assert np.all(np.isfinite(after.torque))
     assert np.all(np.isfinite(after.estimates))
+    assert np.any(np.diff(after.estimates, axis=0)) == (name in IDENTIFYING)
 
 
 @pytest.mark.parametrize("name", SWITCHED)
