@@ -1,5 +1,6 @@
 """What the figures have in common: panels, labels above them, one legend; the looks of ``adaptive_ff.plots``."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ from adaptive_ff.plots import INK, LIFT, LOOKS, QUIET, WIDTH
 
 Look = Mapping[str, Any]
 
-TRUTH: Look = {"color": "#000000", "linewidth": 1.6, "label": "simulated joint"}
+TRUTH: Look = {"color": "#b5b5b5", "linewidth": 2.6, "label": "simulated joint"}
 SERIES: Look = {"color": LOOKS["adaptive_paper"]["color"], "linewidth": 1.1, "label": "series (4)"}
 TORQUE_FORM: Look = {"color": LOOKS["adaptive"]["color"], "linewidth": 1.1, "label": "torque form"}
 NAIVE: Look = {"color": "#a6a6a6", "linewidth": 1.2, "label": "naive predictor w(k-1)"}
@@ -39,6 +40,9 @@ def legend(target: Figure | Axes, looks: Sequence[Look], **places: Any) -> None:
     """Explain looks above all panels, or in one of them."""
     handles = [Line2D([], [], **look) for look in looks]
     if isinstance(target, Figure):
-        target.legend(handles=handles, loc="outside upper center", ncols=len(handles), handlelength=1.7)
+        widths = [0.5 + 0.075 * len(str(handle.get_label())) for handle in handles]  # roughly, in inches
+        rows = math.ceil(sum(widths) / WIDTH)
+        columns = math.ceil(len(handles) / rows)
+        target.legend(handles=handles, loc="outside upper center", ncols=columns, handlelength=1.7)
     else:
         target.legend(handles=handles, handlelength=1.7, labelcolor=INK, **places)

@@ -28,6 +28,9 @@ TRUE = TorqueModel(
 )
 """The reference joint; the paper prints no parameter values."""
 
+SYMBOLS = dict(zip(ESTIMATED, ("J", "Fc", "Fs", "sigma", "tau"), strict=True))
+"""The paper's symbols of the identified parameters."""
+
 SOLVER_PERIOD = 0.001  # s
 PERIOD = 0.01  # s
 DURATION = 60.0  # s

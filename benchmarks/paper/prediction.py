@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 
-from adaptive_ff.batch import Array, series_rows
-from adaptive_ff.model import TorqueModel
+from adaptive_ff.batch_rows import series_rows
+from adaptive_ff.least_squares import Array
+from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.series import SeriesCoefficients, series_regressors
-from benchmarks.paper.identification_data import PERIOD, SOLVER_PERIOD, TRUE, joint_of
+from benchmarks.paper.identification_data import PERIOD, SOLVER_PERIOD, TRUE, Data, joint_of, run_held
 from controllers import compiled
-from plant import JointParameters, JointState, step_joint
+from plant import JointParameters, JointState, Stribeck, step_joint
 
 FIRST = 2
 """First sample that (4) can predict."""
@@ -48,9 +49,32 @@ def model_one_step(model: TorqueModel, velocity: Array, torque: Array) -> Array:
     The model of Fig. 2 runs on the solver of the data; its velocity is set to the measured one at every sample, its
     friction torque is its own. With the true parameters the error is zero.
     """
+    identified = np.array([getattr(model, name) for name in ESTIMATED])
+    return models_one_step(np.tile(identified, (velocity.size, 1)), velocity, torque)
+
+
+def models_one_step(models: Array, velocity: Array, torque: Array) -> Array:
+    """Return the same for a model that changes: at each sample the one of the sample before predicts.
+
+    Parameters
+    ----------
+    models : ndarray, shape (n, 5)
+        Inertia, Coulomb friction, stiction, viscous coefficient, friction lag after each sample.
+    velocity, torque : ndarray, shape (n,)
+        Velocity at the samples, rad/s, and torque over the period that ends there, N m.
+    """
     errors = np.zeros(velocity.size)
-    run_model(joint_of(model), torque, velocity, round(PERIOD / SOLVER_PERIOD), SOLVER_PERIOD, errors)
+    run_models(joint_of(TRUE), models, torque, velocity, round(PERIOD / SOLVER_PERIOD), SOLVER_PERIOD, errors)
     return errors
+
+
+def model_free_run(model: TorqueModel, data: Data) -> Array:
+    """Return the velocity (rad/s) of a simulated model under the torque of a record, at its samples."""
+    parts = round(PERIOD / SOLVER_PERIOD)
+    torque = data.commanded[:-1]
+    velocity = np.zeros(torque.size * parts + 1)
+    run_held(joint_of(model), JointState(0.0, 0.0), torque, parts, SOLVER_PERIOD, velocity)
+    return velocity[::parts]
 
 
 def _run_series(
@@ -67,16 +91,25 @@ def _run_series(
         velocity[k] = total if math.isfinite(total) else math.inf
 
 
-def _run_model(
-    joint: JointParameters, torque: Array, velocity: Array, parts: int, solver_period: float, errors: Array
+def _run_models(
+    first: JointParameters,
+    models: Array,
+    torque: Array,
+    velocity: Array,
+    parts: int,
+    solver_period: float,
+    errors: Array,
 ) -> None:
     state = JointState(velocity[0], 0.0)
+    stribeck_velocity, stribeck_shape = first.friction.stribeck_velocity, first.friction.stribeck_shape
     for k in range(1, velocity.size):
+        inertia, coulomb, stiction, viscous, lag = models[k - 1]
+        friction = Stribeck(coulomb, max(coulomb, stiction), viscous, stribeck_velocity, stribeck_shape)
         for _ in range(parts):
-            state = step_joint(joint, state, torque[k], solver_period)
+            state = step_joint(JointParameters(inertia, friction, lag), state, torque[k], solver_period)
         errors[k] = velocity[k] - state.velocity
         state = JointState(velocity[k], state.friction_torque)
 
 
 run_series = compiled(_run_series)
-run_model = compiled(_run_model)
+run_models = compiled(_run_models)

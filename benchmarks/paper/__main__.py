@@ -1,0 +1,152 @@
+"""Every experiment of Ruderman 2013: ``python -m benchmarks.paper [--out DIR] [--json FILE]``."""
+
+import sys
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.output import staged, write_json
+from benchmarks.paper import closed_loop, misprints, offline, online, reversal, rounding, stribeck
+from benchmarks.paper.experiment import Experiment, Row
+
+EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
+    "misprints": misprints.run,
+    "Fig. 3": reversal.run,
+    "Fig. 4": offline.run,
+    "Fig. 5": online.run,
+    "rounding": rounding.run,
+    "Fig. 8": stribeck.run,
+    "Figs. 7, 9-12": closed_loop.run,
+}
+"""In the order of the table."""
+
+BAD_INPUT = 2
+DOTS_PER_INCH = 150
+WIDTH = 170
+"""Characters in a line where the output is no terminal."""
+
+
+def run_all(console: Console) -> list[Experiment]:
+    """Run every experiment and show progress on a terminal."""
+    found = []
+    columns = (TextColumn("{task.description}"), BarColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=len(EXPERIMENTS))
+        for name, run in EXPERIMENTS.items():
+            progress.update(task, description=name)
+            found.append(run())
+            progress.advance(task)
+    return found
+
+
+def as_text(value: float | str) -> str:
+    """Return a figure as the table shows it."""
+    return value if isinstance(value, str) else f"{value:.4g}"
+
+
+def as_verdict(row: Row) -> str:
+    """Return whether a row meets its target, in a word."""
+    return "" if row.met is None else "yes" if row.met else "NO"
+
+
+def table_of(experiments: list[Experiment]) -> Table:
+    """Return all figures in one table, experiment after experiment."""
+    table = Table(title="Ruderman 2013 in simulation", box=SIMPLE, title_style="bold", expand=True)
+    table.add_column("quantity", ratio=3, overflow="fold")
+    table.add_column("value", ratio=2, justify="right", overflow="fold")
+    table.add_column("target", min_width=9, justify="right")
+    table.add_column("met", width=3)
+    for experiment in experiments:
+        table.add_section()
+        table.add_row(escape(experiment.title), "", "", "", style="bold")
+        for row in experiment.rows:
+            style = "bold red" if row.met is False else None
+            cells = (f"  {row.quantity}", as_text(row.value), row.target, as_verdict(row))
+            table.add_row(*(escape(cell) for cell in cells), style=style)
+    return table
+
+
+def to_dict(experiments: list[Experiment]) -> dict[str, Any]:
+    """Return the result as it goes into a JSON file."""
+    return {
+        "experiments": [
+            {
+                "title": experiment.title,
+                "rows": [
+                    {"quantity": row.quantity, "value": row.value, "target": row.target, "met": row.met}
+                    for row in experiment.rows
+                ],
+                "notes": list(experiment.notes),
+                "figures": sorted(experiment.figures),
+            }
+            for experiment in experiments
+        ],
+        **tally(experiments),
+    }
+
+
+def tally(experiments: list[Experiment]) -> dict[str, int]:
+    """Return how many targets are met and missed."""
+    verdicts = [row.met for experiment in experiments for row in experiment.rows if row.met is not None]
+    return {"targets_met": verdicts.count(True), "targets_missed": verdicts.count(False)}
+
+
+def show(experiments: list[Experiment], console: Console) -> None:
+    """Print the table and the notes."""
+    console.print(table_of(experiments))
+    for experiment in experiments:
+        console.print(experiment.title, style="bold", highlight=False, markup=False)
+        for note in experiment.notes:
+            console.print(f"- {note}", highlight=False, markup=False)
+        console.print()
+
+
+def run_and_write(out: Path, json: Path | None, errors: Console) -> list[Experiment]:
+    """Run every experiment; write figures and JSON, all or none, after a check that they can be written."""
+    with ExitStack() as stack:
+        beside = None if json is None else stack.enter_context(staged(json.parent))
+        stage = stack.enter_context(staged(out))
+        if json is not None and json.is_dir():
+            raise InputError(f"{json}: cannot be written: it is a folder")
+        experiments = run_all(errors)
+        for experiment in experiments:
+            for name, figure in experiment.figures.items():
+                figure.savefig(stage / f"{name}.png", dpi=DOTS_PER_INCH)
+        if json is not None and beside is not None:
+            write_json(beside / json.name, to_dict(experiments))
+    return experiments
+
+
+def main(
+    out: Annotated[Path, typer.Option(help="Folder for the figures (PNG).")] = Path("results/paper"),
+    json: Annotated[Path | None, typer.Option(help="Write table and notes there.")] = None,
+) -> None:
+    """Run every experiment of the paper in simulation, print one table and draw its figures."""
+    started = time.perf_counter()
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDTH)
+    try:
+        experiments = run_and_write(out, json, Console(stderr=True))
+    except InputError as error:
+        print(f"benchmarks.paper: {error}", file=sys.stderr)
+        raise typer.Exit(BAD_INPUT) from error
+    show(experiments, console)
+    counts = tally(experiments)
+    console.print(f"Targets met: {counts['targets_met']}, missed: {counts['targets_missed']}.", highlight=False)
+    elapsed = time.perf_counter() - started
+    console.print(f"Figures are in {out}. Wall time {elapsed:.1f} s.", highlight=False, markup=False, soft_wrap=True)
+
+
+if __name__ == "__main__":
+    typer.run(main)

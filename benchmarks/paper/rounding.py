@@ -1,0 +1,173 @@
+"""Section IV-B: what rounding does to (13), evaluated as printed and in two ways that save work."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from adaptive_ff.least_squares import Array
+from adaptive_ff.rls import update_rls, update_rls_printed
+from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.paper.identification_data import PERIOD, SEED, TRUE, simulate_noise
+from benchmarks.paper.prediction import regression, rms
+from controllers import compiled
+
+FORGETTING_FACTOR = 0.99
+COVARIANCE = 1e4
+LARGEST = 1e100
+LONG = 3600.0  # s of noise-driven motion
+BLOCK = 100  # samples between looks at the covariance
+STEADY_SPEED = 0.2  # rad/s
+STEADY_NOISE = 0.002  # rad/s
+STEADY = 60.0  # s of motion at constant speed
+
+PRINTED, ECONOMICAL, SYMMETRIC = (
+    "(13) as printed, (I - gamma X') R",
+    "(13) as R - gamma (R X)'",
+    "(13), one triangle copied",
+)
+
+
+class History(NamedTuple):
+    """What became of the covariance, a value every few samples.
+
+    Attributes
+    ----------
+    asymmetry : ndarray
+        Largest difference across the diagonal of the covariance, scaled to a unit diagonal.
+    smallest : ndarray
+        Smallest eigenvalue of its symmetric part, scaled alike.
+    errors : ndarray
+        One-step errors of all samples, rad/s.
+    """
+
+    asymmetry: Array
+    smallest: Array
+    errors: Array
+
+    def indefinite(self) -> float:
+        """Return the time after which the covariance was found indefinite, s; infinite where it never was."""
+        found = np.flatnonzero(~(self.smallest > 0.0))
+        return float((found[0] + 1) * BLOCK * PERIOD) if found.size else float("inf")
+
+
+@register_jitable
+def update_rls_economical(
+    estimate: Array, covariance: Array, regressors: Array, output: float, forgetting_factor: float
+) -> float:
+    """Take one equation into account, with ``(R - gamma (R X)') / lambda`` for (13)."""
+    size = estimate.size
+    projected = np.zeros(size)
+    error, denominator = output, forgetting_factor
+    for i in range(size):
+        for j in range(size):
+            projected[i] += covariance[i, j] * regressors[j]
+        error -= regressors[i] * estimate[i]
+        denominator += regressors[i] * projected[i]
+    for i in range(size):
+        gain = projected[i] / denominator
+        estimate[i] += gain * error
+        for j in range(size):
+            covariance[i, j] = (covariance[i, j] - gain * projected[j]) / forgetting_factor
+    return error
+
+
+def _run_printed(p: Array, r: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
+    for k in range(outputs.size):
+        errors[k] = update_rls_printed(p, r, rows[k], outputs[k], factor)
+
+
+def _run_economical(p: Array, r: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
+    for k in range(outputs.size):
+        errors[k] = update_rls_economical(p, r, rows[k], outputs[k], factor)
+
+
+def _run_symmetric(p: Array, r: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
+    for k in range(outputs.size):
+        errors[k] = update_rls(p, r, rows[k], outputs[k], factor)
+
+
+FORMS = {
+    PRINTED: compiled(_run_printed),
+    ECONOMICAL: compiled(_run_economical),
+    SYMMETRIC: compiled(_run_symmetric),
+}
+
+
+def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
+    """Run one form of the recursion and watch its covariance; stop where it has grown beyond all bounds."""
+    size = rows.shape[1]
+    estimate, matrix = np.zeros(size), covariance * np.eye(size)
+    seen, errors = [], np.zeros(outputs.size)
+    for start in range(0, outputs.size - BLOCK + 1, BLOCK):
+        part = slice(start, start + BLOCK)
+        FORMS[form](estimate, matrix, rows[part], outputs[part], FORGETTING_FACTOR, errors[part])
+        seen.append(matrix.copy())
+        if not np.max(np.abs(matrix)) < LARGEST:
+            break
+    matrices = np.array(seen)
+    scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=1, axis2=2)))
+    scaled = matrices / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
+    turned = np.swapaxes(scaled, 1, 2)
+    return History(
+        np.max(np.abs(scaled - turned), axis=(1, 2)),
+        np.linalg.eigvalsh(0.5 * (scaled + turned))[:, 0],
+        errors[: BLOCK * len(seen)],
+    )
+
+
+def steady_motion() -> tuple[Array, Array]:
+    """Return regressors and outputs of a motion at constant speed, with noise in its velocity, none in its torque."""
+    count = round(STEADY / PERIOD)
+    velocity = STEADY_SPEED + STEADY_NOISE * np.random.default_rng(SEED).standard_normal(count)
+    share = np.exp(-((STEADY_SPEED / TRUE.stribeck_velocity) ** TRUE.stribeck_shape))
+    torque = TRUE.coulomb + (TRUE.stiction - TRUE.coulomb) * share + TRUE.viscous * STEADY_SPEED
+    return regression(velocity, np.full(count, torque))
+
+
+def run() -> Experiment:
+    """Run (13) in three forms for an hour of noise-driven motion and for a minute at constant speed."""
+    data = simulate_noise(SEED, duration=LONG)
+    rows, outputs = regression(data.velocity, data.acting)
+    histories = {form: watch(form, rows, outputs, COVARIANCE) for form in FORMS}
+    table = []
+    for form, history in histories.items():
+        broken = history.indefinite()
+        shown = "never" if np.isinf(broken) else f"after {broken:g} s"
+        table.append(
+            Row(f"{form}: largest asymmetry in {LONG:g} s of excitation, relative", float(np.max(history.asymmetry)))
+        )
+        table.append(Row(f"{form}: indefinite", shown))
+        table.append(Row(f"{form}: one-step error, mrad/s rms", 1e3 * rms(history.errors)))
+    growth = growth_per_sample(histories[ECONOMICAL])
+    table.append(
+        Row(f"{ECONOMICAL}: growth of the asymmetry a sample; 1/lambda = {1.0 / FORGETTING_FACTOR:.5f}", growth)
+    )
+    rows, outputs = steady_motion()
+    for form in FORMS:
+        broken = watch(form, rows, outputs, COVARIANCE).indefinite()
+        table.append(Row(f"{form}, constant speed: indefinite after, s", broken))
+    return Experiment(f"(13), section IV-B: rounding, lambda = {FORGETTING_FACTOR:g}", table, list(NOTES))
+
+
+def growth_per_sample(history: History) -> float:
+    """Return the factor by which the asymmetry grows a sample, while it is small."""
+    small = np.flatnonzero(history.asymmetry > 1e-3)[0]
+    values = np.log(history.asymmetry[:small])
+    return float(np.exp(np.polyfit(BLOCK * np.arange(small), values, 1)[0]))
+
+
+NOTES = (
+    (
+        "(13) evaluated exactly as printed, a product of two matrices, does not diverge on these data: under "
+        "excitation its errors of rounding fade, and an hour passes with an asymmetry in the last digits."
+    ),
+    (
+        "What diverges under excitation is the usual economy of using gamma's R X for X'R: then nothing acts on an "
+        "asymmetry once it is there, and it grows by 1/lambda a sample from the first rounding on."
+    ),
+    (
+        "Without excitation every form winds up and becomes indefinite, the symmetric one too: symmetry cures "
+        "rounding, not forgetting. The estimator of the torque form keeps its information above a floor instead."
+    ),
+)

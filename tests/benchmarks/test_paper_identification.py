@@ -1,0 +1,298 @@
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from adaptive_ff.batch import identify_series
+from adaptive_ff.model import ESTIMATED, TorqueModel
+from adaptive_ff.rls import update_rls, update_rls_printed
+from adaptive_ff.series import series_coefficients
+from benchmarks.paper import misprints, offline, online, reversal, reversal_errors, rounding
+from benchmarks.paper.identification_data import MORE_SEEDS, PERIOD, SEED, TRUE, deviations, joint_of, simulate_noise
+from benchmarks.paper.prediction import (
+    model_free_run,
+    model_one_step,
+    regression,
+    rms,
+    series_free_run,
+    series_one_step,
+)
+from benchmarks.paper.recursion import run_rls
+from plant import Joint, JointModel
+
+SEEDS = range(1, 6)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return simulate_noise(SEED)
+
+
+@pytest.fixture(scope="module")
+def found(data):
+    return offline.identify_all(data)
+
+
+@pytest.fixture(scope="module")
+def worst():
+    """Largest deviation of each parameter over some seeds, %."""
+    return offline.worst_deviations(SEEDS)
+
+
+@pytest.fixture(scope="module")
+def online_run(data):
+    return online.identify_online(data)
+
+
+def test_data_are_those_of_the_issue(data):
+    assert data.time[-1] == pytest.approx(60.0)
+    assert np.diff(data.time) == pytest.approx(0.01)
+    assert rms(data.acting[1:]) == pytest.approx(1.5 * 90.0, rel=1e-12)
+    power = np.abs(np.fft.rfft(data.acting[1:])) ** 2
+    frequency = np.fft.rfftfreq(6000, 0.01)
+    assert np.sum(power[frequency < 2.0]) > 0.7 * np.sum(power)
+    slope = np.polyfit(np.log(frequency[300:1200]), np.log(power[300:1200]), 1)[0]  # 5 to 20 Hz: second order
+    assert slope == pytest.approx(-4.0, abs=0.6)
+    assert set(MORE_SEEDS).isdisjoint(range(101, 1000))  # where settings were chosen
+
+
+def test_data_are_those_of_the_joint_under_the_held_torque(data):
+    model = JointModel(
+        inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05, friction_lag=0.02
+    )
+    joint = Joint(model)
+    assert joint_of(TRUE) == model.parameters
+    expected = [0.0, *(joint.step(torque, PERIOD) for torque in data.commanded[:300])]
+    assert data.velocity[:301] == pytest.approx(expected, rel=1e-12, abs=1e-15)
+    assert np.array_equal(data.acting[1:], data.commanded[:-1])
+
+
+def test_the_same_record_every_millisecond(data):
+    fine = data.every(0.001)
+    assert np.array_equal(fine.velocity[::10], data.velocity)
+    assert np.array_equal(fine.acting[10::10], data.acting[1:])
+    assert np.array_equal(fine.acting[1:11], np.repeat(data.commanded[0], 10))
+
+
+@pytest.mark.parametrize(
+    ("way", "limits"),
+    [
+        (offline.SLIDING, (10.0, 10.0, 10.0, 10.0, 30.0)),
+        (offline.FILTERED, (2.0, 1.0, 3.0, 1.0, 15.0)),
+        (offline.FINE, (1.0, 1.0, 1.0, 1.0, 1.0)),
+    ],
+)
+@pytest.mark.parametrize("place", range(5), ids=ESTIMATED)
+def test_targets_of_figure_4(worst, way, limits, place):
+    assert worst[way][ESTIMATED[place]] <= limits[place]
+    assert offline.LIMITS[way][ESTIMATED[place]] == limits[place]
+
+
+def test_all_samples_and_the_commanded_torque_mislead(found):
+    off = {name: deviations(way.model) for name, way in found.items()}
+    assert off[offline.SHIFTED]["stiction"] < -0.15
+    assert off[offline.PLAIN]["friction_lag"] < -0.5
+    assert off[offline.SLIDING_PLAIN]["friction_lag"] < -0.5
+    assert off[offline.SLIDING_PLAIN]["stiction"] < -0.05
+    assert abs(off[offline.SLIDING]["stiction"]) < 0.01
+
+
+def test_the_lag_that_series_finds_comes_nearer_with_the_sampling_period(data):
+    errors = []
+    for period in (0.01, 0.005, 0.002):
+        record = data.every(period)
+        found = offline.series(record.velocity, record.acting, sliding=True, period=period)
+        errors.append(abs(deviations(found.model)["friction_lag"]))
+    assert errors[0] > 1.5 * errors[1] > 2.0 * errors[2]
+
+
+def test_the_true_model_predicts_its_own_data_exactly(data):
+    assert not np.any(model_one_step(TRUE, data.velocity, data.acting))
+    assert np.array_equal(model_free_run(TRUE, data), data.velocity)
+    wrong = TRUE._replace(viscous=90.0)
+    assert (
+        0.0 < rms(model_one_step(wrong, data.velocity, data.acting)) < rms(model_free_run(wrong, data) - data.velocity)
+    )
+
+
+def test_free_run_of_the_series_follows_its_own_recursion(data, found):
+    torque, coefficients = data.acting[:60], found[offline.SLIDING].regression.values
+    expected = list(data.velocity[:2])
+    for k in range(2, 60):
+        last = expected[-1]
+        share = math.exp(-abs(last) / 0.05)
+        terms = (last, -expected[-2], torque[k], -torque[k - 1], -np.sign(last) * (1 - share), -np.sign(last) * share)
+        expected.append(float(np.dot(terms, coefficients)))
+    assert series_free_run(coefficients, data.velocity[:60], torque) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_torque_form_predicts_far_better_than_the_series(data, found):
+    series = rms(series_one_step(found[offline.SHIFTED].regression.values, data.velocity, data.acting))
+    form = rms(model_one_step(found[offline.FILTERED].model, data.velocity, data.acting))
+    assert form < 0.2 * series
+
+
+@pytest.mark.parametrize("covariance", [1e2, 1e4, 1e6, 1e8])
+def test_rls_without_forgetting_is_least_squares_with_the_prior(data, covariance):
+    rows, outputs = regression(data.velocity, data.acting)
+    found = run_rls(rows, outputs, 1.0, covariance).estimates[-1]
+    scale = np.linalg.norm(rows, axis=0)
+    augmented = np.vstack([rows, np.eye(6) / math.sqrt(covariance)]) / scale
+    expected = np.linalg.lstsq(augmented, np.append(outputs, np.zeros(6)))[0] / scale
+    assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_rls_approaches_plain_least_squares_as_the_first_covariance_grows(data):
+    rows, outputs = regression(data.velocity, data.acting)
+    plain = identify_series(data.velocity, data.acting, PERIOD, stribeck_velocity=0.05).regression.values
+    distances = [
+        online.largest_difference(run_rls(rows, outputs, 1.0, covariance).estimates[-1], plain)
+        for covariance in (1e2, 1e4, 1e6, 1e8)
+    ]
+    for nearer, farther in itertools.pairwise(reversed(distances)):
+        assert nearer < 0.02 * farther
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_target_of_figure_5(seed):
+    ratio, form = online.online_ratios(simulate_noise(seed))
+    assert 0.01 < ratio <= 0.2
+    assert form < 0.2 * ratio
+
+
+def test_online_estimates_end_where_offline_ones_do(data, found, online_run):
+    last = TorqueModel(*online_run.series[-1], 0.05, 1.0)
+    assert last == pytest.approx(found[offline.SHIFTED].model, rel=1e-4)
+    assert max(map(abs, deviations(online.model_at(online_run.form, -1)).values())) < 0.05
+    assert rms(online_run.series_free[400:]) > 5.0 * rms(online_run.series_errors[400:])
+
+
+def test_naive_predictors():
+    constant, linear = online.naive_errors(np.array([1.0, 3.0, 6.0, 10.0]))
+    assert constant.tolist() == [0.0, 2.0, 3.0, 4.0]
+    assert linear.tolist() == [0.0, 0.0, 1.0, 1.0]
+
+
+def test_recursion_as_printed_is_13_word_for_word():
+    rng = np.random.default_rng(3)
+    estimate, covariance = rng.standard_normal(6), np.diag(rng.uniform(1.0, 9.0, 6))
+    expected, matrix = estimate.copy(), covariance.copy()
+    for _ in range(50):
+        row, output = rng.standard_normal(6), rng.standard_normal()
+        error = output - row @ expected
+        gain = matrix @ row / (row @ matrix @ row + 0.97)  # (12)
+        expected = expected + gain * error  # (11)
+        matrix = (np.eye(6) - np.outer(gain, row)) @ matrix / 0.97  # (13)
+        assert update_rls_printed(estimate, covariance, row, output, 0.97) == pytest.approx(error, rel=1e-9)
+    assert estimate == pytest.approx(expected, rel=1e-9)
+    assert covariance == pytest.approx(matrix, rel=1e-9, abs=1e-12)
+    assert not np.array_equal(covariance, covariance.T)
+
+
+def test_printed_and_symmetric_recursion_agree_where_data_excite(data):
+    rows, outputs = regression(data.velocity, data.acting)
+    estimates = []
+    for update in (update_rls, update_rls_printed):
+        estimate, covariance = np.zeros(6), 1e4 * np.eye(6)
+        for row, output in zip(rows[:2000], outputs[:2000], strict=True):
+            update(estimate, covariance, row, output, 0.99)
+        estimates.append(estimate)
+    assert estimates[1] == pytest.approx(estimates[0], rel=1e-8)
+
+
+def test_rounding_harms_only_the_form_that_saves_a_product():
+    long = simulate_noise(SEED, duration=200.0)
+    rows, outputs = regression(long.velocity, long.acting)
+    histories = {form: rounding.watch(form, rows, outputs, 1e4) for form in rounding.FORMS}
+    assert 0.0 < np.max(histories[rounding.PRINTED].asymmetry) < 1e-9
+    assert np.max(histories[rounding.SYMMETRIC].asymmetry) == 0.0
+    for form in (rounding.PRINTED, rounding.SYMMETRIC):
+        assert math.isinf(histories[form].indefinite())
+    economical = histories[rounding.ECONOMICAL]
+    assert economical.indefinite() < 100.0
+    assert math.log(rounding.growth_per_sample(economical)) == pytest.approx(-math.log(0.99), rel=0.2)
+    assert rms(economical.errors) > 5.0 * rms(histories[rounding.SYMMETRIC].errors)
+
+
+def test_every_form_winds_up_without_excitation():
+    rows, outputs = rounding.steady_motion()
+    for form in rounding.FORMS:
+        assert rounding.watch(form, rows, outputs, 1e4).indefinite() < 60.0
+
+
+def test_share_of_the_error_on_reversals_grows_with_their_speed_its_size_does_not(data, found):
+    sliding = found[offline.SLIDING]
+    rows, outputs = reversal_errors.with_current_sign(data.velocity, data.acting)
+    current = np.linalg.lstsq(rows[sliding.used[2:]], outputs[sliding.used[2:]])[0]
+    measured = [
+        reversal_errors.measure(simulate_noise(SEED, duration=100.0, corner=corner), sliding.regression.values, current)
+        for corner in (0.5, 2.0, 8.0)
+    ]
+    for slower, faster in itertools.pairwise(measured):
+        assert slower.speed < faster.speed
+        assert slower.shares["reversal"] < faster.shares["reversal"]
+        assert slower.shares["rest"] > faster.shares["rest"]
+    for each in measured:
+        assert sum(each.shares.values()) == pytest.approx(1.0)
+        assert sum(each.counts.values()) == pytest.approx(1.0)
+        assert each.sizes["reversal"] == pytest.approx(reversal_errors.old_sign_error(), rel=0.5)
+        assert each.current_sign > 1.5 * each.sizes["reversal"]
+        assert each.form < 0.2 * each.sizes["reversal"]
+
+
+def test_kinds_of_samples():
+    kinds = reversal_errors.kinds_of(np.array([3.0, 2.0, -1.0, -2.0, -3.0, 0.0, 0.0, 2.0, 3.0, 4.0]))
+    names = [next(name for name, kind in kinds.items() if kind[k]) for k in range(8)]
+    assert names == ["reversal", "next", "sliding", "rest", "rest", "rest", "rest", "sliding"]
+
+
+@pytest.mark.parametrize(
+    ("joint", "coefficients"),
+    [
+        (misprints.joint_corrected, series_coefficients),
+        (misprints.joint_as_printed, misprints.printed_coefficients),
+        (
+            misprints.joint_with_printed_a1,
+            lambda model, period: misprints.with_printed_a1(model, period, series_coefficients(model, period)),
+        ),
+        (
+            misprints.joint_with_printed_b,
+            lambda model, period: misprints.with_printed_b(model, period, series_coefficients(model, period)),
+        ),
+    ],
+)
+def test_each_reading_of_the_coefficients_inverts_its_own_formulae(joint, coefficients):
+    for model, period in ((TRUE, 0.01), (TorqueModel(3.0, 5.0, 9.0, 2.0, 0.1, 0.05, 1.0), 0.022)):
+        assert joint(np.array(coefficients(model, period)), period) == pytest.approx(
+            {name: getattr(model, name) for name in ESTIMATED}, rel=1e-8
+        )
+
+
+def test_misprints_shift_inertia_viscous_friction_and_lag_as_the_notes_say():
+    found = misprints.joint_as_printed(np.array(series_coefficients(TRUE, PERIOD)), PERIOD)
+    assert found["inertia"] == pytest.approx(20.0 + 0.4 / 0.01, rel=1e-9)
+    assert found["viscous"] == pytest.approx(80.0 - 0.4 / 0.01**2, rel=1e-9)
+    assert found["friction_lag"] == pytest.approx(0.02 / 0.01, rel=1e-9)
+    assert (found["coulomb"], found["stiction"]) == pytest.approx((60.0, 90.0), rel=1e-9)
+
+
+def test_experiments_hand_over_rows_notes_and_figures(monkeypatch):
+    monkeypatch.setattr(offline, "MORE_SEEDS", range(1, 3))
+    monkeypatch.setattr(online, "MORE_SEEDS", range(1, 3))
+    monkeypatch.setattr(reversal, "CORNERS", (0.5, 2.0, 8.0))
+    monkeypatch.setattr(rounding, "LONG", 100.0)
+    figures = {}
+    for module in (misprints, reversal, offline, online, rounding):
+        experiment = module.run()
+        figures |= experiment.figures
+        assert experiment.notes
+        for row in experiment.rows:
+            assert isinstance(row.value, str) or math.isfinite(row.value)
+            assert (row.met is None) == (row.target == "")
+            assert row.met in (True, None), row
+    assert sorted(figures) == ["figure_03", "figure_04", "figure_05"]
+    for figure in figures.values():
+        figure.canvas.draw()
+        assert len(figure.axes) >= 3
+        assert all(axes.lines or axes.collections for axes in figure.axes)
