@@ -12,7 +12,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn
+from adaptive_ff.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn, make_workspace
 from adaptive_ff.feedforward import (
     FeedforwardState,
     exchange_model,
@@ -123,17 +123,17 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
     )
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueModel:
     """Return the model as it is identified now."""
     form = block.estimator.form
     return torque_model(state.estimator.estimate, form.stribeck_velocity, form.stribeck_shape)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def learn_bumpless(
     block: AdaptiveParameters, state: AdaptiveState, measured: Signals, model: Signals, inputs: Inputs
-) -> tuple[FeedforwardState, PIState]:
+) -> tuple[float, FeedforwardState, PIState]:
     """Learn, and hand over from the integral to the feedforward what the new estimate adds to the latter.
 
     The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
@@ -144,11 +144,11 @@ def learn_bumpless(
     learn(block.estimator, state.estimator, measured, model, inputs.dt)
     new = identified_model(block, state)
     feedforward = exchange_model(state.feedforward, old, new, reference)
-    after, _ = step_feedforward(new, feedforward, reference, following, block.period)
-    return feedforward, hand_over(block.feedback, state.feedback, after - before)
+    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period)
+    return after, feedforward, hand_over(block.feedback, state.feedback, after - before)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
     valid = math.isfinite(inputs.velocity)
@@ -162,12 +162,13 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     measured = advance_signals(form, measured, realised - state.known_torque, velocity, inputs.dt)
     model = advance_signals(form, model, state.model_torque, inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
-    feedforward, feedback = state.feedforward, state.feedback
+    feedback = state.feedback
     if state.enabled and sliding > block.hold:
-        feedforward, feedback = learn_bumpless(block, state, measured, model, inputs)
-    torque, feedforward = step_feedforward(
-        identified_model(block, state), feedforward, inputs.reference, inputs.next_reference, block.period
-    )
+        torque, feedforward, feedback = learn_bumpless(block, state, measured, model, inputs)
+    else:
+        torque, feedforward = step_feedforward(
+            identified_model(block, state), state.feedforward, inputs.reference, inputs.next_reference, block.period
+        )
     output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
     return output, AdaptiveState(
         feedback,
@@ -182,7 +183,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     )
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def write_adaptive(block: AdaptiveParameters, state: AdaptiveState, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
     write_model(identified_model(block, state), row)
@@ -265,6 +266,7 @@ class AdaptiveController(IdentifyingController):
             float(torque_scale),
             LARGEST_LAG * response,
             float(memory),
+            make_workspace(),
         )
         parameters = AdaptiveParameters(
             feedback, estimator, GATE_SHARE * float(stribeck_velocity), GATE_HOLD / float(pole), float(period)

@@ -51,6 +51,27 @@ SPEED_FACTOR = 3.0
 """A joint this many times faster than its reference ever was is a fault of the measurement; nothing is learnt then."""
 
 
+class Workspace(NamedTuple):
+    """Arrays that a sample's computation is done in, so that no step allocates memory; they hold nothing in between."""
+
+    row: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+    instrument: NDArray[np.float64]
+    factor: NDArray[np.float64]
+    bounds: NDArray[np.float64]
+
+
+def make_workspace() -> Workspace:
+    """Return the arrays for one estimator."""
+    return Workspace(
+        np.zeros(len(REGRESSORS)),
+        np.zeros(PARAMETERS),
+        np.zeros(PARAMETERS),
+        np.zeros((PARAMETERS, PARAMETERS)),
+        np.zeros((PARAMETERS, 2)),
+    )
+
+
 class EstimatorParameters(NamedTuple):
     """Parameters of the estimator.
 
@@ -68,6 +89,8 @@ class EstimatorParameters(NamedTuple):
         Largest friction lag, s.
     memory : float
         Memory, s of sliding motion.
+    work : Workspace
+        Scratch, of its own for each estimator.
     """
 
     form: TorqueForm
@@ -76,6 +99,7 @@ class EstimatorParameters(NamedTuple):
     torque_scale: float
     largest_lag: float
     memory: float
+    work: Workspace
 
 
 class EstimatorState(NamedTuple):
@@ -104,7 +128,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     return EstimatorState(estimator.first.copy(), PRIOR * np.eye(PARAMETERS), np.zeros((PARAMETERS, 2)), np.zeros(3))
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
     """Return the filtered torque (N m) that an estimate predicts from a row of regressors."""
     lag = estimate[FRICTION_LAG]
@@ -114,7 +138,7 @@ def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> f
     return prediction
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def write_gradient(
     estimator: EstimatorParameters,
     estimate: NDArray[np.float64],
@@ -130,7 +154,7 @@ def write_gradient(
         gradient[i] *= estimator.scale[i] / estimator.torque_scale
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def gradients_agree(
     agreement: NDArray[np.float64],
     model: NDArray[np.float64],
@@ -154,7 +178,7 @@ def gradients_agree(
     return alike
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def learn(
     estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, duration: float
 ) -> None:
@@ -174,9 +198,8 @@ def learn(
         Time since the last sample, s.
     """
     estimate = state.estimate
-    row = np.empty(len(REGRESSORS))
-    gradient = np.empty(PARAMETERS)
-    instrument = np.empty(PARAMETERS)
+    row, gradient, instrument = estimator.work.row, estimator.work.gradient, estimator.work.instrument
+    factor, bounds = estimator.work.factor, estimator.work.bounds
     write_regressors(estimator.form, model, row)
     write_gradient(estimator, estimate, row, instrument)
     torque = write_regressors(estimator.form, measured, row)
@@ -190,18 +213,17 @@ def learn(
     keep = math.exp(-duration / estimator.memory)
     floor = min(FLOOR * levels[0] + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     if not gradients_agree(state.agreement, instrument, gradient, keep, floor):
-        instrument[:] = gradient
+        for i in range(PARAMETERS):
+            instrument[i] = gradient[i]
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
     levels[0] = keep * levels[0] + (1.0 - keep) * error * error
-    factor = np.empty((PARAMETERS, PARAMETERS))
     update_resetting(state.information, floor, keep, instrument, error, gradient, factor)
-    bounds = np.empty((PARAMETERS, 2))
     write_bounds(estimator, levels, bounds)
     correct(estimator, estimate, gradient, factor, bounds, instrument)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def correct(
     estimator: EstimatorParameters,
     estimate: NDArray[np.float64],
@@ -225,7 +247,7 @@ def correct(
         estimate[i] = min(max(value, bounds[i, 0]), bounds[i, 1])
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def write_bounds(estimator: EstimatorParameters, levels: NDArray[np.float64], bounds: NDArray[np.float64]) -> None:
     """Write what is possible for each parameter: friction within what the torques and speeds seen can explain."""
     largest = PEAK_FACTOR * levels[1]

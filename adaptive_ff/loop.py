@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers import Inputs, compiled, step, write_estimates
+from controllers import Inputs, compiled_in_place, step, write_estimates
 from plant import ActuatorParameters, JointSchedule, JointState, joint_in_phase, realise_torque, step_joint
 
 
@@ -158,7 +158,7 @@ def run_plain(
     return state, Position(stop, phase, joint_state, realised)
 
 
-run_compiled = compiled(run_plain)
+run_compiled = compiled_in_place(run_plain)
 
 
 def start_position(course: Course, joint: JointState) -> Position:

@@ -15,7 +15,7 @@ LARGEST_LAG = 10.0
 """Largest friction lag that is believed, in time constants ``J/Kp`` of the feedback."""
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def confine(estimate: NDArray[np.float64], inertia: float, largest_lag: float) -> None:
     """Move an estimate to the nearest possible one, parameter by parameter.
 
@@ -36,7 +36,7 @@ def confine(estimate: NDArray[np.float64], inertia: float, largest_lag: float) -
     estimate[FRICTION_LAG] = min(max(estimate[FRICTION_LAG], 0.0), largest_lag)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def torque_model(estimate: NDArray[np.float64], stribeck_velocity: float, stribeck_shape: float) -> TorqueModel:
     """Return the model that an estimate stands for; stiction is at least Coulomb friction in it."""
     return TorqueModel(
@@ -50,7 +50,7 @@ def torque_model(estimate: NDArray[np.float64], stribeck_velocity: float, stribe
     )
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def write_model(model: TorqueModel, row: NDArray[np.float64]) -> None:
     """Write the identified parameters of a model into a row of five."""
     row[INERTIA] = model.inertia

@@ -23,7 +23,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def factor_in_place(matrix: NDArray[np.float64]) -> None:
     """Overwrite the lower triangle of a symmetric positive definite matrix by its Cholesky factor."""
     for i in range(matrix.shape[0]):
@@ -38,7 +38,7 @@ def factor_in_place(matrix: NDArray[np.float64]) -> None:
         matrix[i, i] = math.sqrt(total)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def solve_in_place(factor: NDArray[np.float64], vector: NDArray[np.float64]) -> None:
     """Overwrite a vector by the solution of the equations whose matrix has the given Cholesky factor."""
     size = vector.size
@@ -54,7 +54,7 @@ def solve_in_place(factor: NDArray[np.float64], vector: NDArray[np.float64]) -> 
         vector[i] = total / factor[i, i]
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def move_parameter(
     factor: NDArray[np.float64], index: int, distance: float, correction: NDArray[np.float64], work: NDArray[np.float64]
 ) -> None:
@@ -83,7 +83,7 @@ def move_parameter(
         correction[i] += share * work[i]
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def update_resetting(
     information: NDArray[np.float64],
     floor: float,

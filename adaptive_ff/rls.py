@@ -47,8 +47,20 @@ def update_rls(
     float
         The prediction error before the update, ``e(k)``.
     """
+    return update_rls_within(estimate, covariance, regressors, output, forgetting_factor, np.empty(estimate.size))
+
+
+@register_jitable
+def update_rls_within(
+    estimate: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    regressors: NDArray[np.float64],
+    output: float,
+    forgetting_factor: float,
+    projected: NDArray[np.float64],
+) -> float:
+    """Do :func:`update_rls` without allocating memory; ``projected``, shape (n,), is filled with ``R(k-1) X(k)``."""
     size = estimate.size
-    projected = np.empty(size)  # R(k-1) X(k)
     error = output
     denominator = forgetting_factor
     for i in range(size):

@@ -118,16 +118,12 @@ def fit_stribeck(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from adaptive_ff.stribeck_fit import fit_stribeck
     >>> speed = np.geomspace(0.005, 0.3, 20)  # rad/s
     >>> fit = fit_stribeck(speed, 60.0 + 30.0 * np.exp(-speed / 0.05) + 80.0 * speed)
     >>> round(fit.stribeck_velocity, 6), round(fit.stribeck_shape, 6)
     (0.05, 1.0)
     """
-    points = _check_points(velocity, torque, standard_error)
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
+    points = _check_points(velocity, torque, standard_error, confidence)
     problem = make_problem(points)
     bend, squares = search(problem)
     excess, coulomb, viscous = (float(value) for value in solve_linear(problem, bend).coefficients)
@@ -140,26 +136,45 @@ def fit_stribeck(
     freedom = points.torque.size - len(values)
     variance = max(squares / freedom, (EXACT * float(np.max(np.abs(points.torque) * points.weight))) ** 2)
     covariance = variance * _inverse_information(slopes[:, : len(values)] * points.weight[:, np.newaxis])
-    rise = variance * float(stats.t.ppf(0.5 + 0.5 * confidence, freedom)) ** 2
-    errors = np.sqrt(np.diag(covariance))
-    estimates = {}
-    for (name, value), error in zip(values.items(), errors.tolist(), strict=True):
-        step = error * math.sqrt(rise / variance) if 0.0 < error < math.inf else max(abs(value), 1.0)
-        sought = Estimated(name, value, step)
-        lower, upper = (interval_end(points, sought, bend, squares, rise, side) for side in (-1.0, 1.0))
-        estimates[name] = Estimate(value, error, lower, upper)
-    for name in BEND:  # from logarithms
-        value, error, lower, upper = estimates[name]
-        estimates[name] = Estimate(math.exp(value), error * math.exp(value), math.exp(lower), math.exp(upper))
-    natural = np.array([math.exp(value) if name in BEND else 1.0 for name, value in values.items()])
+    bound = float(stats.t.ppf(0.5 + 0.5 * confidence, freedom))
+    estimates = _estimates(points, values, np.sqrt(np.diag(covariance)), bound, variance, squares)
+    natural = np.array([estimates[name].value if name in BEND else 1.0 for name in values])
     vague = [name for name in BEND if not estimates[name].upper <= LARGEST_RATIO * estimates[name].lower]
     vague += ["coulomb"] * (estimates["coulomb"].lower == 0.0)
     if vague:
         _warn_of_vague(vague, estimates, points, confidence)
-    scatter = math.sqrt(squares / freedom)
-    return StribeckFit(
-        estimates, covariance * np.outer(natural, natural), residuals, scatter, float(confidence), not vague
-    )
+    covariance *= np.outer(natural, natural)
+    return StribeckFit(estimates, covariance, residuals, math.sqrt(squares / freedom), float(confidence), not vague)
+
+
+def _estimates(
+    points: Points, values: dict[str, float], errors: Array, bound: float, variance: float, squares: float
+) -> dict[str, Estimate]:
+    """Return all parameters with the ends of their intervals.
+
+    Parameters
+    ----------
+    points : Points
+        The points.
+    values : dict of float
+        Parameters by name, Vs and delta as logarithms.
+    errors : ndarray, shape (n,)
+        Their standard errors, to first order: where the ends are looked for.
+    bound : float
+        Student's t at the ends.
+    variance, squares : float
+        Variance of a weighted residual, and their least sum of squares.
+    """
+    bend = np.array([values[name] for name in BEND])
+    estimates = {}
+    for (name, value), error in zip(values.items(), errors.tolist(), strict=True):
+        sought = Estimated(name, value, bound * error if 0.0 < error < math.inf else max(abs(value), 1.0))
+        lower, upper = (interval_end(points, sought, bend, squares, bound**2 * variance, side) for side in (-1.0, 1.0))
+        estimates[name] = Estimate(value, error, lower, upper)
+        if name in BEND:
+            natural = math.exp(value)
+            estimates[name] = Estimate(natural, error * natural, math.exp(lower), math.exp(upper))
+    return estimates
 
 
 def _curve_and_slopes(velocity: Array, values: dict[str, float]) -> tuple[Array, Array]:
@@ -200,7 +215,11 @@ def _warn_of_vague(names: list[str], estimates: dict[str, Estimate], points: Poi
     )
 
 
-def _check_points(velocity: ArrayLike, torque: ArrayLike, standard_error: ArrayLike | None) -> Points:
+def _check_points(
+    velocity: ArrayLike, torque: ArrayLike, standard_error: ArrayLike | None, confidence: float
+) -> Points:
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
     speeds, torques = np.asarray(velocity, dtype=np.float64), np.asarray(torque, dtype=np.float64)
     errors = np.ones_like(torques) if standard_error is None else np.asarray(standard_error, dtype=np.float64)
     if speeds.ndim != 1:

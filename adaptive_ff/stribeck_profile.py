@@ -23,14 +23,11 @@ from adaptive_ff.stribeck_problem import (
     solve_linear,
 )
 
-SHAPE_STARTS = (0.5, 1.0, 2.0, 4.0)
-"""Shape factors from which the search starts."""
+SHAPE_STARTS = (0.5, 1.0, 2.0, 4.0, 8.0)
+"""Shape factors from which the search starts; of each, the best Stribeck velocity is followed to its minimum."""
 
-VELOCITY_STARTS = 10
-"""Number of Stribeck velocities from which it starts, over the range of the points."""
-
-POLISHED = 3
-"""Number of starts, the best ones, that are followed to their minimum."""
+VELOCITY_STARTS = 12
+"""Number of Stribeck velocities that are tried, over the range of the points."""
 
 FINE, COARSE = 1e-12, 1e-6
 """Tolerances of the search for the estimates, and for the ends of intervals."""
@@ -105,15 +102,13 @@ def minimise(problem: Problem, start: Array, tolerance: float) -> tuple[Array, f
 
 def search(problem: Problem) -> tuple[Array, float]:
     """Return the best minimum (bend and weighted sum of squares) found from several starts."""
-    low, high = float(problem.log_speed.min()), float(problem.log_speed.max())
-    starts = [
-        np.array([velocity, math.log(shape)])
-        for velocity in np.linspace(low, high, VELOCITY_STARTS)
-        for shape in SHAPE_STARTS
-    ]
-    squares = [float(np.sum(solve_linear(problem, start).residuals ** 2)) for start in starts]
-    best = [starts[index] for index in np.argsort(squares, kind="stable")[:POLISHED]]
-    return min((minimise(problem, start, FINE) for start in best), key=lambda found: found[1])
+    velocities = np.linspace(problem.log_speed.min(), problem.log_speed.max(), VELOCITY_STARTS)
+    found = []
+    for shape in SHAPE_STARTS:
+        starts = [np.array([velocity, math.log(shape)]) for velocity in velocities]
+        squares = [float(np.sum(solve_linear(problem, start).residuals ** 2)) for start in starts]
+        found.append(minimise(problem, starts[int(np.argmin(squares))], FINE))
+    return min(found, key=lambda minimum: minimum[1])
 
 
 class Estimated(NamedTuple):

@@ -63,7 +63,7 @@ def initial_signals() -> Signals:
     return Signals(np.zeros((4, 2)), 0.0)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def settle_signals(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
     """Return the filters of a joint that has moved at a velocity (rad/s) for long, under an unknown torque."""
     share = adhesion_share(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
@@ -74,7 +74,7 @@ def settle_signals(form: TorqueForm, signals: Signals, velocity: float) -> Signa
     return Signals(signals.filters, velocity)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def advance_friction(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
     """Advance the filters of ``g`` and ``h`` over a motion that does not reverse."""
     if duration <= 0.0:
@@ -94,7 +94,7 @@ def advance_friction(form: TorqueForm, signals: Signals, start: float, end: floa
     advance_filter(signals.filters[ADHESION], form.pole, decay, direction * first, direction * last, duration)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def advance_signals(form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float) -> Signals:
     """Advance all filters by one sample.
 
@@ -129,7 +129,7 @@ def advance_signals(form: TorqueForm, signals: Signals, torque: float, velocity:
     return Signals(signals.filters, velocity)
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:
     """Write the six regressors into a row and return the regressed torque ``u_f``, N m."""
     velocity = signals.filters[VELOCITY]

@@ -1,19 +1,17 @@
 /*
  * The closed loop of adaptive_ff/loop.py in C99, for speed comparison: joint, drive, PI loop and, where asked for, the
- * adaptive controller, with the same recorded series. What a run never uses is left out: torque known from elsewhere, an
- * unknown next reference, switching the adaptation off. Equations carry the numbers of the Python sources.
+ * adaptive controller, with the same recorded series. What a run never uses is left out: torque known from elsewhere,
+ * failed measurements, an unknown next reference, switching the adaptation off. Numbers of equations as in Python.
  *
  * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, INERTIA_RANGE, FLOOR,
- * SMALLEST_FLOOR, PRIOR, LEAST_AGREEMENT, MOST_AGREEMENT, PEAK_FACTOR.
+ * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LEAST_AGREEMENT, MOST_AGREEMENT, PEAK_FACTOR, SPEED_FACTOR.
  */
 
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-#define REGRESSORS 6
-
-enum { INERTIA, COULOMB, STICTION, VISCOUS, FRICTION_LAG, PARAMETERS };
+enum { INERTIA, COULOMB, STICTION, VISCOUS, FRICTION_LAG, PARAMETERS, REGRESSORS };
 enum { TORQUE, VELOCITY, SLIP, ADHESION, FILTERS };
 
 struct friction {
@@ -38,31 +36,28 @@ struct run {
 };
 
 struct pi {
-    double integral, velocity, command;
+    double integral, command;
     int64_t samples;
 };
 
 struct signals {
-    double filters[FILTERS][2];
-    double velocity;
+    double filters[FILTERS][2], velocity;
 };
 
 struct estimator {
     double estimate[PARAMETERS];
     double information[PARAMETERS][PARAMETERS];
     double agreement[PARAMETERS][2]; /* fading means of z^2 and z x */
-    double error, torque, speed;     /* mean squared prediction error; largest filtered torque and speed */
+    double error, torque, speed;     /* mean squared prediction error; largest filtered torque and reference speed */
 };
 
 struct adaptive {
     struct signals measured, model;
     struct estimator estimator;
-    double sliding, model_torque;
-    double friction; /* of the feedforward */
+    double sliding, model_torque, friction; /* friction: of the feedforward */
 };
 
-static double decay_of_stiction(double speed, double stribeck_velocity, double shape)
-{
+static double decay_of_stiction(double speed, double stribeck_velocity, double shape) {
     double ratio = speed / stribeck_velocity;
     if (shape == 1.0)
         return exp(-ratio);
@@ -74,8 +69,7 @@ static double decay_of_stiction(double speed, double stribeck_velocity, double s
 }
 
 /* Friction (3) and its slope at a speed above zero. */
-static double sliding_friction(const struct friction *f, double speed, double *slope)
-{
+static double sliding_friction(const struct friction *f, double speed, double *slope) {
     double ratio = speed / f->stribeck_velocity;
     double decay = decay_of_stiction(speed, f->stribeck_velocity, f->stribeck_shape);
     double power;
@@ -96,8 +90,7 @@ static double least(double a, double b) { return b < a ? b : a; }
 static double most(double a, double b) { return b > a ? b : a; }
 
 /* Solve x + kappa F(x) = free_speed by Newton's method inside a bracket. */
-static double sliding_speed(const struct friction *f, double free_speed, double kappa, double guess)
-{
+static double sliding_speed(const struct friction *f, double free_speed, double kappa, double guess) {
     double viscous_part = 1.0 + kappa * f->viscous;
     double low = (free_speed - kappa * f->stiction) / viscous_part;
     double high = (free_speed - kappa * f->coulomb) / viscous_part;
@@ -121,8 +114,8 @@ static double sliding_speed(const struct friction *f, double free_speed, double 
 }
 
 /* One implicit Euler step of joint and friction lag (1). */
-static void step_joint(const struct run *run, const struct friction *f, double *velocity, double *torque, double drive)
-{
+static void step_joint(const struct run *run, const struct friction *f, double *velocity, double *torque,
+                       double drive) {
     double h = run->solver_period, denominator = run->friction_lag + h;
     double kappa = h * h / (run->inertia * denominator);
     double carried = run->friction_lag * *torque / denominator;
@@ -136,8 +129,7 @@ static void step_joint(const struct run *run, const struct friction *f, double *
     *torque = carried + h * ((free_velocity - next) / kappa) / denominator;
 }
 
-static struct friction friction_in_phase(const struct run *run, int64_t phase)
-{
+static struct friction friction_in_phase(const struct run *run, int64_t phase) {
     struct friction friction = run->friction;
     friction.coulomb *= run->scales[phase];
     friction.stiction *= run->scales[phase];
@@ -146,27 +138,20 @@ static struct friction friction_in_phase(const struct run *run, int64_t phase)
 }
 
 /* PI loop with back-calculation from the realised torque. */
-static double step_pi(const struct run *run, struct pi *pi, double reference, double measured, double realised,
-                      double feedforward, double dt)
-{
-    int valid = isfinite(measured);
-    double velocity = valid ? measured : pi->velocity;
+static double step_pi(const struct run *run, struct pi *pi, double reference, double velocity, double realised,
+                      double feedforward, double dt) {
     double error = reference - velocity;
-    if (run->integral > 0.0 && pi->samples > 0 && isfinite(realised)) {
+    if (run->integral > 0.0 && pi->samples > 0) {
         double share = run->proportional <= 0.0 ? 1.0 : least(1.0, dt * run->integral / run->proportional);
         pi->integral += share * (realised - pi->command);
     }
-    if (valid)
-        pi->integral += run->integral * dt * error;
-    pi->velocity = velocity;
-    pi->command = run->proportional * error + pi->integral + feedforward;
+    pi->integral += run->integral * dt * error;
     pi->samples++;
-    return pi->command;
+    return pi->command = run->proportional * error + pi->integral + feedforward;
 }
 
 /* Advance one filter (p/(s + p))^2 over an input that is linear in time. */
-static void advance_filter(double state[2], double pole, double decay, double start, double end, double duration)
-{
+static void advance_filter(double state[2], double pole, double decay, double start, double end, double duration) {
     double rate = (end - start) / duration;
     double offset = 2.0 * rate / pole;
     double value = state[0] - (start - offset);
@@ -176,8 +161,7 @@ static void advance_filter(double state[2], double pole, double decay, double st
     state[1] = rate + decay * (-pole * step * value + (1.0 - step) * slope);
 }
 
-static void advance_friction(const struct run *run, struct signals *s, double start, double end, double duration)
-{
+static void advance_friction(const struct run *run, struct signals *s, double start, double end, double duration) {
     if (duration <= 0.0)
         return;
     double direction = start + end != 0.0 ? copysign(1.0, start + end) : 0.0;
@@ -188,8 +172,7 @@ static void advance_friction(const struct run *run, struct signals *s, double st
     advance_filter(s->filters[ADHESION], run->pole, decay, direction * first, direction * last, duration);
 }
 
-static void advance_signals(const struct run *run, struct signals *s, double torque, double velocity, double duration)
-{
+static void advance_signals(const struct run *run, struct signals *s, double torque, double velocity, double duration) {
     double start = s->velocity;
     double decay = exp(-run->pole * duration);
     advance_filter(s->filters[TORQUE], run->pole, decay, torque, torque, duration);
@@ -204,18 +187,15 @@ static void advance_signals(const struct run *run, struct signals *s, double tor
     s->velocity = velocity;
 }
 
-static void settle_signals(const struct run *run, struct signals *s, double velocity)
-{
+static void settle_signals(const struct run *run, struct signals *s, double velocity) {
     double share = decay_of_stiction(fabs(velocity), run->stribeck_velocity, run->stribeck_shape);
     double direction = velocity != 0.0 ? copysign(1.0, velocity) : 0.0;
-    s->filters[VELOCITY][0] = velocity;
+    s->velocity = s->filters[VELOCITY][0] = velocity;
     s->filters[SLIP][0] = direction * (1.0 - share);
     s->filters[ADHESION][0] = direction * share;
-    s->velocity = velocity;
 }
 
-static double write_regressors(const struct run *run, const struct signals *s, double row[REGRESSORS])
-{
+static double write_regressors(const struct run *run, const struct signals *s, double row[REGRESSORS]) {
     const double *velocity = s->filters[VELOCITY];
     row[0] = run->pole * run->pole * (s->velocity - velocity[0]) - 2.0 * run->pole * velocity[1];
     row[1] = velocity[1];
@@ -226,9 +206,8 @@ static double write_regressors(const struct run *run, const struct signals *s, d
     return s->filters[TORQUE][0];
 }
 
-/* Solve for a symmetric positive definite matrix by Cholesky's factors; both arguments are overwritten. */
-static void solve_in_place(double matrix[PARAMETERS][PARAMETERS], double vector[PARAMETERS])
-{
+/* Overwrite the lower triangle of a symmetric positive definite matrix by its Cholesky factor. */
+static void factor_in_place(double matrix[PARAMETERS][PARAMETERS]) {
     for (int i = 0; i < PARAMETERS; i++) {
         for (int j = 0; j < i; j++) {
             double total = matrix[i][j];
@@ -241,40 +220,54 @@ static void solve_in_place(double matrix[PARAMETERS][PARAMETERS], double vector[
             total -= matrix[i][k] * matrix[i][k];
         matrix[i][i] = sqrt(total);
     }
+}
+
+static void solve_in_place(double factor[PARAMETERS][PARAMETERS], double vector[PARAMETERS]) {
     for (int i = 0; i < PARAMETERS; i++) {
         double total = vector[i];
         for (int k = 0; k < i; k++)
-            total -= matrix[i][k] * vector[k];
-        vector[i] = total / matrix[i][i];
+            total -= factor[i][k] * vector[k];
+        vector[i] = total / factor[i][i];
     }
     for (int i = PARAMETERS - 1; i >= 0; i--) {
         double total = vector[i];
         for (int k = i + 1; k < PARAMETERS; k++)
-            total -= matrix[k][i] * vector[k];
-        vector[i] = total / matrix[i][i];
+            total -= factor[k][i] * vector[k];
+        vector[i] = total / factor[i][i];
     }
 }
 
-/* Exponential resetting: take one equation into account; the prediction error becomes a correction. */
+/* Move one parameter by a distance, the others along with it so that the fit suffers least. */
+static void move_parameter(double factor[PARAMETERS][PARAMETERS], int index, double distance,
+                           double correction[PARAMETERS]) {
+    double moves[PARAMETERS] = {0.0};
+    moves[index] = 1.0;
+    solve_in_place(factor, moves);
+    double share = distance / moves[index];
+    for (int i = 0; i < PARAMETERS; i++)
+        correction[i] += share * moves[i];
+}
+
+/* Exponential resetting: take one equation into account. */
 static void update_resetting(double information[PARAMETERS][PARAMETERS], double floor, double keep,
-                             const double instrument[PARAMETERS], double error, double correction[PARAMETERS])
-{
-    double work[PARAMETERS][PARAMETERS], gain = 1.0 - keep;
+                             const double instrument[PARAMETERS], double error, double correction[PARAMETERS],
+                             double factor[PARAMETERS][PARAMETERS]) {
+    double gain = 1.0 - keep;
     for (int i = 0; i < PARAMETERS; i++) {
         for (int j = 0; j <= i; j++) {
             double entry = keep * information[i][j] + gain * instrument[i] * instrument[j];
             if (i == j)
                 entry += gain * floor;
             information[i][j] = entry; /* the lower triangle is enough */
-            work[i][j] = entry;
+            factor[i][j] = entry;
         }
         correction[i] = gain * error * instrument[i];
     }
-    solve_in_place(work, correction);
+    factor_in_place(factor);
+    solve_in_place(factor, correction);
 }
 
-static double predict_torque(const double estimate[PARAMETERS], const double row[REGRESSORS])
-{
+static double predict_torque(const double estimate[PARAMETERS], const double row[REGRESSORS]) {
     double lag = estimate[FRICTION_LAG];
     double prediction = estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5];
     for (int i = COULOMB; i < FRICTION_LAG; i++)
@@ -283,8 +276,7 @@ static double predict_torque(const double estimate[PARAMETERS], const double row
 }
 
 static void write_gradient(const struct run *run, const double estimate[PARAMETERS], const double row[REGRESSORS],
-                           double gradient[PARAMETERS])
-{
+                           double gradient[PARAMETERS]) {
     gradient[INERTIA] = row[1] + estimate[FRICTION_LAG] * row[0];
     for (int i = COULOMB; i < FRICTION_LAG; i++)
         gradient[i] = row[i + 1];
@@ -294,8 +286,7 @@ static void write_gradient(const struct run *run, const double estimate[PARAMETE
 }
 
 static int gradients_agree(double agreement[PARAMETERS][2], const double model[PARAMETERS],
-                           const double measured[PARAMETERS], double keep, double unexcited)
-{
+                           const double measured[PARAMETERS], double keep, double unexcited) {
     int alike = 1;
     for (int i = 0; i < PARAMETERS; i++) {
         agreement[i][0] = keep * agreement[i][0] + (1.0 - keep) * model[i] * model[i];
@@ -307,49 +298,54 @@ static int gradients_agree(double agreement[PARAMETERS][2], const double model[P
     return alike;
 }
 
-static void confine(const struct run *run, struct estimator *e, double torque, double speed)
-{
-    double inertia = run->first[INERTIA], *estimate = e->estimate;
-    e->torque = most(e->torque, torque);
-    e->speed = most(e->speed, speed);
-    double largest = PEAK_FACTOR * e->torque;
-    estimate[INERTIA] = least(most(estimate[INERTIA], inertia / INERTIA_RANGE), inertia * INERTIA_RANGE);
-    estimate[COULOMB] = least(most(estimate[COULOMB], 0.0), largest);
-    estimate[STICTION] = least(most(estimate[STICTION], 0.0), largest);
-    estimate[VISCOUS] = least(most(estimate[VISCOUS], 0.0), largest / e->speed);
-    estimate[FRICTION_LAG] = least(most(estimate[FRICTION_LAG], 0.0), run->largest_lag);
+/* Add a scaled correction to the estimate; what would leave its bounds is moved back with the others adjusted. */
+static void correct(const struct run *run, double estimate[PARAMETERS], double correction[PARAMETERS],
+                    double factor[PARAMETERS][PARAMETERS], const double low[PARAMETERS],
+                    const double high[PARAMETERS]) {
+    for (int i = 0; i < PARAMETERS; i++) {
+        double value = estimate[i] + correction[i] * run->scale[i];
+        double possible = least(most(value, low[i]), high[i]);
+        if (possible != value)
+            move_parameter(factor, i, (possible - value) / run->scale[i], correction);
+    }
+    for (int i = 0; i < PARAMETERS; i++)
+        estimate[i] = least(most(estimate[i] + correction[i] * run->scale[i], low[i]), high[i]);
 }
 
 /* Take one sample of sliding motion into account. */
 static void learn(const struct run *run, struct estimator *e, const struct signals *measured,
-                  const struct signals *model, double duration)
-{
-    double row[REGRESSORS], gradient[PARAMETERS], instrument[PARAMETERS], correction[PARAMETERS];
+                  const struct signals *model, double duration) {
+    double row[REGRESSORS], gradient[PARAMETERS], instrument[PARAMETERS];
+    double correction[PARAMETERS], factor[PARAMETERS][PARAMETERS];
     write_regressors(run, model, row);
     write_gradient(run, e->estimate, row, instrument);
     double torque = write_regressors(run, measured, row);
     write_gradient(run, e->estimate, row, gradient);
+    e->speed = most(e->speed, fabs(model->filters[VELOCITY][0]));
+    if (!(fabs(measured->filters[VELOCITY][0]) < SPEED_FACTOR * e->speed))
+        return;
+    e->torque = most(e->torque, fabs(torque));
+    double friction = PEAK_FACTOR * e->torque, largest = friction / run->torque_scale, inertia = run->first[INERTIA];
     double keep = exp(-duration / run->memory);
-    double error = (torque - predict_torque(e->estimate, row)) / run->torque_scale;
-    e->error = keep * e->error + (1.0 - keep) * error * error;
-    double floor = FLOOR * e->error + SMALLEST_FLOOR;
+    double floor = least(FLOOR * e->error + SMALLEST_FLOOR, LARGEST_FLOOR);
     int alike = gradients_agree(e->agreement, instrument, gradient, keep, floor);
-    update_resetting(e->information, floor, keep, alike ? instrument : gradient, error, correction);
-    for (int i = 0; i < PARAMETERS; i++)
-        e->estimate[i] += correction[i] * run->scale[i];
-    confine(run, e, fabs(torque), fabs(measured->filters[VELOCITY][0]));
+    double error = most((torque - predict_torque(e->estimate, row)) / run->torque_scale, -largest);
+    error = least(error, largest);
+    e->error = keep * e->error + (1.0 - keep) * error * error;
+    update_resetting(e->information, floor, keep, alike ? instrument : gradient, error, correction, factor);
+    double low[PARAMETERS] = {inertia / INERTIA_RANGE, 0.0, 0.0, 0.0, 0.0};
+    double high[PARAMETERS] = {inertia * INERTIA_RANGE, friction, friction, friction / e->speed, run->largest_lag};
+    correct(run, e->estimate, correction, factor, low, high);
 }
 
-static double model_friction(const struct run *run, const double model[PARAMETERS], double speed)
-{
+static double model_friction(const struct run *run, const double model[PARAMETERS], double speed) {
     double share = decay_of_stiction(speed, run->stribeck_velocity, run->stribeck_shape);
     return model[COULOMB] * (1.0 - share) + model[STICTION] * share + model[VISCOUS] * speed;
 }
 
 /* Integral of the lagged friction over a motion that does not reverse. */
 static double one_way_friction(const struct run *run, const double model[PARAMETERS], double *friction, double start,
-                               double end, double duration)
-{
+                               double end, double duration) {
     double direction = start + end, first = 0.0, last = 0.0, lag = model[FRICTION_LAG];
     if (direction != 0.0) {
         first = copysign(model_friction(run, model, fabs(start)), direction);
@@ -359,17 +355,15 @@ static double one_way_friction(const struct run *run, const double model[PARAMET
         *friction = last;
         return 0.5 * (first + last) * duration;
     }
-    double rate = (last - first) / duration;
-    double transient = *friction - first + rate * lag;
-    double decay = exp(-duration / lag);
-    *friction = last - rate * lag + transient * decay;
-    return (first - rate * lag) * duration + 0.5 * rate * duration * duration + transient * lag * (1.0 - decay);
+    double rate = (last - first) / duration, settled = -expm1(-duration / lag), gap = *friction - first;
+    *friction = last + gap * (1.0 - settled) - rate * lag * settled;
+    double integral = (first + 0.5 * rate * duration) * duration + gap * lag * settled;
+    return integral + rate * lag * (lag * settled - duration);
 }
 
 /* Feedforward torque of the coming period. */
 static double step_feedforward(const struct run *run, const double model[PARAMETERS], double *friction,
-                               double reference, double next)
-{
+                               double reference, double next) {
     double period = run->period, integral;
     if (reference * next < 0.0) {
         double turn = period * reference / (reference - next);
@@ -381,31 +375,40 @@ static double step_feedforward(const struct run *run, const double model[PARAMET
     return (model[INERTIA] * (next - reference) + integral) / period;
 }
 
+static void write_model(const struct estimator *e, double model[PARAMETERS]) {
+    memcpy(model, e->estimate, sizeof e->estimate);
+    model[STICTION] = most(model[STICTION], model[COULOMB]);
+}
+
 /* Learn from the period that ends and return the feedforward of the one that begins. */
-static double step_adaptive(const struct run *run, struct adaptive *a, const struct pi *pi, double reference,
-                            double measured, double next_reference, double realised, double dt, double *row)
-{
-    int valid = isfinite(measured);
-    double velocity = valid ? measured : pi->velocity;
-    if (!isfinite(realised))
-        realised = pi->command;
+static double step_adaptive(const struct run *run, struct adaptive *a, struct pi *pi, double reference,
+                            double velocity, double next_reference, double realised, double dt, double *model) {
     if (pi->samples == 0) {
+        realised = pi->command;
         settle_signals(run, &a->measured, velocity);
         settle_signals(run, &a->model, reference);
     }
     advance_signals(run, &a->measured, realised, velocity, dt);
     advance_signals(run, &a->model, a->model_torque, reference, dt);
-    a->sliding = valid && fabs(velocity) >= run->slowest && velocity * reference > 0.0 ? a->sliding + dt : 0.0;
-    if (a->sliding > run->hold)
+    a->sliding = fabs(velocity) >= run->slowest && velocity * reference > 0.0 ? a->sliding + dt : 0.0;
+    write_model(&a->estimator, model);
+    if (a->sliding > run->hold) { /* what the new estimate adds to the feedforward is taken out of the integral */
+        double friction = a->friction, speed = fabs(reference), old = model_friction(run, model, speed);
+        double before = step_feedforward(run, model, &friction, reference, next_reference);
         learn(run, &a->estimator, &a->measured, &a->model, dt);
-    memcpy(row, a->estimator.estimate, sizeof a->estimator.estimate);
-    row[STICTION] = most(row[STICTION], row[COULOMB]);
-    a->model_torque = step_feedforward(run, row, &a->friction, reference, next_reference);
+        write_model(&a->estimator, model);
+        if (reference != 0.0)
+            a->friction += copysign(1.0, reference) * (model_friction(run, model, speed) - old);
+        a->model_torque = step_feedforward(run, model, &a->friction, reference, next_reference);
+        if (run->integral > 0.0)
+            pi->integral -= a->model_torque - before;
+    } else {
+        a->model_torque = step_feedforward(run, model, &a->friction, reference, next_reference);
+    }
     return a->model_torque;
 }
 
-static void start_adaptive(const struct run *run, struct adaptive *a)
-{
+static void start_adaptive(const struct run *run, struct adaptive *a) {
     memset(a, 0, sizeof *a);
     memcpy(a->estimator.estimate, run->first, sizeof a->estimator.estimate);
     for (int i = 0; i < PARAMETERS; i++)
@@ -413,11 +416,10 @@ static void start_adaptive(const struct run *run, struct adaptive *a)
     a->sliding = -run->hold;
 }
 
-void run_loop(const struct run *run)
-{
+void run_loop(const struct run *run) {
     struct friction friction = friction_in_phase(run, 0);
     struct adaptive adaptive;
-    struct pi pi = {0.0, 0.0, 0.0, 0};
+    struct pi pi = {0.0, 0.0, 0};
     double velocity = run->start_velocity, friction_torque = run->start_friction, realised = NAN;
     int64_t phase = 0;
     if (run->adaptive)

@@ -1,6 +1,6 @@
 """What closes the loop without identifying anything."""
 
-from controllers.compiled import compiled, dispatched, is_cached
+from controllers.compiled import compiled, compiled_in_place, dispatched, is_cached
 from controllers.design import PIDesign, design_pi, fastest_bandwidth, pi_gains
 from controllers.interface import (
     ESTIMATES,
@@ -28,6 +28,7 @@ __all__ = [
     "PIState",
     "check_gains",
     "compiled",
+    "compiled_in_place",
     "design_pi",
     "dispatched",
     "fastest_bandwidth",

@@ -42,15 +42,28 @@ def compiled(function: Function) -> Function:
     numba dispatcher
         The plain function stays available as its attribute ``py_func``.
     """
-    dispatcher = numba.njit(function)
+    entry: Function = _cached(numba.njit(error_model="numpy")(function))
+    return entry
+
+
+def compiled_in_place(function: Function) -> Function:
+    """Compile a function that allocates no arrays; see :func:`compiled`.
+
+    Numba then need not count references to the arrays in parameters and states, which would double the time of a step
+    (``python -m benchmarks.speed`` measures it). What a step needs is held as scratch by its parameters.
+    """
+    entry: Function = _cached(numba.njit(error_model="numpy", _nrt=False)(function))  # type: ignore[call-overload]
+    return entry
+
+
+def _cached(dispatcher: Any) -> Any:
     previous = config.CACHE_DIR  # type: ignore[attr-defined]
     config.CACHE_DIR = str(_cache_directory())  # type: ignore[attr-defined]
     try:
         dispatcher.enable_caching()
     finally:
         config.CACHE_DIR = previous  # type: ignore[attr-defined]
-    entry: Function = dispatcher
-    return entry
+    return dispatcher
 
 
 def is_cached(dispatcher: Any) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numba.extending import register_jitable
 
-from controllers.compiled import compiled, dispatched
+from controllers.compiled import compiled_in_place, dispatched
 
 
 class Inputs(NamedTuple):
@@ -97,7 +97,7 @@ def _single_step(block: Any, state: Any, inputs: Inputs) -> Any:
     return step(block, state, inputs)
 
 
-single_step = compiled(_single_step)
+single_step = compiled_in_place(_single_step)
 
 
 class Controller:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.friction import Stribeck, sliding_friction, sliding_friction_slope
+from plant.friction import Stribeck, sliding_friction_and_slope
 
 MAXIMUM_ITERATIONS = 80
 RELATIVE_TOLERANCE = 1e-12  # Newton converges quadratically: the error left is about its square
@@ -60,12 +60,13 @@ def sliding_speed(friction: Stribeck, free_speed: float, kappa: float, guess: fl
     high = (free_speed - kappa * friction.coulomb) / viscous_part
     speed = min(max(guess, low), high)
     for _ in range(MAXIMUM_ITERATIONS):
-        residual = speed + kappa * sliding_friction(friction, speed) - free_speed
+        torque, torque_slope = sliding_friction_and_slope(friction, speed)
+        residual = speed + kappa * torque - free_speed
         if residual > 0.0:
             high = speed
         else:
             low = speed
-        slope = 1.0 + kappa * sliding_friction_slope(friction, speed)
+        slope = 1.0 + kappa * torque_slope
         candidate = speed - residual / slope if slope > 0.0 else low
         if slope > 0.0 and abs(candidate - speed) <= RELATIVE_TOLERANCE * free_speed:
             return min(max(candidate, low), high)

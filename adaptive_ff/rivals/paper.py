@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.identifying import IdentifyingController, check_positive
 from adaptive_ff.physical import LARGEST_LAG, confine, torque_model, write_model
-from adaptive_ff.rls import update_rls
+from adaptive_ff.rls import update_rls_within
 from adaptive_ff.series import COEFFICIENTS, series_regressors, write_physical
 from controllers import (
     ESTIMATES,
@@ -52,6 +52,8 @@ class PaperParameters(NamedTuple):
         ``lambda``.
     period : float
         Sampling period, s.
+    row, projected : ndarray, shape (6,)
+        Scratch, of its own for each controller.
     """
 
     feedback: PIParameters
@@ -61,6 +63,8 @@ class PaperParameters(NamedTuple):
     largest_lag: float
     forgetting_factor: float
     period: float
+    row: NDArray[np.float64]
+    projected: NDArray[np.float64]
 
 
 class PaperState(NamedTuple):
@@ -129,9 +133,8 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
     torque = realised - state.known_torque
     valid = state.valid + 1 if finite else 0
     if state.enabled and valid > 2:
-        row = np.empty(6)
         series_regressors(
-            row,
+            block.row,
             (state.last_velocity, state.velocity_before),
             (torque, state.torque),
             block.stribeck_velocity,
@@ -141,7 +144,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
         for i in range(6):
             trace += state.covariance[i, i]
         factor = block.forgetting_factor if trace < LARGEST_COVARIANCE else 1.0
-        update_rls(state.coefficients, state.covariance, row, velocity, factor)
+        update_rls_within(state.coefficients, state.covariance, block.row, velocity, factor, block.projected)
         if write_physical(state.coefficients, block.period, state.physical):
             confine(state.physical, block.inertia, block.largest_lag)
     model = torque_model(state.physical, block.stribeck_velocity, block.stribeck_shape)
@@ -220,5 +223,7 @@ class PaperController(IdentifyingController):
             LARGEST_LAG * inertia / proportional,
             math.exp(-period / memory),
             float(period),
+            np.zeros(len(COEFFICIENTS)),
+            np.zeros(len(COEFFICIENTS)),
         )
         super().__init__(parameters, period, initial_paper_state)

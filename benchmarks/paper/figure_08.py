@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from adaptive_ff.model import model_friction
 from adaptive_ff.plots import INK, STYLE, WIDTH
@@ -25,7 +25,7 @@ NAMES = {
 """Symbols and units of the fitted parameters."""
 
 SPREAD: Look = {"color": "#9ec5e0", "linewidth": 3.0, "label": "spread of the readings"}
-MEAN: Look = {"color": "#0072b2", "marker": "o", "markersize": 2.6, "linestyle": "", "label": "mean of 100 readings"}
+MEAN: Look = {"color": "#0072b2", "marker": "o", "markersize": 2.6, "linestyle": "", "label": "mean of the readings"}
 FITTED: Look = {**TORQUE_FORM, "linewidth": 1.3, "label": "fitted curve"}
 TRUE_LOOK: Look = {"color": INK, "linewidth": 1.0, "linestyle": (0, (2, 2)), "zorder": 3.0, "label": "true"}
 
@@ -55,7 +55,7 @@ def _draw_curve(axes: Axes, name: str, side: float, points: SupportPoints, fit: 
     axes.plot(side * speeds, fit.curve(side * speeds) + fit.estimates["offset"].value, **FITTED)
     axes.plot(side * speeds, [side * model_friction(TRUE, speed) for speed in speeds], **TRUE_LOOK)
     axes.set_xlim(*sorted((0.0, 1.06 * side * fastest)))
-    axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.xaxis.set_major_locator(MultipleLocator(0.1))
     label(axes, f"friction torque (N m), drives {name}", "velocity (rad/s)")
 
 

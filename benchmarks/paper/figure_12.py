@@ -58,7 +58,7 @@ def draw(record: Drive, series: Series, form: Form) -> Figure:
         possible = is_possible(physical)
         grid[-1, 1].vlines(time[possible], 0.0, 1.0, color=RLS["color"], linewidth=0.6)
         grid[-1, 1].set(ylim=(0.0, 1.0), yticks=[])
-        label(grid[-1, 1], f"RLS stands for a possible joint: {100.0 * np.mean(possible):.1f} % of the samples")
+        label(grid[-1, 1], f"RLS stands for a possible joint ({100.0 * np.mean(possible):.1f} % of the time)")
         for axes in grid[-1]:
             axes.set_xlabel("time (s)")
         grid[0, 0].set_xlim(0.0, SHOWN)

@@ -28,8 +28,8 @@ SOLVER_PERIOD = SCENARIO.joint.solver_period  # s
 DURATION = 120.0  # s
 
 CYCLE = 40  # samples
-REGULAR = 21  # ms
-OUTLIERS = {9: 31, 19: 42, 29: 31}  # ms, by place in the cycle
+REGULAR = 21.0  # ms
+OUTLIERS = {9: 31.0, 19: 42.0, 29: 31.0}  # ms, by place in the cycle
 PERIOD = 0.022  # s, what controllers and estimators are told; the mean of the pattern is 22.025 ms
 
 TORQUE_CONSTANT = 80.0  # K, N m of joint torque per A of motor current
@@ -69,9 +69,10 @@ class Drive(NamedTuple):
 
 def sample_steps(duration: float, *, uniform: bool = False) -> Steps:
     """Return the solver steps of the samples in a time (s): with outliers, or evenly every 22 ms."""
-    pattern = np.full(CYCLE, round(PERIOD / SOLVER_PERIOD) if uniform else REGULAR)
+    pattern = np.full(CYCLE, 1e3 * PERIOD if uniform else REGULAR)  # ms
     if not uniform:
         pattern[list(OUTLIERS)] = list(OUTLIERS.values())
+    pattern = np.rint(1e-3 * pattern / SOLVER_PERIOD).astype(np.int64)
     steps = round(duration / SOLVER_PERIOD)
     ends = np.cumsum(np.tile(pattern, steps // int(pattern.sum()) + 1))
     return np.append(0, ends[ends <= steps]).astype(np.int64)

@@ -10,7 +10,7 @@ from scipy.optimize import curve_fit
 
 from adaptive_ff.stribeck_fit import fit_stribeck
 from adaptive_ff.stribeck_problem import Points, bend_slopes, make_problem, solve_linear
-from adaptive_ff.stribeck_profile import search
+from adaptive_ff.stribeck_profile import minimise, search
 from plant import Stribeck, sliding_friction
 
 TRUE = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
@@ -106,6 +106,16 @@ def test_analytic_slopes_are_those_of_finite_differences_across_the_linear_part(
         across = numeric - solved.basis @ (solved.basis.T @ numeric)
         assert slopes[:, place] == pytest.approx(across, abs=1e-4 * np.linalg.norm(across))
         assert slopes[:, place] @ solved.residuals == pytest.approx(numeric @ solved.residuals, rel=1e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", [5, 19, 26, 42, 47])
+def test_search_finds_the_lowest_of_several_minima(seed):
+    velocity, torque, error = noisy(seed, np.geomspace(0.003, 0.35, 12), 0.1)
+    problem = make_problem(Points(velocity, torque, 1.0 / error, False))
+    starts = [np.log([speed, shape]) for speed in np.geomspace(0.003, 0.35, 20) for shape in (0.5, 1.0, 2.0, 5.0)]
+    minima = [minimise(problem, start, 1e-12)[1] for start in starts]
+    assert max(minima) > 1.01 * min(minima)
+    assert search(problem)[1] <= min(minima) * (1.0 + 1e-6)
 
 
 def hits(seeds, confidence, **kwargs):

@@ -58,7 +58,11 @@ def test_a_spread_that_really_differs_is_not_smoothed_away():
 
 
 def test_averaged_directions_are_free_of_an_offset():
-    points = support_points(*readings(6, 50, spread=1e-6, offset=11.0)).averaged_directions()
+    both = support_points(*readings(6, 50, spread=1e-6, offset=11.0))
+    points = both.averaged_directions()
+    assert points.standard_error == pytest.approx(
+        0.5 * np.hypot(both.standard_error[:30][::-1], both.standard_error[30:])
+    )
     assert points.velocity == pytest.approx(SPEEDS)
     assert points.torque == pytest.approx(60.0 + 30.0 * np.exp(-SPEEDS / 0.05) + 80.0 * SPEEDS, rel=1e-5)
     assert points.count.tolist() == [100] * 30

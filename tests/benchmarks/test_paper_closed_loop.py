@@ -1,0 +1,266 @@
+"""Sections V-B to V-E of the paper in simulation; seeds from 101 on, which are not among those reported."""
+
+import numpy as np
+import pytest
+
+from adaptive_ff.loop import empty_record, run_compiled, start_position
+from adaptive_ff.series import series_coefficients
+from benchmarks.paper import figure_07, figure_08, figure_09, figure_10, figure_11, figure_12, stribeck
+from benchmarks.paper.closed_loop import data_rows
+from benchmarks.paper.closed_loop_offline import error_places
+from benchmarks.paper.closed_loop_online import (
+    POSTERIOR,
+    PRIOR,
+    is_possible,
+    physical_series,
+    ratios,
+    sliding_ratios,
+)
+from benchmarks.paper.compensation import ALONE, FORM, OFFLINE, ONLINE, ORACLE, SLIDING, tracking_errors
+from benchmarks.paper.identification_data import TRUE, joint_of
+from benchmarks.paper.prediction import rms
+from benchmarks.paper.robot import (
+    CURRENT_STEP,
+    GAINS,
+    NOISE,
+    PERIOD,
+    TORQUE_CONSTANT,
+    drive,
+    drive_behind_interface,
+    lay_robot_course,
+    predict,
+    replay,
+    sample_steps,
+)
+from benchmarks.paper.summaries import TRUTH, median_and_range, median_deviation
+from benchmarks.paper.watching import adaptive, fit_series, identify_form, physical_of, settled_rms, watch
+from controllers import PI
+from plant import initial_state
+
+RESOLUTION = TORQUE_CONSTANT * CURRENT_STEP
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return watch(101)
+
+
+@pytest.fixture(scope="module")
+def fits():
+    return [stribeck.fit_stribeck(*stribeck.draw_points(seed)) for seed in range(1001, 1021)]
+
+
+def test_sampling_time_has_a_mean_of_22_ms_and_a_periodic_pattern_of_outliers_up_to_twice_that():
+    durations = np.diff(sample_steps(100.0))
+    assert np.mean(durations) == pytest.approx(22.0, abs=0.1)
+    assert 1.8 < np.max(durations) / np.mean(durations) < 2.0
+    outliers = durations > 25
+    assert 0.03 < np.mean(outliers) < 0.15
+    assert np.unique(durations[outliers]).size > 1
+    assert np.array_equal(durations[:-40], durations[40:])
+    assert not np.array_equal(durations[:-20], durations[20:])
+    assert set(np.diff(sample_steps(10.0, uniform=True))) == {22}
+
+
+def test_torque_has_steps_and_acts_over_the_period_that_follows_its_sample():
+    record = drive(lay_robot_course(102, duration=20.0))
+    steps = record.commanded / RESOLUTION
+    assert steps == pytest.approx(np.round(steps), abs=1e-9)
+    assert np.unique(np.round(steps)).size > 40
+    assert np.array_equal(record.acting[1:], record.commanded[:-1])
+    assert record.acting[0] == 0.0
+
+
+def test_loop_is_the_one_of_the_package_where_the_current_is_fine():
+    course = lay_robot_course(103, duration=20.0)
+    record = drive(course, current_step=1e-12)
+    own, block = empty_record(course, 0), PI(*GAINS, PERIOD)
+    start = start_position(course, initial_state(course.plan.joint, float(course.reference[0])))
+    run_compiled(block.parameters, block.state, course, start, course.noise.size, own)
+    assert record.commanded == pytest.approx(own.torque, abs=1e-6)
+    assert record.velocity == pytest.approx(own.measured, abs=1e-8)
+    assert record.tracking_error == pytest.approx(course.reference - own.velocity, abs=1e-8)
+
+
+def test_the_true_joint_predicts_the_record_down_to_the_noise():
+    joint = joint_of(TRUE)
+    quiet = drive(lay_robot_course(104, duration=20.0, noise=0.0))
+    assert np.array_equal(predict(joint, quiet, one_step=False), quiet.velocity)
+    noisy = drive(lay_robot_course(104, duration=60.0))
+    free = noisy.velocity - predict(joint, noisy, one_step=False)
+    assert rms(free) == pytest.approx(NOISE, rel=0.05)
+    assert rms(noisy.velocity - predict(joint, noisy, one_step=True)) > 1.2 * NOISE  # that of two samples
+
+
+def test_reading_out_a_fast_loop_gives_its_current_and_velocity_at_the_samples():
+    record, other = drive_behind_interface(105), drive(lay_robot_course(105))
+    assert np.array_equal(record.steps, other.steps)
+    assert np.array_equal(record.reference, other.reference)
+    assert np.array_equal(record.acting, record.commanded)
+    assert rms(record.velocity - other.velocity) < 0.3 * rms(other.velocity)
+    assert rms(record.commanded - other.commanded) > RESOLUTION
+
+
+def test_the_posterior_error_is_the_prior_one_times_less_than_one(seen):
+    prior, posterior = seen.series.errors["prior"], seen.series.errors["posterior"]
+    assert np.all(np.abs(posterior) <= np.abs(prior) + 1e-12)
+    assert np.any(prior)
+
+
+def test_with_lambda_one_rls_comes_to_the_offline_fit(seen):
+    series = fit_series(seen.record, forgetting_factor=1.0)
+    assert series.coefficients[-1] == pytest.approx(seen.series.offline.values, rel=2e-2)
+    late = seen.record.time > 60.0
+    assert rms(series.errors["prior"][late]) == pytest.approx(rms(series.errors["offline"][late]), rel=0.05)
+
+
+@pytest.mark.parametrize("seed", [101, 106, 107])
+def test_the_prior_error_is_larger_and_the_posterior_smaller_than_that_of_the_offline_fit(seed):
+    record = drive(lay_robot_course(seed))
+    series = fit_series(record)
+    found = ratios(record, series)
+    assert found[PRIOR] > 2.0
+    assert found[POSTERIOR] < 0.5
+    assert settled_rms(record, series.errors["posterior"]) < 1e3 * NOISE
+    long_memory = ratios(record, fit_series(record, forgetting_factor=0.99))
+    assert long_memory[PRIOR] == pytest.approx(1.0, abs=0.1)
+    prior, posterior = sliding_ratios(record)
+    assert 1.2 < prior < 2.0
+    assert posterior < 0.7
+
+
+def test_the_offline_fit_is_spoilt_near_rest_and_not_by_the_sampling(seen):
+    deviations = [physical_of(fit.values) / TRUTH - 1.0 for fit in (seen.series.offline, seen.series.sliding)]
+    assert deviations[0][0] > 5.0
+    assert np.abs(deviations[1]) == pytest.approx(np.zeros(5), abs=1.5)
+    assert np.all(np.abs(deviations[1][:4]) < 0.12)
+    even = fit_series(drive(lay_robot_course(101, uniform=True)))
+    assert physical_of(even.offline.values)[0] > 5.0 * TRUE.inertia
+    places = error_places(seen)
+    on_late, on_fast = (
+        places[f"largest 1 % of the one-step errors: {where}, %"]
+        for where in ("on late samples", "in the fastest tenth of the motion")
+    )
+    assert on_late > 20.0
+    assert on_fast < 10.0
+
+
+def test_the_torque_form_identifies_from_the_same_data(seen):
+    offline = [estimate.value for estimate in seen.form.offline.physical.values()]
+    for physical in (np.array(offline), seen.form.estimates[-1]):
+        assert np.all(np.abs(physical[:4] / TRUTH[:4] - 1.0) < 0.1)
+    assert settled_rms(seen.record, seen.form.errors["online"]) < 0.8 * settled_rms(
+        seen.record, seen.series.errors["offline"]
+    )
+
+
+def test_the_torque_form_needs_the_real_time_steps():
+    record = drive(lay_robot_course(106, noise=0.0), current_step=1e-9)
+    blind = record._replace(time=PERIOD * np.arange(record.time.size))
+    right, wrong = (identify_form(log).regression.residual_rms for log in (record, blind))
+    assert right < 0.85 * wrong
+
+
+def test_a_replayed_controller_sees_the_real_time_steps():
+    record = drive(lay_robot_course(106, duration=30.0))
+    controller, watching = adaptive(), adaptive()
+    durations = np.diff(record.time, prepend=-PERIOD)
+    for k, duration in enumerate(durations):
+        controller.step(
+            record.reference[k],
+            record.velocity[k],
+            next_reference=record.reference[k + 1] if k + 1 < durations.size else None,
+            realised_torque=record.acting[k] if k else None,
+            dt=duration,
+        )
+    estimates = replay(watching, record)
+    assert estimates[-1] == pytest.approx(list(controller.estimates.values()), rel=1e-12)
+    assert not np.array_equal(estimates[-1], estimates[0])
+
+
+def test_coefficients_with_a_short_memory_stand_for_no_joint(seen):
+    late = seen.record.time > 5.0
+    possible = is_possible(physical_series(seen.series.coefficients[late]))
+    assert 0.01 < np.mean(possible) < 0.3
+    true = np.array(series_coefficients(TRUE, PERIOD))
+    assert np.all(is_possible(physical_series(true[np.newaxis])))
+    assert physical_of(true) == pytest.approx(TRUTH)
+    assert not is_possible(
+        np.array([[np.nan] * 5, [20.0, 60.0, 90.0, -1.0, 0.02], [-20.0, 60.0, 90.0, 1.0, 0.02]])
+    ).any()
+
+
+def test_fed_forward_the_torque_form_helps_and_the_paper_does_harm(seen):
+    found = tracking_errors(seen, 101)
+    assert found[FORM] < 0.4 * found[ALONE]
+    assert found[ORACLE] < 0.4 * found[ALONE]
+    assert 0.3 * found[ALONE] < found[SLIDING] < 0.8 * found[ALONE]
+    assert found[OFFLINE] > 1.5 * found[ALONE]
+    assert found[ONLINE] > 2.5 * found[ALONE]
+
+
+def test_rows_about_the_data_tell_what_the_record_is(seen):
+    rows = data_rows(seen.record)
+    assert [row.met for row in rows[:2]] == [True, True]
+    values = {row.quantity: row.value for row in rows}
+    assert values["V-B: largest speed of the reference, deg/s"] == pytest.approx(20.05, abs=0.5)
+    assert values["Fig. 7: resolution of the torque K i, N m"] == pytest.approx(RESOLUTION)
+    assert values["V-B: reversals of the reference a minute"] > 15.0
+    assert not data_rows(drive(lay_robot_course(101, duration=20.0, uniform=True)))[1].met
+
+
+def test_medians_and_deviations_in_words():
+    assert median_and_range([3.0, 1.0, 10.0]) == "3.00 (1.00 to 10.00)"
+    assert median_and_range([0.26, 0.34], 1) == "0.3 (0.3 to 0.3)"
+    text = median_deviation([TRUTH, 1.1 * TRUTH, 2.0 * TRUTH])
+    assert text == "J +10.0, Fc +10.0, Fs +10.0, sigma +10.0, tau +10.0"
+
+
+def drawn(figure, panel):
+    return {str(line.get_label()): np.asarray(line.get_ydata()) for line in figure.axes[panel].lines}
+
+
+def test_figures_show_the_record_and_the_errors(seen, fits):
+    record, series, form = seen
+    part = (record.time >= 60.0) & (record.time <= 75.0)
+    late = drawn(figure_11.draw(*seen), 1)
+    assert late["measured"] == pytest.approx(record.velocity[part])
+    assert late["RLS, a-posteriori"] == pytest.approx((record.velocity - series.errors["posterior"])[part])
+    ahead = drawn(figure_09.draw(*seen), 1)
+    assert ahead["torque form, simulated"] == pytest.approx(1e3 * form.errors["online"][part])
+    (whole,) = (lines for lines in drawn(figure_07.draw(record), 2).values() if lines.size == record.time.size)
+    assert whole == pytest.approx(record.commanded)
+    shown = np.concatenate(list(drawn(figure_10.draw(record), 0).values()))
+    assert {21.0, 31.0, 42.0} <= set(np.round(shown, 6))
+    inertia = drawn(figure_12.draw(*seen), 1)
+    assert inertia["torque form, online"] == pytest.approx(form.estimates[record.time <= 60.0][:, 0])
+    points = stribeck.simulate_drives(stribeck.VELOCITIES[::6], 1001)
+    fit = stribeck.fit_stribeck(points.velocity, points.torque, points.standard_error)
+    cloud = np.concatenate(list(drawn(figure_08.draw(points, fit, fits), 3).values()))
+    assert set(np.round([one.stribeck_shape for one in fits], 9)) <= set(np.round(cloud, 9))
+
+
+def test_drives_at_constant_speed_give_points_of_the_true_curve():
+    points = stribeck.simulate_drives(stribeck.VELOCITIES[::5], 1002)
+    assert points.velocity == pytest.approx(stribeck.VELOCITIES[::5], abs=2e-3)
+    wrong = (points.torque - stribeck.true_friction(points.velocity)) / points.standard_error
+    assert np.max(np.abs(wrong)) < 4.0
+    relative = points.spread / np.abs(points.torque)
+    assert np.all((relative > 0.02) & (relative < 0.07))
+
+
+def test_the_study_draws_what_it_says(fits):
+    velocity, torque, error = stribeck.draw_points(1003)
+    assert velocity.size == 60
+    assert np.median(error / np.abs(torque)) == pytest.approx(0.003, rel=0.1)
+    assert (torque - stribeck.true_friction(velocity)) / error == pytest.approx(np.zeros(60), abs=4.5)
+    _, shared, _ = stribeck.draw_points(1003, common=0.03)
+    assert rms(shared / stribeck.true_friction(velocity) - 1.0) == pytest.approx(0.03, rel=0.3)
+    rows = {row.quantity: row for row in stribeck.study_rows("these", fits, targets=True)}
+    errors = [abs(fit.stribeck_velocity / 0.05 - 1.0) for fit in fits]
+    assert rows["these: median error of Vs, %"].value == pytest.approx(100.0 * np.median(errors))
+    assert rows["these: median error of Vs, %"].met
+    held = np.mean(
+        [fit.estimates["stribeck_shape"].lower <= 1.0 <= fit.estimates["stribeck_shape"].upper for fit in fits]
+    )
+    assert rows["these: 95 % intervals that hold delta, %"].value == pytest.approx(100.0 * held)

@@ -1,0 +1,217 @@
+import json
+import math
+import sys
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from adaptive_ff import estimator, load_scenario, physical
+from benchmarks import closed_loop, speed
+from benchmarks.closed_loop import CLoop, OwnLoop, PythonControlLoop, check_alike
+from benchmarks.speed import Row, Sizes, shown
+from plant import step
+
+TINY = Sizes(duration=1.0, repeats=2, slow_repeats=1, lengths=(1, 2), calls=20)
+STUB = (sys.executable, "-c", "import pathlib, sys; pathlib.Path(sys.argv[1]).mkdir()", "{out}")
+
+HARSH = {
+    "duration": 30.0,
+    "sensor": {"velocity_noise": 0.02},
+    "adaptation": {"stribeck_velocity": 0.2, "memory": 1.0},
+    "feedback": {"inertia": 6.0},
+    "change": [{"time": 10.0, "friction_scale": 3.0}, {"time": 20.0, "friction_scale": 0.3}],
+}
+"""Every bound and threshold of the estimator matters here."""
+
+VARIANTS = {
+    "harsh": HARSH,
+    "friction that changes": {"change": [{"time": 6.0, "friction_scale": 0.6}]},
+    "fast": {"duration": 5.0, "sampling": {"period": 0.001}},
+    "shape 2": {"joint": {"stribeck_shape": 2.0}, "adaptation": {"stribeck_shape": 2.0}},
+    "shape 0.7": {"joint": {"stribeck_shape": 0.7}, "adaptation": {"stribeck_shape": 0.7}},
+    "no lag, weak drive": {"joint": {"friction_lag": 0.0}, "actuator": {"torque_limit": 95.0}},
+}
+
+
+def short(**tables):
+    return load_scenario().modified(**{"duration": 12.0, **tables})
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    if closed_loop.compiler() is None:
+        pytest.skip("there is no C compiler: none of cc, gcc, clang is found")
+    return closed_loop.compile_loop(tmp_path_factory.mktemp("library"))
+
+
+@pytest.mark.parametrize("name", ["pi", "adaptive"])
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_c_loop_agrees_with_ours(library, name, variant):
+    own = OwnLoop(short(**VARIANTS[variant]), name)
+    rival = CLoop(library, own)
+    own.run()
+    rival.run()
+    check_alike(own.record, rival.record, "C")
+    assert np.ptp(rival.record.velocity) > 0.1
+    if name == "adaptive":
+        assert np.ptp(rival.record.estimates, axis=0).min() > 0.0  # no estimate agrees because it never moved
+
+
+def test_second_run_repeats_the_first(library):
+    own = OwnLoop(short(), "adaptive")
+    rival = CLoop(library, own)
+    for loop in (own, rival):
+        loop.run()
+        first = [series.copy() for series in loop.record]
+        loop.run()
+        assert all(np.array_equal(a, b) for a, b in zip(first, loop.record, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        *((estimator, name) for name in ("FLOOR", "SMALLEST_FLOOR", "LARGEST_FLOOR", "PRIOR")),
+        *((estimator, name) for name in ("PEAK_FACTOR", "SPEED_FACTOR")),
+        (physical, "INERTIA_RANGE"),
+        (step, "RELATIVE_TOLERANCE"),
+    ],
+)
+def test_c_loop_takes_each_constant_from_python(library, module, name, monkeypatch, tmp_path):
+    own = OwnLoop(short(**HARSH), "adaptive")
+    own.run()
+    rival = CLoop(library, own)
+    rival.run()
+    check_alike(own.record, rival.record, "C")
+    factor = 1e9 if name == "RELATIVE_TOLERANCE" else 0.3
+    monkeypatch.setattr(module, name, factor * getattr(module, name))
+    rival = CLoop(closed_loop.compile_loop(tmp_path), own)
+    rival.run()
+    with pytest.raises(ArithmeticError, match=r"C differs from our run by \S+, more than 1e-09"):
+        check_alike(own.record, rival.record, "C")
+
+
+@pytest.mark.parametrize("tables", [{}, {"sampling": {"period": 0.001}}, {"actuator": {"torque_limit": 95.0}}])
+def test_python_control_agrees_with_ours(tables):
+    scenario = short(**{"duration": 4.0, **tables})
+    own = OwnLoop(scenario, "pi")
+    rival = PythonControlLoop(own)
+    own.run()
+    rival.run()
+    limit = own.course.actuator.torque_limit
+    assert (np.max(np.abs(own.record.torque)) == limit) == (limit < 100.0)
+    check_alike([own.record.velocity[: -1 : scenario.substeps]], [rival.velocity], "python-control")
+
+
+def test_python_control_refuses_friction_that_changes():
+    with pytest.raises(ValueError, match="does not change"):
+        PythonControlLoop(OwnLoop(short(change=[{"time": 6.0, "friction_scale": 0.6}]), "pi"))
+
+
+def test_difference_is_relative_to_the_largest_value_and_not_a_number_is_a_difference():
+    ours = [np.array([0.0, 1e6]), np.zeros((0, 5))]
+    assert check_alike(ours, [np.array([1e-6, 1e6]), np.zeros((0, 5))], "it") == pytest.approx(1e-12)
+    with pytest.raises(ArithmeticError):
+        check_alike(ours, [np.array([math.nan, 1e6]), np.zeros((0, 5))], "it")
+
+
+def test_jobs_take_turns_and_ratios_are_to_the_last():
+    called = []
+
+    def job(name, times):
+        values = iter(times)
+        return lambda: called.append(name) or next(values)
+
+    times, ratios = speed.in_turn(3, job("a", [1.0, 2.0, 9.0]), job("b", [2.0, 1.0, 3.0]))
+    assert called == list("ababab")
+    assert times == [2.0, 2.0]
+    assert ratios == [2.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("row", "met"),
+    [
+        (Row("x", "y", 3.0, 2.0, 1.5, largest_ratio=1.5), True),
+        (Row("x", "y", 3.1, 2.0, 1.55, largest_ratio=1.5), False),
+        (Row("x", "y", 3.0, 2.0, 1.5, largest=2.9), False),
+        (Row("x", "y", 3.0, 2.0, 1.5), None),
+        (Row("x", "skipped: no reason", largest_ratio=1.5), None),
+    ],
+)
+def test_verdict(row, met):
+    assert row.met is met
+    assert row.cells()[-1] == {True: "yes", False: "NO", None: ""}[met]
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.0107, "s", "10.7 ms"),
+        (7e-6, "s", "7 us"),
+        (40.0, "s", "40 s"),
+        (1200.0, "s", "1.2e+03 s"),
+        (3e-10, "s", "0.3 ns"),
+        (1.92e6, "B", "1.92 MB"),
+        (1.5, "", "1.50"),
+        (0.01, "", "1/100"),
+        (None, "s", ""),
+    ],
+)
+def test_figures_are_shown_with_their_unit(value, unit, text):
+    assert shown(value, unit) == text
+
+
+def test_report_holds_all_that_is_printed(monkeypatch):
+    monkeypatch.setattr(speed, "STEPPED", ("pi",))
+    printed = StringIO()
+    result = speed.report(Console(file=printed, width=120), TINY, STUB)
+    assert set(result) == {"machine", "sizes", "measurements"}
+    rows = [row for section in result["measurements"].values() for row in section]
+    text = printed.getvalue()
+    assert text.startswith("processor: ")
+    assert all(row["what"] in text for row in rows)
+    assert "targets are met" in text
+    assert json.loads(json.dumps(result, allow_nan=False)) == json.loads(json.dumps(result))
+    for row in rows:
+        if row["ratio"] is not None and "joint" not in row["what"]:  # there it is the median of ratios
+            assert row["ratio"] == pytest.approx(row["ours"] / row["theirs"])
+
+
+def test_without_a_compiler_the_c_loop_is_skipped_with_the_reason(monkeypatch, tmp_path):
+    monkeypatch.setattr(closed_loop.shutil, "which", lambda name: None)
+    measure, *_ = speed.measurements(TINY, tmp_path, STUB).values()
+    assert {row.rival for row in measure()} == {"skipped: there is no C compiler (cc, gcc, clang)"}
+    assert speed.machine()["C compiler"] == "none"
+    with pytest.raises(OSError, match="no C compiler"):
+        closed_loop.compile_loop(tmp_path)
+
+
+def test_failing_command_is_reported():
+    with pytest.raises(RuntimeError, match="failed: it broke"):
+        speed.command_line((sys.executable, "-c", "import sys; sys.exit('it broke')"))
+
+
+def run_main(*arguments):
+    app = speed.typer.Typer()
+    app.command()(speed.main)
+    return CliRunner().invoke(app, arguments)
+
+
+def test_json_file_is_written(monkeypatch, tmp_path):
+    monkeypatch.setattr(speed, "report", lambda console, sizes: {"machine": {}, "calls": sizes.calls})
+    assert run_main("--json", str(tmp_path / "speed.json")).exit_code == 0
+    assert json.loads((tmp_path / "speed.json").read_text()) == {"machine": {}, "calls": 50_000}
+    assert [path.name for path in tmp_path.iterdir()] == ["speed.json"]
+
+
+def test_rival_that_differs_ends_the_run_without_figures(monkeypatch, tmp_path):
+    def report(console, sizes):
+        raise ArithmeticError("C differs")
+
+    monkeypatch.setattr(speed, "report", report)
+    done = run_main("--json", str(tmp_path / "speed.json"))
+    assert done.exit_code == 1
+    assert "C differs" in done.output
+    assert not list(tmp_path.iterdir())
