@@ -1,12 +1,15 @@
 """Adaptive friction-compensating velocity control: identification, feedforward, comparison."""
 
 from adaptive_ff.adaptive import AdaptiveController
+from adaptive_ff.batch import identify_series, identify_torque_form
 from adaptive_ff.compare import Comparison, compare
 from adaptive_ff.errors import InputError
 from adaptive_ff.model import TorqueModel
 from adaptive_ff.regression import assert_no_regression, read_baseline, regressions
 from adaptive_ff.scenario import Scenario, load_scenario, parse_scenario
 from adaptive_ff.simulate import Run, simulate
+from adaptive_ff.stribeck_fit import fit_stribeck
+from adaptive_ff.support_points import support_points
 
 __all__ = [
     "AdaptiveController",
@@ -17,9 +20,13 @@ __all__ = [
     "TorqueModel",
     "assert_no_regression",
     "compare",
+    "fit_stribeck",
+    "identify_series",
+    "identify_torque_form",
     "load_scenario",
     "parse_scenario",
     "read_baseline",
     "regressions",
     "simulate",
+    "support_points",
 ]

@@ -1,5 +1,7 @@
 """The parts of the estimator that are its own: bounds, the test of the instrument, the hand-over to feedforward."""
 
+import sys
+
 import numpy as np
 import pytest
 from closed_loops import drive
@@ -142,3 +144,25 @@ def test_one_wild_measurement_is_forgotten(size):
         error = (course.reference - record.velocity)[-10000:]
         settled.append(np.sqrt(np.mean(error**2)))
     assert max(settled[:-1]) <= 1.5 * settled[-1]
+
+
+@pytest.mark.parametrize("name", ["adaptive", "adaptive_paper"])
+def test_steps_neither_leak_nor_lose_the_arrays_of_the_state(name):
+    """The compiled step runs without counting references; the arrays must stay the same objects, held as often."""
+    controller = make_controller(SCENARIO, name)
+    controller.step(0.1, 0.1)
+    arrays = [value for value in leaves(controller.state) if isinstance(value, np.ndarray)]
+    before = [sys.getrefcount(array) for array in arrays]
+    for _ in range(1000):
+        controller.step(0.1, 0.1)
+    after = [value for value in leaves(controller.state) if isinstance(value, np.ndarray)]
+    assert all(new is old for new, old in zip(after, arrays, strict=True))
+    del after
+    assert [sys.getrefcount(array) for array in arrays] == before
+
+
+def leaves(state):
+    """All values in a nested state."""
+    if not hasattr(state, "_fields"):
+        return [state]
+    return [leaf for field in state for leaf in leaves(field)]
