@@ -179,11 +179,11 @@ def sweep(
 
 
 QUANTITIES = {
-    "improvement": "settled error: pi / adaptive",
-    "share_of_oracle": "improvement over that of oracle",
+    "improvement": "settled: pi / adaptive",
+    "share_of_oracle": "settled: oracle / adaptive",
     "whole_run": "whole run: adaptive / pi",
     "start": "first 5 s: adaptive / pi",
-    "torque_variation": "torque variation: adaptive / oracle",
+    "torque_variation": "sum |du|: adaptive / oracle",
 }
 """What a sweep reports, with a name for people."""
 
