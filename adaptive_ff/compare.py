@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adaptive_ff.errors import InputError
 from adaptive_ff.lineup import CONTROLLERS, Maker, make_controller
 from adaptive_ff.scenario import Scenario, load_scenario
-from adaptive_ff.simulate import Run, simulate
+from adaptive_ff.simulate import Run, lay_course, simulate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,10 +95,11 @@ def compare(
         raise InputError(f"own = {taken[0]!r} is not allowed: that is the name of a controller of this package")
     names = dict.fromkeys([*scenario.controllers, *own])
     made = {name: make_controller(scenario, name, own) for name in names}
+    course = lay_course(scenario)
     runs = {}
     for name, controller in made.items():
         report = None if progress is None else _reporter(progress, name)
-        runs[name] = simulate(scenario, controller, name=name, progress=report)
+        runs[name] = simulate(scenario, controller, name=name, course=course, progress=report)
     return Comparison(scenario, runs)
 
 

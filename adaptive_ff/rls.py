@@ -51,6 +51,28 @@ def update_rls(
 
 
 @register_jitable
+def project(
+    estimate: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    regressors: NDArray[np.float64],
+    output: float,
+    forgetting_factor: float,
+    projected: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Fill in ``R(k-1) X(k)``; return the prediction error ``e(k)`` and the denominator of (12)."""
+    error = output
+    denominator = forgetting_factor
+    for i in range(estimate.size):
+        total = 0.0
+        for j in range(estimate.size):
+            total += covariance[i, j] * regressors[j]
+        projected[i] = total
+        error -= regressors[i] * estimate[i]
+        denominator += regressors[i] * total
+    return error, denominator
+
+
+@register_jitable
 def update_rls_within(
     estimate: NDArray[np.float64],
     covariance: NDArray[np.float64],
@@ -61,15 +83,7 @@ def update_rls_within(
 ) -> float:
     """Do :func:`update_rls` without allocating memory; ``projected``, shape (n,), is filled with ``R(k-1) X(k)``."""
     size = estimate.size
-    error = output
-    denominator = forgetting_factor
-    for i in range(size):
-        total = 0.0
-        for j in range(size):
-            total += covariance[i, j] * regressors[j]
-        projected[i] = total
-        error -= regressors[i] * estimate[i]
-        denominator += regressors[i] * total
+    error, denominator = project(estimate, covariance, regressors, output, forgetting_factor, projected)
     for i in range(size):
         gain = projected[i] / denominator  # gamma, (12)
         estimate[i] += gain * error  # (11)
@@ -94,15 +108,7 @@ def update_rls_printed(
     """
     size = estimate.size
     gain = np.empty(size)  # R(k-1) X(k), then gamma
-    error = output
-    denominator = forgetting_factor
-    for i in range(size):
-        total = 0.0
-        for j in range(size):
-            total += covariance[i, j] * regressors[j]
-        gain[i] = total
-        error -= regressors[i] * estimate[i]
-        denominator += regressors[i] * total
+    error, denominator = project(estimate, covariance, regressors, output, forgetting_factor, gain)
     for i in range(size):
         gain[i] /= denominator  # (12)
         estimate[i] += gain[i] * error  # (11)

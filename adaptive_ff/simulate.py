@@ -143,6 +143,7 @@ def simulate(
     controller: Any = "adaptive",
     *,
     name: str | None = None,
+    course: Course | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Run:
     """Run one controller in the closed loop.
@@ -156,6 +157,8 @@ def simulate(
         An object of another class runs in the same loop, in plain Python.
     name : str, optional
         Name of the run; by default that of the controller or its class.
+    course : Course, optional
+        What :func:`lay_course` laid down for the scenario, where several controllers share it.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
 
@@ -177,7 +180,7 @@ def simulate(
         raise InputError(
             f"controller = {controller!r} is not allowed: it must be a name or an object with a method step"
         )
-    course = lay_course(scenario)
+    course = lay_course(scenario) if course is None else course
     own = not isinstance(controller, Controller)
     names = () if own else controller.estimate_names
     record = empty_record(course, len(names))

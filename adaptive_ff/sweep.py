@@ -1,4 +1,4 @@
-"""Monte Carlo: how good is the adaptive controller on joints that nobody tuned it for."""
+"""Monte Carlo: how good is the adaptive controller on joints drawn at random."""
 
 import math
 import os
@@ -13,7 +13,7 @@ import numpy as np
 from adaptive_ff.errors import InputError
 from adaptive_ff.metrics import Metrics
 from adaptive_ff.scenario import Scenario
-from adaptive_ff.simulate import simulate
+from adaptive_ff.simulate import lay_course, simulate
 from controllers import pi_gains
 from plant import steepest_fall
 
@@ -120,7 +120,8 @@ def run_draw(scenario: Scenario, seed: int, draw: int) -> Outcome:
         drawn = draw_scenario(scenario, seed, draw)
     except InputError as error:
         return Outcome(draw, {}, str(error))
-    return Outcome(draw, {name: simulate(drawn, name).metrics for name in CONTROLLERS})
+    course = lay_course(drawn)
+    return Outcome(draw, {name: simulate(drawn, name, course=course).metrics for name in CONTROLLERS})
 
 
 def _run_batch(scenario: Scenario, seed: int, draws: list[int]) -> list[Outcome]:

@@ -1,4 +1,4 @@
-"""The main job over many seeds: ``python -m benchmarks.main_job [--seeds N] [--json FILE]``.
+"""The main job over many seeds: ``python -m benchmarks.main_job [--seeds N] [--memory S] [--json FILE]``.
 
 The built-in scenario at 100 Hz and at 1 kHz; every seed has another multisine and other noise. Seeds start at 1; the
 settings of the controllers were chosen on seeds from 101 on.
@@ -76,13 +76,15 @@ def ratios_table(values_by_name: dict[str, np.ndarray], label: str) -> Table:
 
 def main(
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds.")] = 20,
+    memory: Annotated[float, typer.Option(min=0.1, help="Memory of both identifying controllers, s.")] = 5.0,
     json: Annotated[Path | None, typer.Option(help="Write all errors there, rad/s.")] = None,
 ) -> None:
     """Print the errors of all controllers of the main job and how they stand to their targets."""
     console = Console()
     result: dict[str, Any] = {}
     for label, period in RATES.items():
-        settled, start = run_seeds(load_scenario().modified(sampling={"period": period}), seeds, label)
+        scenario = load_scenario().modified(sampling={"period": period}, adaptation={"memory": memory})
+        settled, start = run_seeds(scenario, seeds, label)
         console.print(errors_table(settled, label, seeds))
         console.print(ratios_table(ratios(settled, start), label))
         result[label] = {

@@ -1,6 +1,32 @@
 """Makes the helpers in this folder importable for all tests, and keeps hypothesis from judging by the clock."""
 
+from unittest.mock import patch
+
+import pytest
+from command_line import compile_controllers
 from hypothesis import HealthCheck, settings
+from scenario_files import short, write_scenario
+
+from adaptive_ff import Comparison
 
 settings.register_profile("without clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without clock")
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    """Controllers compiled, so that no test of the command line meets the message of a first run."""
+    compile_controllers()
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """A short scenario as a file."""
+    return write_scenario(tmp_path, short())
+
+
+@pytest.fixture
+def without_pictures():
+    """A comparison that draws nothing."""
+    with patch.object(Comparison, "plot", lambda comparison, folder: {}):
+        yield

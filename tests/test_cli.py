@@ -10,33 +10,19 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from command_line import compile_controllers, content_of, refusal, run_command_line
+from command_line import content_of, refusal, run_command_line
 from scenario_files import changed, short, to_toml, write_scenario
 
 import adaptive_ff.cli as cli
-from adaptive_ff import Comparison, compare, load_scenario
+from adaptive_ff import compare, load_scenario
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 METRICS = {
     *("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation"),
 }
 ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag"}
 COLUMNS = ["time", "reference", "velocity", "measured", "torque", "feedforward", "friction"]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    compile_controllers()
-
-
-@pytest.fixture
-def scenario(tmp_path):
-    return write_scenario(tmp_path, short())
-
-
-@pytest.fixture
-def without_pictures():
-    with patch.object(Comparison, "plot", lambda comparison, folder: {}):
-        yield
 
 
 def motion_file(folder, lines=None):

@@ -4,27 +4,13 @@ import errno
 from unittest.mock import patch
 
 import pytest
-from command_line import compile_controllers, content_of, refusal, run_command_line
+from command_line import content_of, refusal, run_command_line
 from scenario_files import changed, short, write_scenario
 
 import adaptive_ff.cli as cli
 from adaptive_ff import Comparison
 
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    compile_controllers()
-
-
-@pytest.fixture
-def scenario(tmp_path):
-    return write_scenario(tmp_path, short())
-
-
-@pytest.fixture
-def without_pictures():
-    with patch.object(Comparison, "plot", lambda comparison, folder: {}):
-        yield
+pytestmark = pytest.mark.usefixtures("compiled")
 
 
 @pytest.fixture
