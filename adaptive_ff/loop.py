@@ -1,84 +1,54 @@
 """The closed loop: a controller, a drive and a joint, sample by sample.
 
-The loop is written once. Compiled, it serves every controller whose kernel is registered; in plain Python it
-serves any object that has a ``step`` method, and checks the compiled one.
+The loop is written once. Compiled, it serves every joint and every controller whose kernels are registered; in plain
+Python it serves any object that has a ``step`` method, and checks the compiled one.
 """
 
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from controllers import Inputs, compiled_in_place, step, write_estimates
-from plant import ActuatorParameters, JointSchedule, JointState, joint_in_phase, realise_torque, step_joint
-
-
-class Course(NamedTuple):
-    """What is laid down before a run starts.
-
-    Attributes
-    ----------
-    plan : JointSchedule
-        The joint and how its friction changes.
-    actuator : ActuatorParameters
-        The drive.
-    solver_period : float
-        Solver period, s.
-    samples : ndarray of int64, shape (n + 1,)
-        Solver step of each sample, and of the end.
-    reference : ndarray, shape (steps + 1,)
-        Reference velocity on the solver's grid, rad/s.
-    noise : ndarray, shape (n,)
-        Noise of the measured velocity, rad/s.
-    """
-
-    plan: JointSchedule
-    actuator: ActuatorParameters
-    solver_period: float
-    samples: NDArray[np.int64]
-    reference: NDArray[np.float64]
-    noise: NDArray[np.float64]
+from adaptive_ff.course import Course, Record
+from controllers import (
+    Inputs,
+    compiled_in_place,
+    dispatched,
+    estimate_velocity,
+    initial_velocity,
+    step,
+    write_estimates,
+)
+from plant import (
+    INITIAL_STATE,
+    SCALE_JOINT,
+    SENSED_VELOCITY,
+    STEP_JOINT,
+    encoder_reading,
+    friction_factor,
+    realise_torque,
+    ripple_torque,
+)
 
 
-class Record(NamedTuple):
-    """Series that a run fills in.
-
-    Attributes
-    ----------
-    velocity : ndarray, shape (steps + 1,)
-        True velocity on the solver's grid, rad/s.
-    friction : ndarray, shape (n,)
-        True friction torque at the samples, N m.
-    measured : ndarray, shape (n,)
-        Measured velocity, rad/s.
-    torque : ndarray, shape (n,)
-        Realised torque over the period that begins with the sample, N m.
-    feedforward : ndarray, shape (n,)
-        Feedforward torque in it, N m.
-    estimates : ndarray, shape (n, m)
-        Physical estimates of the controller, where it has any.
-    """
-
-    velocity: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    measured: NDArray[np.float64]
-    torque: NDArray[np.float64]
-    feedforward: NDArray[np.float64]
-    estimates: NDArray[np.float64]
+def _step_joint(joint: Any, state: Any, torque: float, period: float) -> Any:
+    return STEP_JOINT[type(joint)](joint, state, torque, period)
 
 
-def empty_record(course: Course, estimates: int) -> Record:
-    """Return the series of a run, to be filled in."""
-    count = course.noise.size
-    return Record(
-        np.zeros(course.reference.size),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros((count, estimates)),
-    )
+def _scale_joint(joint: Any, factor: float) -> Any:
+    return SCALE_JOINT[type(joint)](joint, factor)
+
+
+def _sensed_velocity(state: Any) -> Any:
+    return SENSED_VELOCITY[type(state)](state)
+
+
+step_joint = dispatched(STEP_JOINT, _step_joint)
+"""One solver period of any joint, compiled or not."""
+
+scale_joint = dispatched(SCALE_JOINT, _scale_joint)
+"""Any joint with its friction times a factor."""
+
+sensed_velocity = dispatched(SENSED_VELOCITY, _sensed_velocity)
+"""Velocity (rad/s) at the sensor of any joint."""
 
 
 class Position(NamedTuple):
@@ -90,15 +60,24 @@ class Position(NamedTuple):
         Next sample.
     phase : int
         Phase of the joint's friction.
-    joint : JointState
+    joint : NamedTuple
         State of the joint.
+    observer : NamedTuple
+        State of what makes a velocity of the measurement.
+    acting : int
+        Sample whose command acts; -1 before the first.
+    given_torque : float
+        Torque that the drive gives for the last command, N m.
     realised_torque : float
-        Torque of the last period, N m; not a number before the first.
+        Mean torque that the drive gave over the last period, N m; not a number before the first.
     """
 
     sample: int
     phase: int
-    joint: JointState
+    joint: Any
+    observer: Any
+    acting: int
+    given_torque: float
     realised_torque: float
 
 
@@ -118,7 +97,7 @@ def run_plain(
     stop : int
         Sample to stop before.
     record : Record
-        Filled in.
+        Filled in; it must hold what earlier parts filled in.
 
     Returns
     -------
@@ -127,40 +106,61 @@ def run_plain(
     position : Position
         Where the run has come to.
     """
-    phase, joint_state, realised = position.phase, position.joint, position.realised_torque
-    joint = joint_in_phase(course.plan, phase)
+    phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
+    given, realised = position.given_torque, position.realised_torque
+    actuator, plan, period = course.actuator, course.plan, course.solver_period
+    joint = scale_joint(course.joint, plan.scales[phase])
     for k in range(position.sample, stop):
         first, last = course.samples[k], course.samples[k + 1]
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
-        record.velocity[first] = joint_state.velocity
-        measured = joint_state.velocity + course.noise[k]
-        inputs = Inputs(
-            course.reference[first],
-            measured,
-            course.reference[last],
-            realised,
-            0.0,
-            (first - previous) * course.solver_period,
-        )
+        elapsed = (first - previous) * period
+        record.velocity[first] = motion.velocity
+        if course.resolution > 0.0:
+            reading = encoder_reading(course.resolution, motion.position)
+        else:
+            reading = sensed_velocity(motion) + course.noise[k]
+        measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
+        inputs = Inputs(course.reference[first], measured, course.reference[last], realised, 0.0, elapsed)
         output, state = step(block, state, inputs)
-        realised = realise_torque(course.actuator, output.torque)
-        record.friction[k] = joint_state.friction_torque
+        given = realise_torque(actuator, output.torque, given, elapsed)
+        record.friction[k] = motion.friction_torque
         record.measured[k] = measured
-        record.torque[k] = realised
+        record.given[k] = given
         record.feedforward[k] = output.feedforward
         write_estimates(block, state, record.estimates[k])
+        total = 0.0
         for i in range(first, last):
-            while phase + 1 < course.plan.starts.size and i >= course.plan.starts[phase + 1]:
+            while acting < k and course.samples[acting + 1] + course.delay <= i:
+                acting += 1
+            torque = record.given[acting] if acting >= 0 else 0.0
+            total += torque
+            while phase + 1 < plan.starts.size and i >= plan.starts[phase + 1]:
                 phase += 1
-                joint = joint_in_phase(course.plan, phase)
-            joint_state = step_joint(joint, joint_state, realised, course.solver_period)
-            record.velocity[i + 1] = joint_state.velocity
-    return state, Position(stop, phase, joint_state, realised)
+                joint = scale_joint(course.joint, plan.scales[phase])
+            if plan.varies:
+                joint = scale_joint(course.joint, friction_factor(plan, phase, i * period, motion.position))
+            if actuator.ripple_amplitude > 0.0:
+                torque += ripple_torque(actuator, motion.position)
+            motion = step_joint(joint, motion, torque, period)
+            record.velocity[i + 1] = motion.velocity
+        realised = given if course.delay == 0 else total / (last - first)
+        record.torque[k] = realised
+    return state, Position(stop, phase, motion, observer, acting, given, realised)
 
 
 run_compiled = compiled_in_place(run_plain)
 
 
-def start_position(course: Course, joint: JointState) -> Position:
-    """Return the position at the start of a run."""
-    return Position(0, 0, joint, math.nan)
+def start_position(course: Course, velocity: float | None = None) -> Position:
+    """Return the position at the start of a run.
+
+    Parameters
+    ----------
+    course : Course
+        What is laid down.
+    velocity : float, optional
+        Velocity of the joint, rad/s; that of the reference by default.
+    """
+    start = float(course.reference[0]) if velocity is None else velocity
+    joint = INITIAL_STATE[type(course.joint)](course.joint, start)
+    return Position(0, 0, joint, initial_velocity(course.observer, joint.position, start), -1, 0.0, math.nan)

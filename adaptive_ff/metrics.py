@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 START = 5.0
 """Length of the start, s of motion."""
 
+CALM = 2.0
+"""Time after which a joint whose reference stands still is expected to stand still, s."""
+
 
 @dataclass(frozen=True)
 class Metrics:
@@ -64,6 +67,18 @@ def evaluate(
         float(np.max(np.abs(error[settled]))),
         float(np.sum(np.abs(np.diff(torque)))),
     )
+
+
+def standstill_range(
+    time: NDArray[np.float64], reference: NDArray[np.float64], velocity: NDArray[np.float64]
+) -> float | None:
+    """Return the peak-to-peak true velocity at standstill, rad/s; None where the reference never stands still.
+
+    Counted is where the reference has been zero for two seconds and more. Arrays as for :func:`evaluate`.
+    """
+    last_motion = np.maximum.accumulate(np.where(reference != 0.0, time, -np.inf))
+    calm = (reference == 0.0) & (time - np.maximum(last_motion, time[0]) > CALM)
+    return float(np.ptp(velocity[calm])) if np.any(calm) else None
 
 
 def settled_start(last_change: float, end: float) -> float:

@@ -21,11 +21,12 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from adaptive_ff.compare import BASELINE, Comparison
+from adaptive_ff.loop import scale_joint
 from adaptive_ff.metrics import settled_start
 from adaptive_ff.model import UNITS, TorqueModel, model_friction
 from adaptive_ff.scenario import Scenario
 from adaptive_ff.simulate import Run
-from plant import joint_in_phase, sliding_friction
+from plant import sliding_friction
 
 Series = NDArray[np.float64]
 Look = Mapping[str, Any]
@@ -200,7 +201,7 @@ def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     figure, panels = _panels(len(names), 0.8 + 1.2 * len(names))
     first = next(iter(runs.values()))
     plan, end = first.scenario.plan, float(first.solver_time[-1])
-    joints = [joint_in_phase(plan, phase) for phase in range(len(plan.starts))]
+    joints = [scale_joint(first.scenario.joint.parameters, scale) for scale in plan.scales]
     starts = [*(plan.starts * first.scenario.joint.solver_period), end]
     for axes, name in zip(panels, names, strict=True):
         known = {key: run for key, run in runs.items() if name in run.estimates}
@@ -226,7 +227,7 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
     if "fixed" in runs:
         models = {"fixed": scenario.fixed.model, **models}
     curves = {name: np.array([model_friction(model, speed) for speed in speeds]) for name, model in models.items()}
-    friction = joint_in_phase(scenario.plan, len(scenario.plan.starts) - 1).friction
+    friction = scale_joint(scenario.joint.parameters, scenario.plan.scales[-1]).friction
     truth = np.array([sliding_friction(friction, speed) for speed in speeds])
     for name, curve in curves.items():
         axes.plot(speeds, curve, **looks[name])

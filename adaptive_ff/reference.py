@@ -37,6 +37,8 @@ class Multisine(BaseModel):
         Largest absolute velocity, rad/s.
     fade_in : float
         Smooth start from rest, s.
+    pause : list of float, optional
+        Start and end of a standstill inside the motion, s; the motion fades out before it and in after it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -46,6 +48,7 @@ class Multisine(BaseModel):
     amplitudes: list[Finite] = Field(default=[0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03], min_length=1)
     peak: Positive = 0.35
     fade_in: NonNegative = 2.0
+    pause: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = None
 
     @model_validator(mode="after")
     def _check_lengths(self) -> Self:
@@ -56,6 +59,8 @@ class Multisine(BaseModel):
             )
         if not any(self.amplitudes):
             raise ValueError("amplitudes are all zero; at least one must not be")
+        if self.pause is not None and self.pause[0] >= self.pause[1]:
+            raise ValueError(f"pause = {self.pause} is not allowed: its start must be before its end")
         return self
 
     def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
@@ -66,10 +71,18 @@ class Multisine(BaseModel):
         for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
             velocity += amplitude / largest * np.sin(2.0 * math.pi * frequency * time + phase)
         velocity *= self.peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
-        if self.fade_in > 0.0:
-            share = np.clip(time / self.fade_in, 0.0, 1.0)
-            velocity *= share * share * (3.0 - 2.0 * share)
+        velocity *= self._faded(time)
+        if self.pause is not None:
+            begin, end = self.pause
+            velocity *= np.where(time < 0.5 * (begin + end), self._faded(begin - time), self._faded(time - end))
         return velocity
+
+    def _faded(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a smooth rise from 0 to 1 that begins at time zero; a jump there without a fade."""
+        if self.fade_in == 0.0:
+            return np.where(time >= 0.0, 1.0, 0.0)
+        share = np.clip(time / self.fade_in, 0.0, 1.0)
+        return share * share * (3.0 - 2.0 * share)
 
 
 class Recorded(BaseModel):

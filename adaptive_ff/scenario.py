@@ -13,13 +13,15 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 from adaptive_ff.errors import InputError, explain
 from adaptive_ff.reference import SHORTEST, Motion, Multisine, Positive, Recorded
 from adaptive_ff.scenario_tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep
-from controllers import design_pi
+from controllers import DirectVelocity, design_pi
 from plant import (
     Actuator,
     FrictionChange,
+    FrictionSchedule,
+    FrictionVariation,
     JointModel,
-    JointSchedule,
-    VelocitySensor,
+    Sensor,
+    check_factor,
     schedule,
     steepest_fall,
     whole_multiple,
@@ -52,13 +54,14 @@ class Scenario(BaseModel):
     controllers: list[str] = Field(default=MAIN_JOB, min_length=1)
     joint: JointModel
     sampling: Sampling = Sampling()
-    sensor: VelocitySensor = VelocitySensor()
+    sensor: Sensor = Sensor()
     actuator: Actuator = Actuator()
     reference: Annotated[Multisine | Recorded, Field(discriminator="kind")] = Multisine()
     feedback: Feedback
     adaptation: Adaptation
     fixed: FixedModel = FixedModel()
     change: list[FrictionChange] = []
+    variation: FrictionVariation = FrictionVariation()
     sweep: Sweep = Sweep()
 
     @model_validator(mode="after")
@@ -69,12 +72,17 @@ class Scenario(BaseModel):
                 f"sampling.period = {period:g} s is not allowed: it must be a whole multiple of "
                 f"joint.solver_period = {solver:g} s"
             )
+        if self.actuator.delay > 0.0 and whole_multiple(self.actuator.delay, solver) is None:
+            raise ValueError(
+                f"actuator.delay = {self.actuator.delay:g} s is not allowed: it must be a whole multiple of "
+                f"joint.solver_period = {solver:g} s"
+            )
         if not 1.0 - 1e-6 <= self.length / period <= LONGEST * solver / period:
             raise ValueError(
                 f"duration = {self.length:g} s is not allowed: it must be from one sampling period ({period:g} s) "
                 f"to {LONGEST} solver periods ({LONGEST * solver:g} s)"
             )
-        end = self.samples * period
+        end = float(self.sample_steps[-1]) * solver
         for index, change in enumerate(self.change):
             if change.time >= end:
                 raise ValueError(
@@ -89,11 +97,11 @@ class Scenario(BaseModel):
                     )
         if self.feedback.bandwidth is not None:
             try:
-                design_pi(self.feedback.inertia, period, self.feedback.bandwidth)
+                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=math.ceil(self.delay - 1e-6))
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
         try:
-            _ = self.plan
+            check_factor(self.joint.parameters, self.plan, solver)
         except ValueError as error:
             raise ValueError(f"change: {error}") from error
         return self
@@ -111,9 +119,9 @@ class Scenario(BaseModel):
         return SHORTEST if self.motion is None else max(SHORTEST, self.motion.duration)
 
     @property
-    def plan(self) -> JointSchedule:
-        """The joint and how its friction changes."""
-        return schedule(self.joint.parameters, self.change, self.joint.solver_period)
+    def plan(self) -> FrictionSchedule:
+        """How the friction of the joint changes."""
+        return schedule(self.change, self.joint.solver_period, self.variation)
 
     @property
     def last_change(self) -> float:
@@ -125,14 +133,29 @@ class Scenario(BaseModel):
         """Solver periods in a sampling period."""
         return round(self.sampling.period / self.joint.solver_period)
 
+    @cached_property
+    def sample_steps(self) -> NDArray[np.int64]:
+        """Solver steps of the samples and of the end, shape (samples + 1,)."""
+        return self.sampling.steps(self.length, self.joint.solver_period)
+
     @property
     def samples(self) -> int:
         """Number of samples of the controller in a run."""
-        return math.floor(self.length / self.sampling.period + 1e-6)
+        return self.sample_steps.size - 1
+
+    @property
+    def delay(self) -> float:
+        """Computation delay, periods."""
+        return self.actuator.delay / self.sampling.period
 
     def times(self) -> NDArray[np.float64]:
-        """Return the solver's grid, s, shape (samples * substeps + 1,)."""
-        return np.arange(self.samples * self.substeps + 1, dtype=float) * self.joint.solver_period
+        """Return the solver's grid, s, shape (steps + 1,)."""
+        return np.arange(self.sample_steps[-1] + 1, dtype=float) * self.joint.solver_period
+
+    @property
+    def velocity_estimator(self) -> DirectVelocity:
+        """What makes a velocity of the measurement."""
+        return DirectVelocity(0.0)
 
     def reference_velocity(self) -> NDArray[np.float64]:
         """Return the reference on the solver's grid, rad/s.
@@ -149,7 +172,7 @@ class Scenario(BaseModel):
             else:
                 assert self.motion is not None
                 velocity = self.motion.velocity(time)
-            seen = np.interp(time, time[:: self.substeps], velocity[:: self.substeps])
+            seen = np.interp(time, time[self.sample_steps], velocity[self.sample_steps])
             lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
         if not math.isfinite(size):
             raise InputError("reference: its velocity does not stay finite; its values must be smaller")

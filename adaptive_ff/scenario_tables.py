@@ -3,6 +3,8 @@
 import math
 from typing import Annotated, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from adaptive_ff.model import TorqueModel
@@ -12,11 +14,40 @@ from controllers import pi_gains
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
+LATE = {9: 0.5, 19: 1.0, 29: 0.5}
+"""Samples of a cycle that come late when sampling jitters, and by which share of the jitter."""
+
+CYCLE = 40
+"""Samples of such a cycle."""
+
+
 class Sampling(BaseModel):
-    """When the controller runs: ``period`` in s, a whole number of solver periods."""
+    """When the controller runs.
+
+    Parameters
+    ----------
+    period : float
+        Mean sampling period, s, a whole number of solver periods.
+    jitter : float, optional
+        Outliers of the sampling time as the paper's Fig. 10 shows them, as a share of the period: of 40 intervals
+        one is longer by this share and two by half of it, the others are shorter. 0.9 is like the figure.
+    """
 
     model_config = STRICT
     period: Positive = 0.01
+    jitter: Annotated[float, Field(ge=0.0, le=5.0, allow_inf_nan=False)] = 0.0
+
+    def steps(self, length: float, solver_period: float) -> NDArray[np.int64]:
+        """Return the solver steps of the samples in a time (s), and of the end of the last period."""
+        count = math.floor(length / self.period + 1e-6)
+        if self.jitter == 0.0:
+            return np.arange(count + 1, dtype=np.int64) * round(self.period / solver_period)
+        pattern = np.full(CYCLE, 1.0 - self.jitter * sum(LATE.values()) / (CYCLE - len(LATE)))
+        for place, share in LATE.items():
+            pattern[place] = 1.0 + share * self.jitter
+        ends = np.cumsum(np.resize(pattern, count)) * self.period / solver_period
+        steps = np.append(0, np.rint(ends[ends <= length / solver_period + 1e-6])).astype(np.int64)
+        return np.unique(steps)
 
 
 class Feedback(BaseModel):

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.course import Course, Record, empty_record, lay_course
 from adaptive_ff.errors import InputError
 from adaptive_ff.lineup import make_controller
-from adaptive_ff.loop import Course, Record, empty_record, run_compiled, run_plain, start_position
+from adaptive_ff.loop import run_compiled, run_plain, start_position
 from adaptive_ff.metrics import Metrics, evaluate
 from adaptive_ff.scenario import Scenario
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
-from plant import initial_state
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,12 +106,12 @@ class Run:
 
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """Return the series at the samples by name, as they are written to CSV."""
-        every = self.scenario.substeps
+        samples = self.scenario.sample_steps[:-1]
         named = {f"estimated_{name}": series for name, series in self.estimates.items()}
         return {
             "time": self.time,
-            "reference": self.reference[:-1:every],
-            "velocity": self.velocity[:-1:every],
+            "reference": self.reference[samples],
+            "velocity": self.velocity[samples],
             "measured": self.measured,
             "torque": self.torque,
             "feedforward": self.feedforward,
@@ -124,18 +124,6 @@ class Run:
         from adaptive_ff.plots import plot_run
 
         return plot_run(self, path)
-
-
-def lay_course(scenario: Scenario) -> Course:
-    """Lay down everything of a scenario that does not depend on the controller."""
-    return Course(
-        scenario.plan,
-        scenario.actuator.parameters,
-        scenario.joint.solver_period,
-        np.arange(scenario.samples + 1, dtype=np.int64) * scenario.substeps,
-        scenario.reference_velocity(),
-        scenario.noise(),
-    )
 
 
 def simulate(
@@ -186,7 +174,7 @@ def simulate(
     record = empty_record(course, len(names))
     block, state = (Foreign(controller), None) if own else (controller.parameters, controller.state)
     run = run_plain if own else run_compiled
-    position = start_position(course, initial_state(course.plan.joint, float(course.reference[0])))
+    position = start_position(course)
     count = course.noise.size
     while position.sample < count:
         stop = min(position.sample + PART, count)

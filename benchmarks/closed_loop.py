@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Scenario, estimator, physical
+from adaptive_ff.course import empty_record, lay_course
 from adaptive_ff.lineup import make_controller
-from adaptive_ff.loop import empty_record, run_compiled, start_position
-from adaptive_ff.simulate import lay_course
+from adaptive_ff.loop import run_compiled, start_position
 from controllers import PIParameters
-from plant import JointState, initial_state, joint_in_phase, realise_torque, step, step_joint
+from plant import JointParameters, JointState, realise_torque, step, step_joint
 
 SOURCE = Path(__file__).with_name("closed_loop.c")
 COMPILE = ("-O2", "-std=c99", "-ffp-contract=off", "-shared", "-fPIC")  # no fused products: they round differently
@@ -47,7 +47,7 @@ class OwnLoop:
         self.scenario = scenario
         self.controller = make_controller(scenario, name)
         self.course = lay_course(scenario)
-        self.start = start_position(self.course, initial_state(self.course.plan.joint, float(self.course.reference[0])))
+        self.start = start_position(self.course)
         self.record = empty_record(self.course, len(self.controller.estimate_names))
 
     def run(self) -> float:
@@ -120,7 +120,11 @@ class CLoop:
         self.library = library
         course, plan, block = own.course, own.course.plan, own.controller.parameters
         adaptive = not isinstance(block, PIParameters)
-        numbers = [*plan.joint.friction, plan.joint.inertia, plan.joint.friction_lag, *own.start.joint]
+        joint = course.joint
+        if not isinstance(joint, JointParameters) or joint.backward != joint.friction or joint.offset != 0.0:
+            raise ValueError("the C loop serves rigid joints with the same friction in both directions and no offset")
+        numbers = [*joint.friction, joint.inertia, joint.friction_lag]
+        numbers += [own.start.joint.velocity, own.start.joint.friction_torque]
         numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if adaptive else block)]
         first = scale = np.zeros(0)
         if adaptive:
@@ -129,9 +133,11 @@ class CLoop:
             numbers += [*told.form, told.torque_scale, told.largest_lag, told.memory]
             numbers += [block.slowest, block.hold, block.period]
         counts = (adaptive, course.noise.size, plan.starts.size)
-        self.record = empty_record(course, own.record.estimates.shape[1])
+        record = empty_record(course, own.record.estimates.shape[1])
+        self.record = record._replace(given=record.torque)  # without delay they are one
         given = (first, scale, plan.starts, plan.scales, course.samples, course.reference, course.noise)
-        self.arrays = (*map(np.ascontiguousarray, given), *self.record)  # alive as long as the pointers to them
+        filled = [array for name, array in self.record._asdict().items() if name != "given"]
+        self.arrays = (*map(np.ascontiguousarray, given), *filled)  # alive as long as the pointers to them
         pointers = [array.ctypes.data for array in self.arrays]
         self.arguments = CRun(Numbers(*numbers), Counts(*counts), Pointers(*pointers))
 
@@ -158,17 +164,17 @@ class PythonControlLoop:
             raise ValueError("this loop serves joints whose friction does not change")
         course, period, substeps = own.course, own.scenario.sampling.period, own.scenario.substeps
         proportional, integral_gain = own.controller.parameters
-        joint = joint_in_phase(course.plan, 0)
+        joint = course.joint
         unwinding = min(1.0, period * integral_gain / proportional)
 
         def update(t: float, x: NDArray[np.float64], u: NDArray[np.float64], params: dict[str, Any]) -> list[float]:
-            velocity, friction_torque, integral, excess = x.tolist()  # plain floats: twice as fast as numpy's
+            velocity, friction_torque, position, integral, excess = x.tolist()  # plain floats: twice as fast as numpy's
             reference, noise = u.tolist()
             error = reference - (velocity + noise)
             integral += unwinding * excess + integral_gain * period * error
             command = proportional * error + integral
-            torque = realise_torque(course.actuator, command)
-            state = JointState(velocity, friction_torque)
+            torque = realise_torque(course.actuator, command, 0.0, period)
+            state = JointState(velocity, friction_torque, position)
             for _ in range(substeps):
                 state = step_joint(joint, state, torque, course.solver_period)
             return [*state, integral, torque - command]
@@ -176,7 +182,7 @@ class PythonControlLoop:
         def output(t: float, x: NDArray[np.float64], u: NDArray[np.float64], params: dict[str, Any]) -> float:
             return float(x[0])
 
-        self.system = control.nlsys(update, output, inputs=2, outputs=1, states=4, dt=period)
+        self.system = control.nlsys(update, output, inputs=2, outputs=1, states=5, dt=period)
         self.times = np.arange(course.noise.size) * period
         self.inputs = np.vstack([course.reference[:-1:substeps], course.noise])
         self.start = [*own.start.joint, 0.0, 0.0]

@@ -16,11 +16,11 @@ from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import load_scenario
+from adaptive_ff.course import empty_record, lay_plain_course
 from adaptive_ff.lineup import make_controller
-from adaptive_ff.loop import Course, empty_record, run_compiled, start_position
+from adaptive_ff.loop import run_compiled, start_position
 from adaptive_ff.metrics import rms
 from adaptive_ff.scenario import Scenario
-from plant import initial_state
 
 PERIOD = 0.001
 WORK = 60.0
@@ -67,17 +67,16 @@ def endure(name: str, seconds: float, speed: float) -> Outcome:
     scenario = load_scenario().modified(sampling={"period": PERIOD})
     path = reference(scenario, seconds, speed)
     samples = path.size - 1
-    course = Course(
-        scenario.plan,
-        scenario.actuator.parameters,
-        scenario.joint.solver_period,
+    course = lay_plain_course(
+        scenario.joint,
         np.arange(samples + 1, dtype=np.int64),
         path,
         scenario.sensor.draw(samples, np.random.default_rng(scenario.seed)),
+        scenario.actuator,
     )
     controller = make_controller(scenario, name)
     record = empty_record(course, len(controller.estimate_names))
-    position = start_position(course, initial_state(course.plan.joint, 0.0))
+    position = start_position(course, 0.0)
     work = round(WORK / PERIOD)
     rest = samples - work
     state, position = run_compiled(controller.parameters, controller.state, course, position, rest, record)

@@ -15,12 +15,14 @@ from controllers.interface import (
     write_estimates,
 )
 from controllers.pi import PI, PIParameters, PIState, check_gains, hand_over, initial_pi_state, step_pi
+from controllers.velocity import DirectVelocity, estimate_velocity, initial_velocity
 
 __all__ = [
     "ESTIMATES",
     "PI",
     "STEPS",
     "Controller",
+    "DirectVelocity",
     "Inputs",
     "Output",
     "PIDesign",
@@ -31,10 +33,12 @@ __all__ = [
     "compiled_in_place",
     "design_pi",
     "dispatched",
+    "estimate_velocity",
     "fastest_bandwidth",
     "feedback_state",
     "hand_over",
     "initial_pi_state",
+    "initial_velocity",
     "is_cached",
     "pi_gains",
     "step",

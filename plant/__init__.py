@@ -1,26 +1,52 @@
-"""What is simulated: friction laws, the joint and its step, sensor, actuator, friction that changes."""
+"""What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
-from plant.actuator import Actuator, ActuatorParameters, realise_torque
+from plant.actuator import Actuator, ActuatorParameters, realise_torque, ripple_torque
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
-from plant.joint import Joint, JointModel, initial_state, whole_multiple
-from plant.schedule import FrictionChange, JointSchedule, joint_in_phase, schedule
-from plant.sensor import VelocitySensor
-from plant.step import JointParameters, JointState, step_joint
+from plant.joint import JointModel, whole_multiple
+from plant.kinds import (
+    CHECK_PERIOD,
+    INITIAL_STATE,
+    SCALE_JOINT,
+    SENSED_VELOCITY,
+    STEP_JOINT,
+    Joint,
+    initial_state,
+)
+from plant.schedule import (
+    FrictionChange,
+    FrictionSchedule,
+    FrictionVariation,
+    check_factor,
+    friction_factor,
+    schedule,
+)
+from plant.sensor import Sensor, encoder_reading
+from plant.step import JointParameters, JointState, scaled_joint, step_joint
 
 __all__ = [
+    "CHECK_PERIOD",
+    "INITIAL_STATE",
+    "SCALE_JOINT",
+    "SENSED_VELOCITY",
+    "STEP_JOINT",
     "Actuator",
     "ActuatorParameters",
     "FrictionChange",
+    "FrictionSchedule",
+    "FrictionVariation",
     "Joint",
     "JointModel",
     "JointParameters",
-    "JointSchedule",
     "JointState",
+    "Sensor",
     "Stribeck",
-    "VelocitySensor",
+    "check_factor",
+    "encoder_reading",
+    "friction_factor",
     "initial_state",
-    "joint_in_phase",
     "realise_torque",
+    "ripple_torque",
+    "scaled_joint",
     "schedule",
     "sliding_friction",
     "steepest_fall",

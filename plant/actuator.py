@@ -1,46 +1,125 @@
-"""The drive between the commanded and the realised torque."""
+"""The drive between the commanded torque and the torque at the joint.
+
+A command is limited in slope and size and rounded to the drive's resolution: that is the torque that the drive gives
+and reports. It acts from the computation delay on until the next one does. Ripple comes on top of it at the joint and
+is not reported, because a drive measures its current.
+"""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from numba.extending import register_jitable
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
 
-from plant.joint import Positive
+from plant.joint import NonNegative, Positive
 
 
 class ActuatorParameters(NamedTuple):
-    """What the drive's kernel needs to know.
+    """What the drive's kernels need to know.
 
     Attributes
     ----------
     torque_limit : float
         Largest torque either way, N m; infinite where there is none.
+    torque_resolution : float
+        Step of the torque, N m; zero where it is continuous.
+    rate_limit : float
+        Largest change of the torque, N m/s; infinite where there is none.
+    ripple_amplitude : float
+        Amplitude of the torque ripple, N m.
+    ripple_waves : float
+        Ripple periods in a radian, times ``2 pi``.
     """
 
     torque_limit: float
+    torque_resolution: float
+    rate_limit: float
+    ripple_amplitude: float
+    ripple_waves: float
 
 
 @register_jitable
-def realise_torque(actuator: ActuatorParameters, command: float) -> float:
-    """Return the torque (N m) that the drive gives for a commanded one (N m)."""
-    return min(max(command, -actuator.torque_limit), actuator.torque_limit)
+def realise_torque(actuator: ActuatorParameters, command: float, previous: float, duration: float) -> float:
+    """Return the torque that the drive gives for a command.
+
+    Parameters
+    ----------
+    actuator : ActuatorParameters
+        The drive.
+    command : float
+        Commanded torque, N m.
+    previous : float
+        Torque that it gave for the last command, N m.
+    duration : float
+        Time since that one, s.
+
+    Returns
+    -------
+    float
+        Torque, N m. Rounding never leads beyond the limit.
+    """
+    torque = command
+    if actuator.rate_limit < math.inf:
+        reach = actuator.rate_limit * duration
+        torque = min(max(torque, previous - reach), previous + reach)
+    limit = actuator.torque_limit
+    if actuator.torque_resolution > 0.0:
+        torque = actuator.torque_resolution * math.floor(torque / actuator.torque_resolution + 0.5)
+        if limit < math.inf:
+            limit = actuator.torque_resolution * math.floor(limit / actuator.torque_resolution)
+    return min(max(torque, -limit), limit)
+
+
+@register_jitable
+def ripple_torque(actuator: ActuatorParameters, position: float) -> float:
+    """Return the torque ripple (N m) at a position (rad) of the motor."""
+    return actuator.ripple_amplitude * math.sin(actuator.ripple_waves * position)
 
 
 class Actuator(BaseModel):
-    """A drive with a torque limit.
+    """A drive.
 
     Parameters
     ----------
     torque_limit : float, optional
         Largest torque either way, N m; none by default.
+    torque_resolution : float, optional
+        Step of the torque, N m, at most the limit; continuous by default.
+    rate_limit : float, optional
+        Largest change of the torque in a second, N m/s; none by default.
+    ripple_amplitude : float, optional
+        Amplitude of the torque ripple, N m.
+    ripple_period : float, optional
+        Motion between two crests of the ripple, rad.
+    delay : float, optional
+        Time between a sample and the moment from which its command acts, s.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     torque_limit: Positive | None = None
+    torque_resolution: NonNegative = 0.0
+    rate_limit: Positive | None = None
+    ripple_amplitude: NonNegative = 0.0
+    ripple_period: Positive = 0.1
+    delay: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _check_resolution(self) -> Self:
+        if self.torque_limit is not None and self.torque_resolution > self.torque_limit:
+            raise ValueError(
+                f"torque_resolution = {self.torque_resolution:g} N m is not allowed: it must be at most "
+                f"torque_limit = {self.torque_limit:g} N m"
+            )
+        return self
 
     @property
     def parameters(self) -> ActuatorParameters:
-        """The drive as its kernel takes it."""
-        return ActuatorParameters(math.inf if self.torque_limit is None else self.torque_limit)
+        """The drive as its kernels take it."""
+        return ActuatorParameters(
+            math.inf if self.torque_limit is None else self.torque_limit,
+            self.torque_resolution,
+            math.inf if self.rate_limit is None else self.rate_limit,
+            self.ripple_amplitude,
+            2.0 * math.pi / self.ripple_period,
+        )

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import load_scenario
-from adaptive_ff.loop import Course, Record, empty_record
+from adaptive_ff.course import Course, empty_record, lay_plain_course
+from adaptive_ff.loop import run_compiled, start_position
 from controllers import PI, Controller, Inputs, compiled, pi_gains, step, write_estimates
-from plant import JointParameters, JointState, initial_state, realise_torque, step_joint
+from plant import JointParameters, JointState, step_joint
 
 Array = NDArray[np.float64]
 Steps = NDArray[np.int64]
@@ -81,13 +82,12 @@ def sample_steps(duration: float, *, uniform: bool = False) -> Steps:
 def lay_robot_course(seed: int, *, duration: float = DURATION, noise: float = NOISE, uniform: bool = False) -> Course:
     """Lay down the reference, the noise (rad/s) and the samples of a drive."""
     samples = sample_steps(duration, uniform=uniform)
-    return Course(
-        SCENARIO.plan,
-        SCENARIO.actuator.parameters,
-        SOLVER_PERIOD,
+    return lay_plain_course(
+        SCENARIO.joint,
         samples,
         _multisine(seed, duration)[: samples[-1] + 1],
         noise * np.random.default_rng([seed, 1]).standard_normal(samples.size - 1),
+        SCENARIO.actuator,
     )
 
 
@@ -101,9 +101,9 @@ def drive(course: Course, controller: Controller | None = None, *, current_step:
     """Run a controller on the robot, by default the PI loop; the resolution of the current is in A."""
     controller = PI(*GAINS, PERIOD) if controller is None else controller
     record = empty_record(course, len(controller.estimate_names))
-    joint = initial_state(course.plan.joint, float(course.reference[0]))
-    resolution = TORQUE_CONSTANT * current_step
-    controller.state = run_quantised(controller.parameters, controller.state, course, resolution, joint, record)
+    coarse = course._replace(actuator=course.actuator._replace(torque_resolution=TORQUE_CONSTANT * current_step))
+    start, count = start_position(coarse), course.noise.size
+    controller.state, _ = run_compiled(controller.parameters, controller.state, coarse, start, count, record)
     steps = course.samples[:-1]
     return Drive(
         SOLVER_PERIOD * steps,
@@ -153,30 +153,6 @@ def predict(joint: JointParameters, record: Drive, *, one_step: bool) -> Array:
     return velocity
 
 
-def _run_quantised(
-    block: Any, state: Any, course: Course, resolution: float, joint_state: JointState, record: Record
-) -> Any:
-    """Run the loop of ``adaptive_ff.loop`` with a torque that has steps (N m); return the controller's state."""
-    realised = math.nan
-    for k in range(course.noise.size):
-        first, last = course.samples[k], course.samples[k + 1]
-        previous = course.samples[k - 1] if k > 0 else first - (last - first)
-        record.velocity[first] = joint_state.velocity
-        measured = joint_state.velocity + course.noise[k]
-        duration = (first - previous) * course.solver_period
-        inputs = Inputs(course.reference[first], measured, course.reference[last], realised, 0.0, duration)
-        output, state = step(block, state, inputs)
-        realised = resolution * np.rint(realise_torque(course.actuator, output.torque) / resolution)
-        record.measured[k] = measured
-        record.torque[k] = realised
-        record.feedforward[k] = output.feedforward
-        write_estimates(block, state, record.estimates[k])
-        for i in range(first, last):
-            joint_state = step_joint(course.plan.joint, joint_state, realised, course.solver_period)
-            record.velocity[i + 1] = joint_state.velocity
-    return state
-
-
 def _run_watching(
     block: Any, state: Any, series: tuple[Array, Array, Array, Array], durations: Array, estimates: Array
 ) -> Any:
@@ -200,15 +176,14 @@ def _run_model(
     velocity: Array,
 ) -> None:
     """Fill in the velocity at the samples; see ``predict``."""
-    state = JointState(measured[0], 0.0)
+    state = JointState(measured[0], 0.0, 0.0)
     for k in range(1, steps.size):
         for _ in range(steps[k - 1], steps[k]):
             state = step_joint(joint, state, torque[k], solver_period)
         velocity[k] = state.velocity
         if one_step:
-            state = JointState(measured[k], state.friction_torque)
+            state = JointState(measured[k], state.friction_torque, 0.0)
 
 
-run_quantised = compiled(_run_quantised)
 run_watching = compiled(_run_watching)
 run_model = compiled(_run_model)

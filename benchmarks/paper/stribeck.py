@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from adaptive_ff import load_scenario
-from adaptive_ff.loop import Course, empty_record, run_compiled, start_position
+from adaptive_ff.course import empty_record, lay_plain_course
+from adaptive_ff.loop import run_compiled, start_position
 from adaptive_ff.stribeck_fit import StribeckFit, fit_stribeck
 from adaptive_ff.stribeck_problem import Array
 from adaptive_ff.support_points import SupportPoints, support_points
@@ -14,7 +15,7 @@ from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.figure_08 import NAMES, draw
 from benchmarks.paper.identification_data import SEED, TRUE
 from controllers import PI
-from plant import Actuator, initial_state, schedule, sliding_friction
+from plant import sliding_friction
 
 SCENARIO = load_scenario()
 PERIOD = SCENARIO.sampling.period  # s
@@ -55,16 +56,14 @@ def simulate_drives(velocities: Array, seed: int) -> SupportPoints:
     generator = np.random.default_rng([seed, 0])
     speeds, torques = np.empty((velocities.size, READINGS)), np.empty((velocities.size, READINGS))
     for place, velocity in enumerate(velocities):
-        course = Course(
-            schedule(SCENARIO.joint.parameters, [], SCENARIO.joint.solver_period),
-            Actuator().parameters,
-            SCENARIO.joint.solver_period,
+        course = lay_plain_course(
+            SCENARIO.joint,
             EVERY * np.arange(count + 1, dtype=np.int64),
             np.full(EVERY * count + 1, velocity),
             SCENARIO.sensor.draw(count, generator),
         )
         controller, record = PI(*SCENARIO.feedback.gains, PERIOD), empty_record(course, 0)
-        start = start_position(course, initial_state(course.plan.joint, 0.0))
+        start = start_position(course, 0.0)
         run_compiled(controller.parameters, controller.state, course, start, count, record)
         speeds[place] = record.measured[SETTLING::SPACING]
         torques[place] = record.torque[SETTLING::SPACING]

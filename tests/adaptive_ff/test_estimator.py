@@ -7,6 +7,7 @@ import pytest
 from closed_loops import drive
 
 from adaptive_ff import load_scenario
+from adaptive_ff.course import lay_course
 from adaptive_ff.estimator import (
     AGREEMENT,
     PEAK_FACTOR,
@@ -18,7 +19,6 @@ from adaptive_ff.feedforward import FeedforwardState, exchange_model
 from adaptive_ff.lineup import make_controller, true_model
 from adaptive_ff.model import model_friction
 from adaptive_ff.resetting import factor_in_place, move_parameter
-from adaptive_ff.simulate import lay_course
 from controllers import PI, hand_over
 from plant import Joint
 

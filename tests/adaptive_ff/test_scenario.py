@@ -177,7 +177,9 @@ def test_change_that_makes_the_step_ambiguous_is_refused(tmp_path):
     content = changed(content, "feedback.bandwidth", 2.0)
     assert load(tmp_path, {**content, "change": [{"time": 3.0, "friction_scale": 2.0}]}).plan.starts[1] == 100
     message = refusal(tmp_path, {**content, "change": [{"time": 3.0, "friction_scale": 2.2}]})
-    assert message.startswith("change: friction_scale = 2.2 is not allowed: solver_period = 0.03 s is too long")
+    assert message.startswith(
+        "change: friction up to 2.2 times the joint's is not allowed: solver_period = 0.03 s is too"
+    )
 
 
 def test_seed_draws_noise_and_reference_and_nothing_else_does():

@@ -35,7 +35,6 @@ from benchmarks.paper.robot import (
 from benchmarks.paper.summaries import TRUTH, median_and_range, median_deviation
 from benchmarks.paper.watching import adaptive, fit_series, identify_form, physical_of, settled_rms, watch
 from controllers import PI
-from plant import initial_state
 
 RESOLUTION = TORQUE_CONSTANT * CURRENT_STEP
 
@@ -75,7 +74,7 @@ def test_loop_is_the_one_of_the_package_where_the_current_is_fine():
     course = lay_robot_course(103, duration=20.0)
     record = drive(course, current_step=1e-12)
     own, block = empty_record(course, 0), PI(*GAINS, PERIOD)
-    start = start_position(course, initial_state(course.plan.joint, float(course.reference[0])))
+    start = start_position(course)
     run_compiled(block.parameters, block.state, course, start, course.noise.size, own)
     assert record.commanded == pytest.approx(own.torque, abs=1e-6)
     assert record.velocity == pytest.approx(own.measured, abs=1e-8)

@@ -1,41 +1,49 @@
 import math
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from plant import (
     FrictionChange,
+    FrictionVariation,
     JointModel,
-    JointParameters,
-    Stribeck,
-    joint_in_phase,
+    check_factor,
+    friction_factor,
     schedule,
-    sliding_friction,
 )
-
-JOINT = JointParameters(20.0, Stribeck(60.0, 90.0, 80.0, 0.05, 1.0), 0.02)
 
 
 def changes(*pairs):
     return [FrictionChange(time=time, friction_scale=scale) for time, scale in pairs]
 
 
-def test_joint_without_changes_has_one_phase_and_keeps_its_friction():
-    plan = schedule(JOINT, [], 0.001)
+def test_without_changes_there_is_one_phase_and_friction_stays():
+    plan = schedule([], 0.001)
     assert plan.starts.tolist() == [0]
-    assert joint_in_phase(plan, 0) == JOINT
+    assert friction_factor(plan, 0, 10.0, 3.0) == 1.0
 
 
-def test_each_phase_scales_the_original_friction_and_nothing_else():
-    plan = schedule(JOINT, changes((1.0, 0.6), (2.0, 1.5)), 0.001)
+def test_each_phase_scales_the_original_friction():
+    plan = schedule(changes((1.0, 0.6), (2.0, 1.5)), 0.001)
     assert plan.starts.tolist() == [0, 1000, 2000]
-    for phase, scale in enumerate((1.0, 0.6, 1.5)):
-        joint = joint_in_phase(plan, phase)
-        assert (joint.inertia, joint.friction_lag) == (20.0, 0.02)
-        assert joint.friction[3:] == (0.05, 1.0)
-        for speed in (0.0, 0.02, 0.3):
-            expected = scale * sliding_friction(JOINT.friction, speed)  # not of the phase before
-            assert sliding_friction(joint.friction, speed) == pytest.approx(expected, rel=1e-14)
+    assert [friction_factor(plan, phase, 0.0, 0.0) for phase in range(3)] == [1.0, 0.6, 1.5]  # not of the phase before
+
+
+def test_a_joint_that_warms_up_loses_its_excess_friction_exponentially():
+    plan = schedule([], 0.001, FrictionVariation(warm_up_excess=0.5, warm_up_time=20.0))
+    found = [friction_factor(plan, 0, time, 1.0) for time in (0.0, 20.0 * math.log(2.0), 1e6)]
+    assert found == pytest.approx([1.5, 1.25, 1.0], rel=1e-12)
+
+
+def test_friction_that_depends_on_position_repeats_and_keeps_its_mean():
+    plan = schedule(changes((1.0, 2.0)), 0.001, FrictionVariation(position_amplitude=0.3, position_period=0.4))
+    positions = np.arange(0.0, 0.4, 0.001)
+    found = np.array([friction_factor(plan, 1, 5.0, position) for position in positions])
+    assert np.mean(found) == pytest.approx(2.0, rel=1e-12)
+    assert (found.min(), found.max()) == pytest.approx((1.4, 2.6), rel=1e-4)
+    assert friction_factor(plan, 1, 5.0, 0.1) == pytest.approx(2.6, rel=1e-12)
+    assert friction_factor(plan, 1, 5.0, -0.7) == pytest.approx(friction_factor(plan, 1, 5.0, 0.1), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -51,14 +59,13 @@ def test_each_phase_scales_the_original_friction_and_nothing_else():
     ],
 )
 def test_change_takes_effect_at_the_first_solver_step_not_before_its_time(time, period, start):
-    heavy = JOINT._replace(inertia=1000.0)  # its implicit step is unique with all of these periods
-    assert schedule(heavy, changes((time, 0.5)), period).starts.tolist() == [0, start]
+    assert schedule(changes((time, 0.5)), period).starts.tolist() == [0, start]
 
 
 @pytest.mark.parametrize("times", [(2.0, 1.0), (1.0, 1.0), (1.0, 3.0, 2.0)])
 def test_times_that_do_not_ascend_are_refused(times):
     with pytest.raises(ValueError, match=r"time = .* s follows .* s; .* must ascend"):
-        schedule(JOINT, changes(*((time, 0.5) for time in times)), 0.001)
+        schedule(changes(*((time, 0.5) for time in times)), 0.001)
 
 
 def test_change_that_makes_the_implicit_step_ambiguous_is_refused():
@@ -70,9 +77,32 @@ def test_change_that_makes_the_implicit_step_ambiguous_is_refused():
         stribeck_velocity=0.05,
         solver_period=0.03,
     )
-    assert schedule(accepted.parameters, changes((3.0, 1.2)), 0.03).starts.tolist() == [0, 100]
-    with pytest.raises(ValueError, match="too long for this joint"):
-        schedule(accepted.parameters, changes((3.0, 1.5)), 0.03)
+    check_factor(accepted.parameters, schedule(changes((3.0, 1.2)), 0.03), 0.03)
+    for plan in (
+        schedule(changes((3.0, 1.5)), 0.03),
+        schedule([], 0.03, FrictionVariation(warm_up_excess=0.5)),
+        schedule(changes((3.0, 1.2)), 0.03, FrictionVariation(position_amplitude=0.25)),
+    ):
+        with pytest.raises(ValueError, match=r"friction up to 1.5 times .* too long for this joint"):
+            check_factor(accepted.parameters, plan, 0.03)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("warm_up_excess", -1.0),
+        ("warm_up_time", 0.0),
+        ("position_amplitude", 1.0),
+        ("position_amplitude", -0.1),
+        ("position_period", 0.0),
+        ("position_period", math.nan),
+        ("warm_up_excess", math.inf),
+    ],
+)
+def test_variation_refuses_a_wrong_value_and_names_the_field(field, value):
+    with pytest.raises(ValidationError) as caught:
+        FrictionVariation(**{field: value})
+    assert [error["loc"] for error in caught.value.errors()] == [(field,)]
 
 
 @pytest.mark.parametrize("field", ["time", "friction_scale"])

@@ -5,12 +5,12 @@ import pytest
 from pydantic import ValidationError
 from scipy import stats
 
-from plant import Actuator, VelocitySensor, realise_torque
+from plant import Actuator, Sensor, encoder_reading, realise_torque, ripple_torque
 
 
 def test_noise_is_white_and_gaussian_with_the_stated_deviation():
     samples = 100_000
-    noise = VelocitySensor(velocity_noise=0.002).draw(samples, np.random.default_rng(1))
+    noise = Sensor(velocity_noise=0.002).draw(samples, np.random.default_rng(1))
     assert noise.shape == (samples,)
     assert stats.kstest(noise, "norm", args=(0.0, 0.002)).pvalue > 0.01
     correlations = [np.corrcoef(noise[lag:], noise[:-lag])[0, 1] for lag in (1, 2, 10)]
@@ -18,34 +18,34 @@ def test_noise_is_white_and_gaussian_with_the_stated_deviation():
 
 
 def test_seed_reproduces_the_noise_and_another_seed_does_not():
-    sensor = VelocitySensor(velocity_noise=0.002)
+    sensor = Sensor(velocity_noise=0.002)
     first = sensor.draw(100, np.random.default_rng(7))
     assert np.array_equal(first, sensor.draw(100, np.random.default_rng(7)))
     assert not np.any(first == sensor.draw(100, np.random.default_rng(8)))
 
 
 def test_noise_level_only_scales_the_noise_of_a_seed():
-    quiet = VelocitySensor(velocity_noise=0.001).draw(100, np.random.default_rng(7))
-    loud = VelocitySensor(velocity_noise=0.005).draw(100, np.random.default_rng(7))
+    quiet = Sensor(velocity_noise=0.001).draw(100, np.random.default_rng(7))
+    loud = Sensor(velocity_noise=0.005).draw(100, np.random.default_rng(7))
     assert loud == pytest.approx(5.0 * quiet, rel=1e-14)
 
 
 def test_noise_free_sensor_uses_up_as_much_randomness_as_a_noisy_one():
     quiet, loud = np.random.default_rng(7), np.random.default_rng(7)
-    assert np.all(VelocitySensor().draw(100, quiet) == 0.0)
-    VelocitySensor(velocity_noise=0.002).draw(100, loud)
+    assert np.all(Sensor().draw(100, quiet) == 0.0)
+    Sensor(velocity_noise=0.002).draw(100, loud)
     assert quiet.random() == loud.random()
 
 
 @pytest.mark.parametrize("value", [-0.001, math.nan, math.inf, "0.002", True, None])
 def test_sensor_refuses_a_wrong_noise(value):
     with pytest.raises(ValidationError, match="velocity_noise"):
-        VelocitySensor(velocity_noise=value)
+        Sensor(velocity_noise=value)
 
 
 def test_sensor_and_actuator_refuse_unknown_fields():
     with pytest.raises(ValidationError, match="noise"):
-        VelocitySensor(noise=0.002)
+        Sensor(noise=0.002)
     with pytest.raises(ValidationError, match="limit"):
         Actuator(limit=400.0)
 
@@ -63,15 +63,72 @@ def test_sensor_and_actuator_refuse_unknown_fields():
     ],
 )
 def test_torque_limit_cuts_both_ways_and_leaves_the_rest_alone(command, realised):
-    assert realise_torque(Actuator(torque_limit=400.0).parameters, command) == realised
+    assert realise_torque(Actuator(torque_limit=400.0).parameters, command, 0.0, 0.01) == realised
 
 
 @pytest.mark.parametrize("command", [0.0, -1e12, 1e300])
 def test_drive_without_a_limit_gives_what_is_asked(command):
-    assert realise_torque(Actuator().parameters, command) == command
+    assert realise_torque(Actuator().parameters, command, 5.0, 0.01) == command
 
 
 @pytest.mark.parametrize("value", [0.0, -400.0, math.nan, math.inf, "400", True])
 def test_actuator_refuses_a_wrong_limit(value):
     with pytest.raises(ValidationError, match="torque_limit"):
         Actuator(torque_limit=value)
+
+
+@pytest.mark.parametrize(
+    ("command", "realised"), [(0.0, 0.0), (0.9, 0.0), (1.1, 2.0), (-0.9, 0.0), (-3.1, -4.0), (7.4, 6.0), (-99.0, -6.0)]
+)
+def test_torque_is_rounded_to_the_resolution_and_never_beyond_the_limit(command, realised):
+    drive = Actuator(torque_limit=7.0, torque_resolution=2.0).parameters
+    assert realise_torque(drive, command, 0.0, 0.01) == realised
+
+
+def test_rate_limit_holds_the_torque_back_in_proportion_to_the_time():
+    drive = Actuator(rate_limit=100.0).parameters
+    assert realise_torque(drive, 50.0, 10.0, 0.01) == pytest.approx(11.0, rel=1e-14)
+    assert realise_torque(drive, -50.0, 10.0, 0.02) == pytest.approx(8.0, rel=1e-14)
+    assert realise_torque(drive, 10.5, 10.0, 0.01) == 10.5
+
+
+def test_ripple_has_its_amplitude_and_period_and_no_mean():
+    drive = Actuator(ripple_amplitude=3.0, ripple_period=0.2).parameters
+    torques = np.array([ripple_torque(drive, position) for position in np.arange(0.0, 0.2, 1e-4)])
+    assert np.max(torques) == pytest.approx(3.0, rel=1e-6)
+    assert np.mean(torques) == pytest.approx(0.0, abs=1e-12)
+    assert ripple_torque(drive, 0.05) == pytest.approx(3.0, rel=1e-12)
+
+
+def test_resolution_beyond_the_limit_is_refused():
+    with pytest.raises(ValidationError, match=r"torque_resolution = 500 N m is not allowed: .* at most torque_limit"):
+        Actuator(torque_limit=400.0, torque_resolution=500.0)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("torque_resolution", -1.0),
+        ("rate_limit", 0.0),
+        ("ripple_amplitude", math.inf),
+        ("ripple_period", 0.0),
+        ("delay", -0.01),
+        ("delay", math.nan),
+    ],
+)
+def test_drive_refuses_a_wrong_value_and_names_the_field(field, value):
+    with pytest.raises(ValidationError) as caught:
+        Actuator(**{field: value})
+    assert [error["loc"] for error in caught.value.errors()] == [(field,)]
+
+
+@pytest.mark.parametrize(("position", "reading"), [(0.0, 0.0), (0.04, 0.0), (0.06, 0.1), (-0.06, -0.1), (12.34, 12.3)])
+def test_encoder_gives_the_next_multiple_of_its_resolution(position, reading):
+    assert encoder_reading(0.1, position) == pytest.approx(reading, abs=1e-12)
+
+
+def test_encoder_beside_velocity_noise_is_refused():
+    with pytest.raises(ValidationError, match=r"velocity_noise = 0.002 rad/s is not allowed beside encoder_resolution"):
+        Sensor(velocity_noise=0.002, encoder_resolution=1e-4)
+    with pytest.raises(ValidationError, match="encoder_resolution"):
+        Sensor(encoder_resolution=0.0)
