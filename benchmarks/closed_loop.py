@@ -20,7 +20,7 @@ from adaptive_ff.lineup import make_controller
 from adaptive_ff.loop import empty_record, run_compiled, start_position
 from adaptive_ff.simulate import lay_course
 from controllers import PIParameters
-from plant import JointState, initial_state, joint_in_phase, realise_torque, step, step_joint
+from plant import JointParameters, JointState, initial_state, joint_in_phase, realise_torque, step, step_joint
 
 SOURCE = Path(__file__).with_name("closed_loop.c")
 COMPILE = ("-O2", "-std=c99", "-ffp-contract=off", "-shared", "-fPIC")  # no fused products: they round differently
@@ -120,7 +120,11 @@ class CLoop:
         self.library = library
         course, plan, block = own.course, own.course.plan, own.controller.parameters
         adaptive = not isinstance(block, PIParameters)
-        numbers = [*plan.joint.friction, plan.joint.inertia, plan.joint.friction_lag, *own.start.joint]
+        joint = plan.joint
+        if not isinstance(joint, JointParameters) or joint.backward != joint.friction or joint.offset != 0.0:
+            raise ValueError("the C loop serves rigid joints with the same friction in both directions and no offset")
+        numbers = [*joint.friction, joint.inertia, joint.friction_lag]
+        numbers += [own.start.joint.velocity, own.start.joint.friction_torque]
         numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if adaptive else block)]
         first = scale = np.zeros(0)
         if adaptive:
@@ -162,13 +166,13 @@ class PythonControlLoop:
         unwinding = min(1.0, period * integral_gain / proportional)
 
         def update(t: float, x: NDArray[np.float64], u: NDArray[np.float64], params: dict[str, Any]) -> list[float]:
-            velocity, friction_torque, integral, excess = x.tolist()  # plain floats: twice as fast as numpy's
+            velocity, friction_torque, position, integral, excess = x.tolist()  # plain floats: twice as fast as numpy's
             reference, noise = u.tolist()
             error = reference - (velocity + noise)
             integral += unwinding * excess + integral_gain * period * error
             command = proportional * error + integral
             torque = realise_torque(course.actuator, command)
-            state = JointState(velocity, friction_torque)
+            state = JointState(velocity, friction_torque, position)
             for _ in range(substeps):
                 state = step_joint(joint, state, torque, course.solver_period)
             return [*state, integral, torque - command]
@@ -176,7 +180,7 @@ class PythonControlLoop:
         def output(t: float, x: NDArray[np.float64], u: NDArray[np.float64], params: dict[str, Any]) -> float:
             return float(x[0])
 
-        self.system = control.nlsys(update, output, inputs=2, outputs=1, states=4, dt=period)
+        self.system = control.nlsys(update, output, inputs=2, outputs=1, states=5, dt=period)
         self.times = np.arange(course.noise.size) * period
         self.inputs = np.vstack([course.reference[:-1:substeps], course.noise])
         self.start = [*own.start.joint, 0.0, 0.0]

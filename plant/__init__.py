@@ -2,12 +2,26 @@
 
 from plant.actuator import Actuator, ActuatorParameters, realise_torque
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
-from plant.joint import Joint, JointModel, initial_state, whole_multiple
+from plant.joint import JointModel, whole_multiple
+from plant.kinds import (
+    CHECK_PERIOD,
+    INITIAL_STATE,
+    SCALE_JOINT,
+    SENSED_VELOCITY,
+    STEP_JOINT,
+    Joint,
+    initial_state,
+)
 from plant.schedule import FrictionChange, JointSchedule, joint_in_phase, schedule
 from plant.sensor import VelocitySensor
-from plant.step import JointParameters, JointState, step_joint
+from plant.step import JointParameters, JointState, scaled_joint, step_joint
 
 __all__ = [
+    "CHECK_PERIOD",
+    "INITIAL_STATE",
+    "SCALE_JOINT",
+    "SENSED_VELOCITY",
+    "STEP_JOINT",
     "Actuator",
     "ActuatorParameters",
     "FrictionChange",
@@ -21,6 +35,7 @@ __all__ = [
     "initial_state",
     "joint_in_phase",
     "realise_torque",
+    "scaled_joint",
     "schedule",
     "sliding_friction",
     "steepest_fall",

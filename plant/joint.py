@@ -1,25 +1,28 @@
-"""A joint with friction as a user meets it: validated parameters, and a thin class that holds a state."""
+"""The joint with lagged Stribeck friction as a user meets it, and the fields that every kind of joint has."""
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plant.friction import Stribeck, sliding_friction, steepest_fall
-from plant.step import JointParameters, JointState, step_joint
+from plant.step import JointParameters
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False, strict=True)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False, strict=True)]
+Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
 LARGEST_BREAKAWAY_JUMP = 0.01
 """Largest velocity jump at breakaway, relative to Vs, that is accepted for a shape factor below one."""
 
 
-class JointModel(BaseModel):
-    """Parameters of a simulated joint, checked.
+class FrictionFields(BaseModel):
+    """What every kind of joint has: an inertia, a friction curve per direction and a constant torque.
 
     Parameters
     ----------
+    kind : str
+        Kind of joint.
     inertia : float
         Inertia ``J``, kg m^2, positive.
     coulomb : float
@@ -30,13 +33,70 @@ class JointModel(BaseModel):
         Viscous coefficient ``sigma``, N m s/rad, zero or more.
     stribeck_velocity : float
         Stribeck velocity ``Vs``, rad/s, positive.
-    stribeck_shape : float
+    stribeck_shape : float, optional
         Stribeck shape factor ``delta``, positive. The paper allows negative ones; they turn the curve over, so that
         ``F(0+) = Fc``, and are refused.
-    friction_lag : float
+    coulomb_backward, stiction_backward, viscous_backward : float, optional
+        The same for backward motion; as forward by default.
+    offset : float, optional
+        Constant torque against the motor's, N m, of either sign: ``J dw/dt = u - f - offset``.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: str
+    inertia: Positive
+    coulomb: NonNegative
+    stiction: NonNegative
+    viscous: NonNegative
+    stribeck_velocity: Positive
+    stribeck_shape: Positive = 1.0
+    coulomb_backward: NonNegative | None = None
+    stiction_backward: NonNegative | None = None
+    viscous_backward: NonNegative | None = None
+    offset: Finite = 0.0
+
+    @model_validator(mode="after")
+    def _check_stiction(self) -> Self:
+        for curve, ending in ((self.friction, ""), (self.friction_backward, "_backward")):
+            if curve.stiction < curve.coulomb:
+                raise ValueError(
+                    f"stiction{ending} = {curve.stiction:g} N m is less than coulomb{ending} = {curve.coulomb:g} N m; "
+                    f"stiction{ending} must be at least coulomb{ending}"
+                )
+        return self
+
+    @property
+    def friction(self) -> Stribeck:
+        """The static friction map of forward motion."""
+        return Stribeck(self.coulomb, self.stiction, self.viscous, self.stribeck_velocity, self.stribeck_shape)
+
+    @property
+    def friction_backward(self) -> Stribeck:
+        """The static friction map of backward motion."""
+        forward = self.friction
+        return Stribeck(
+            forward.coulomb if self.coulomb_backward is None else self.coulomb_backward,
+            forward.stiction if self.stiction_backward is None else self.stiction_backward,
+            forward.viscous if self.viscous_backward is None else self.viscous_backward,
+            forward.stribeck_velocity,
+            forward.stribeck_shape,
+        )
+
+
+class JointModel(FrictionFields):
+    """Parameters of a simulated rigid joint with lagged Stribeck friction, checked.
+
+    Parameters
+    ----------
+    kind : "stribeck", optional
+        Kind of joint.
+    friction_lag : float, optional
         Friction lag ``tau``, s, zero or more.
-    solver_period : float
+    solver_period : float, optional
         Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
+    **fields
+        Those of :class:`FrictionFields`.
 
     Raises
     ------
@@ -44,25 +104,9 @@ class JointModel(BaseModel):
         A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    inertia: Positive
-    coulomb: NonNegative
-    stiction: NonNegative
-    viscous: NonNegative
-    stribeck_velocity: Positive
-    stribeck_shape: Positive = 1.0
+    kind: Literal["stribeck"] = "stribeck"
     friction_lag: NonNegative = 0.0
     solver_period: Positive = 0.001
-
-    @model_validator(mode="after")
-    def _check_stiction(self) -> Self:
-        if self.stiction < self.coulomb:
-            raise ValueError(
-                f"stiction = {self.stiction:g} N m is less than coulomb = {self.coulomb:g} N m; "
-                "stiction must be at least coulomb"
-            )
-        return self
 
     @model_validator(mode="after")
     def _check_unique_step(self) -> Self:
@@ -70,14 +114,9 @@ class JointModel(BaseModel):
         return self
 
     @property
-    def friction(self) -> Stribeck:
-        """The static friction map."""
-        return Stribeck(self.coulomb, self.stiction, self.viscous, self.stribeck_velocity, self.stribeck_shape)
-
-    @property
     def parameters(self) -> JointParameters:
         """The parameters as the step takes them."""
-        return JointParameters(self.inertia, self.friction, self.friction_lag)
+        return JointParameters(self.inertia, self.friction, self.friction_backward, self.offset, self.friction_lag)
 
 
 def check_unique_step(joint: JointParameters, period: float) -> None:
@@ -93,7 +132,7 @@ def check_unique_step(joint: JointParameters, period: float) -> None:
         The period is too long; the message names the longest one allowed.
     """
     kappa = period * period / (joint.inertia * (joint.friction_lag + period))
-    limit = _largest_kappa(joint.friction)
+    limit = min(largest_kappa(joint.friction), largest_kappa(joint.backward))
     if kappa < limit:
         return
     mass = limit * joint.inertia
@@ -104,7 +143,7 @@ def check_unique_step(joint: JointParameters, period: float) -> None:
     )
 
 
-def _largest_kappa(friction: Stribeck) -> float:
+def largest_kappa(friction: Stribeck) -> float:
     """Return the ``kappa`` at which the step stops being unique (or jumps too far), rad/s per N m."""
     fall = steepest_fall(friction)
     if not math.isinf(fall):
@@ -112,71 +151,6 @@ def _largest_kappa(friction: Stribeck) -> float:
     jump = LARGEST_BREAKAWAY_JUMP * friction.stribeck_velocity
     drop = friction.stiction - sliding_friction(friction, jump)
     return jump / drop if drop > 0.0 else math.inf
-
-
-class Joint:
-    """A joint to step in one's own loop.
-
-    Parameters
-    ----------
-    model : JointModel
-        Parameters of the joint.
-    velocity : float, optional
-        Velocity at the start, rad/s; the friction torque starts on the static map.
-
-    Examples
-    --------
-    >>> from plant import Joint, JointModel
-    >>> joint = Joint(JointModel(inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05))
-    >>> joint.step(80.0, 0.01)  # below the stiction: it rests
-    0.0
-    """
-
-    def __init__(self, model: JointModel, velocity: float = 0.0) -> None:
-        if not math.isfinite(velocity):
-            raise ValueError(f"velocity = {velocity} is not allowed: it must be a finite number of rad/s")
-        self.model = model
-        self._parameters = model.parameters
-        self.state = initial_state(self._parameters, float(velocity))
-
-    def step(self, torque: float, duration: float) -> float:
-        """Apply a constant torque for a while and return the velocity reached.
-
-        Parameters
-        ----------
-        torque : float
-            Torque, N m.
-        duration : float
-            Duration, s, a whole number of solver periods.
-
-        Returns
-        -------
-        float
-            Velocity at the end, rad/s.
-
-        Raises
-        ------
-        ValueError
-            The torque is not finite, or the duration is not a whole number of solver periods.
-        """
-        if not math.isfinite(torque):
-            raise ValueError(f"torque = {torque} is not allowed: it must be a finite number of N m")
-        steps = whole_multiple(duration, self.model.solver_period)
-        if steps is None:
-            raise ValueError(
-                f"duration = {duration} s is not allowed: it must be a whole number of solver periods of "
-                f"{self.model.solver_period:g} s"
-            )
-        for _ in range(steps):
-            self.state = step_joint(self._parameters, self.state, float(torque), self.model.solver_period)
-        return self.state.velocity
-
-
-def initial_state(joint: JointParameters, velocity: float) -> JointState:
-    """Return the state of a joint that has moved at a velocity (rad/s) for long."""
-    if velocity == 0.0:
-        return JointState(0.0, 0.0)
-    return JointState(velocity, math.copysign(sliding_friction(joint.friction, abs(velocity)), velocity))
 
 
 def whole_multiple(duration: float, period: float) -> int | None:

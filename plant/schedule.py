@@ -10,9 +10,8 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from plant.friction import scaled
 from plant.joint import NonNegative, Positive, check_unique_step
-from plant.step import JointParameters
+from plant.step import JointParameters, scaled_joint
 
 
 class FrictionChange(BaseModel):
@@ -53,7 +52,7 @@ class JointSchedule(NamedTuple):
 @register_jitable
 def joint_in_phase(plan: JointSchedule, phase: int) -> JointParameters:
     """Return the joint as it is in a phase."""
-    return JointParameters(plan.joint.inertia, scaled(plan.joint.friction, plan.scales[phase]), plan.joint.friction_lag)
+    return scaled_joint(plan.joint, plan.scales[phase])
 
 
 def schedule(joint: JointParameters, changes: Sequence[FrictionChange], solver_period: float) -> JointSchedule:

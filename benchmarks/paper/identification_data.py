@@ -103,7 +103,7 @@ def simulate_torque(torque: Array, solver_period: float = SOLVER_PERIOD) -> Data
     joint = joint_of(TRUE)
     parts = round(PERIOD / solver_period)
     velocity = np.zeros(torque.size * parts + 1)
-    run_held(joint, JointState(0.0, 0.0), torque, parts, solver_period, velocity)
+    run_held(joint, JointState(0.0, 0.0, 0.0), torque, parts, solver_period, velocity)
     commanded = np.append(torque, torque[-1])
     acting = np.append(0.0, torque)
     fine = velocity[:: round(SOLVER_PERIOD / solver_period)]
@@ -113,7 +113,7 @@ def simulate_torque(torque: Array, solver_period: float = SOLVER_PERIOD) -> Data
 def joint_of(model: TorqueModel) -> JointParameters:
     """Return the simulated joint that a model describes."""
     friction = Stribeck(model.coulomb, model.stiction, model.viscous, model.stribeck_velocity, model.stribeck_shape)
-    return JointParameters(model.inertia, friction, model.friction_lag)
+    return JointParameters(model.inertia, friction, friction, 0.0, model.friction_lag)
 
 
 def deviations(model: TorqueModel) -> dict[str, float]:

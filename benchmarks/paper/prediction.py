@@ -73,7 +73,7 @@ def model_free_run(model: TorqueModel, data: Data) -> Array:
     parts = round(PERIOD / SOLVER_PERIOD)
     torque = data.commanded[:-1]
     velocity = np.zeros(torque.size * parts + 1)
-    run_held(joint_of(model), JointState(0.0, 0.0), torque, parts, SOLVER_PERIOD, velocity)
+    run_held(joint_of(model), JointState(0.0, 0.0, 0.0), torque, parts, SOLVER_PERIOD, velocity)
     return velocity[::parts]
 
 
@@ -100,15 +100,16 @@ def _run_models(
     solver_period: float,
     errors: Array,
 ) -> None:
-    state = JointState(velocity[0], 0.0)
+    state = JointState(velocity[0], 0.0, 0.0)
     stribeck_velocity, stribeck_shape = first.friction.stribeck_velocity, first.friction.stribeck_shape
     for k in range(1, velocity.size):
         inertia, coulomb, stiction, viscous, lag = models[k - 1]
         friction = Stribeck(coulomb, max(coulomb, stiction), viscous, stribeck_velocity, stribeck_shape)
         for _ in range(parts):
-            state = step_joint(JointParameters(inertia, friction, lag), state, torque[k], solver_period)
+            joint = JointParameters(inertia, friction, friction, 0.0, lag)
+            state = step_joint(joint, state, torque[k], solver_period)
         errors[k] = velocity[k] - state.velocity
-        state = JointState(velocity[k], state.friction_torque)
+        state = JointState(velocity[k], state.friction_torque, 0.0)
 
 
 run_series = compiled(_run_series)

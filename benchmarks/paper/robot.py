@@ -200,13 +200,13 @@ def _run_model(
     velocity: Array,
 ) -> None:
     """Fill in the velocity at the samples; see ``predict``."""
-    state = JointState(measured[0], 0.0)
+    state = JointState(measured[0], 0.0, 0.0)
     for k in range(1, steps.size):
         for _ in range(steps[k - 1], steps[k]):
             state = step_joint(joint, state, torque[k], solver_period)
         velocity[k] = state.velocity
         if one_step:
-            state = JointState(measured[k], state.friction_torque)
+            state = JointState(measured[k], state.friction_torque, 0.0)
 
 
 run_quantised = compiled(_run_quantised)

@@ -213,8 +213,9 @@ def jittered_log():
     steps = rng.integers(6, 15, 1500)  # of 1 ms
     time = np.concatenate([[0.0], 1e-3 * np.cumsum(steps)])
     torque = 130.0 * np.sin(2.0 * np.pi * 0.7 * time) + 90.0 * np.sin(2.0 * np.pi * 1.9 * time + 1.0)
-    joint = JointParameters(20.0, Stribeck(60.0, 90.0, 80.0, 0.05, 1.0), 0.02)
-    state, velocity = JointState(0.0, 0.0), [0.0]
+    friction = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
+    joint = JointParameters(20.0, friction, friction, 0.0, 0.02)
+    state, velocity = JointState(0.0, 0.0, 0.0), [0.0]
     for held, count in zip(torque[1:], steps, strict=True):
         for _ in range(4 * count):
             state = step_joint(joint, state, held, 2.5e-4)

@@ -13,7 +13,8 @@ from plant import (
     sliding_friction,
 )
 
-JOINT = JointParameters(20.0, Stribeck(60.0, 90.0, 80.0, 0.05, 1.0), 0.02)
+FORWARD, BACKWARD = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0), Stribeck(40.0, 50.0, 90.0, 0.05, 1.0)
+JOINT = JointParameters(20.0, FORWARD, BACKWARD, 7.0, 0.02)
 
 
 def changes(*pairs):
@@ -31,11 +32,12 @@ def test_each_phase_scales_the_original_friction_and_nothing_else():
     assert plan.starts.tolist() == [0, 1000, 2000]
     for phase, scale in enumerate((1.0, 0.6, 1.5)):
         joint = joint_in_phase(plan, phase)
-        assert (joint.inertia, joint.friction_lag) == (20.0, 0.02)
+        assert (joint.inertia, joint.offset, joint.friction_lag) == (20.0, 7.0, 0.02)
         assert joint.friction[3:] == (0.05, 1.0)
         for speed in (0.0, 0.02, 0.3):
-            expected = scale * sliding_friction(JOINT.friction, speed)  # not of the phase before
-            assert sliding_friction(joint.friction, speed) == pytest.approx(expected, rel=1e-14)
+            for curve, original in ((joint.friction, FORWARD), (joint.backward, BACKWARD)):
+                expected = scale * sliding_friction(original, speed)  # not of the phase before
+                assert sliding_friction(curve, speed) == pytest.approx(expected, rel=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -13,15 +13,21 @@ from plant.joint import check_unique_step
 
 STRIBECK = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
 COULOMB = Stribeck(60.0, 60.0, 0.0, 0.05, 1.0)
-PROMPT = JointParameters(20.0, STRIBECK, 0.0)
-LAGGED = JointParameters(20.0, STRIBECK, 0.02)
-REST = JointState(0.0, 0.0)
+REST = JointState(0.0, 0.0, 0.0)
 SHAPES = (0.7, 1.0, 1.5, 2.0, 3.0)
 
 
+def symmetric(friction, lag):
+    return JointParameters(20.0, friction, friction, 0.0, lag)
+
+
+PROMPT = symmetric(STRIBECK, 0.0)
+LAGGED = symmetric(STRIBECK, 0.02)
+
+
 def run_in_python(joint, state, torques, period):
-    """Velocity and friction torque after each step; row 0 is the start."""
-    motion = np.empty((torques.size + 1, 2))
+    """Velocity, friction torque and position after each step; row 0 is the start."""
+    motion = np.empty((torques.size + 1, 3))
     motion[0] = state
     for k in range(torques.size):
         state = step_joint(joint, state, torques[k], period)
@@ -68,7 +74,7 @@ def exact_motion(joint, velocity, friction_torque, torque, duration):
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_coulomb_stop_time_and_distance_in_closed_form(direction):
-    joint, period = JointParameters(20.0, COULOMB, 0.0), 1e-3
+    joint, period = symmetric(COULOMB, 0.0), 1e-3
     motion = run(joint, initial_state(joint, 0.3001 * direction), np.zeros(1000), period)[:, 0] * direction
     deceleration = 60.0 / 20.0
     sliding = 101  # the last step before J w0/Fc = 0.10003 s, and the step in which it stops
@@ -80,17 +86,17 @@ def test_coulomb_stop_time_and_distance_in_closed_form(direction):
 
 
 def test_viscous_decay_is_that_of_the_implicit_euler_method():
-    joint = JointParameters(20.0, Stribeck(0.0, 0.0, 80.0, 0.05, 1.0), 0.0)
+    joint = symmetric(Stribeck(0.0, 0.0, 80.0, 0.05, 1.0), 0.0)
     motion = run(joint, initial_state(joint, 0.3), np.zeros(2000), 1e-3)
     decay = (1.0 + 1e-3 * 80.0 / 20.0) ** -np.arange(2001.0)
     assert motion[:, 0] == pytest.approx(0.3 * decay, rel=1e-11)
 
 
 def test_lagged_friction_approaches_the_coulomb_level_in_closed_form_with_first_order():
-    joint, torque, duration = JointParameters(20.0, COULOMB, 0.02), 70.0, 0.05
+    joint, torque, duration = symmetric(COULOMB, 0.02), 70.0, 0.05
     errors = []
     for period in (1e-3, 5e-4, 2.5e-4):
-        motion = run(joint, JointState(0.3, 0.0), constant(torque, duration, period), period)
+        motion = run(joint, JointState(0.3, 0.0, 0.0), constant(torque, duration, period), period)
         discrete = 60.0 * (1.0 - (0.02 / (0.02 + period)) ** np.arange(len(motion)))
         assert motion[:, 1] == pytest.approx(discrete, abs=1e-9)
         loss = 60.0 * (duration - 0.02 * (1.0 - math.exp(-duration / 0.02)))
@@ -104,9 +110,9 @@ def test_lagged_friction_approaches_the_coulomb_level_in_closed_form_with_first_
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 @pytest.mark.parametrize(("start", "torque"), [(0.02, 95.0), (0.3, 75.0)], ids=["speeding up", "slowing down"])
 def test_sliding_motion_converges_to_that_of_solve_ivp_with_first_order(shape, lag, start, torque):
-    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
     begin = initial_state(joint, start)
-    exact, _ = exact_motion(joint, *begin, torque, 0.3)
+    exact, _ = exact_motion(joint, *begin[:2], torque, 0.3)
     errors = [run(joint, begin, constant(torque, 0.3, h), h)[-1, 0] - exact for h in (2e-4, 1e-4)]
     assert abs(errors[1]) < 5e-5
     assert math.log2(errors[0] / errors[1]) == pytest.approx(1.0, abs=0.01)
@@ -116,9 +122,9 @@ def test_sliding_motion_converges_to_that_of_solve_ivp_with_first_order(shape, l
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 @pytest.mark.parametrize("period", [1e-3, 1e-4, 1e-5])
 def test_reversal_follows_solve_ivp_within_the_friction_jump_of_one_step(shape, lag, period):
-    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
     begin = initial_state(joint, 0.2)
-    exact, _ = exact_motion(joint, *begin, -150.0, 0.2)
+    exact, _ = exact_motion(joint, *begin[:2], -150.0, 0.2)
     assert exact < -0.5
     velocity = run(joint, begin, constant(-150.0, 0.2, period), period)[-1, 0]
     assert velocity == pytest.approx(exact, abs=2.0 * 90.0 * period / 20.0)
@@ -185,7 +191,7 @@ def test_lagged_joint_that_brakes_overshoots_ever_less_and_comes_to_rest():
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 def test_compiled_step_equals_plain_python(shape, lag):
-    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
     torques = 120.0 * np.sin(0.02 * np.arange(3000)) + 60.0 * np.sin(0.003 * np.arange(3000) ** 1.1)
     begin = initial_state(joint, 0.1)
     plain = run_in_python(joint, begin, torques, 1e-3)
@@ -195,13 +201,18 @@ def test_compiled_step_equals_plain_python(shape, lag):
 
 
 @st.composite
-def unique_steps(draw, lags):
-    """A joint, a state, a torque and a period that pass the check of uniqueness."""
+def frictions(draw):
     coulomb = draw(st.just(0.0) | st.floats(1e-3, 100.0))
     stiction = coulomb + draw(st.just(0.0) | st.floats(1e-3, 50.0))
     shape = draw(st.sampled_from(SHAPES))
-    friction = Stribeck(coulomb, stiction, draw(st.floats(0.0, 100.0)), draw(st.floats(0.01, 0.5)), shape)
-    joint = JointParameters(draw(st.floats(0.5, 100.0)), friction, draw(lags))
+    return Stribeck(coulomb, stiction, draw(st.floats(0.0, 100.0)), draw(st.floats(0.01, 0.5)), shape)
+
+
+@st.composite
+def unique_steps(draw, lags):
+    """A joint, a state, a torque and a period that pass the check of uniqueness."""
+    offset = draw(st.just(0.0) | st.floats(-50.0, 50.0))
+    joint = JointParameters(draw(st.floats(0.5, 100.0)), draw(frictions()), draw(frictions()), offset, draw(lags))
     period = draw(st.floats(1e-4, 2e-3))
     while True:
         try:
@@ -209,23 +220,28 @@ def unique_steps(draw, lags):
             break
         except ValueError:
             period *= 0.5
-    state = JointState(draw(st.floats(-2.0, 2.0) | st.just(0.0)), draw(st.floats(-200.0, 200.0)))
+    state = JointState(
+        draw(st.floats(-2.0, 2.0) | st.just(0.0)), draw(st.floats(-200.0, 200.0)), draw(st.floats(-9.0, 9.0))
+    )
     return joint, state, draw(st.floats(-300.0, 300.0)), period
 
 
 def assert_solves_the_implicit_equations(joint, state, torque, period):
     after = step_joint(joint, state, torque, period)
     lag, inertia = joint.friction_lag, joint.inertia
-    size = abs(state.velocity) + period / inertia * (abs(torque) + abs(state.friction_torque) + 1.0)
-    euler = state.velocity + period / inertia * (torque - after.friction_torque)
+    size = abs(state.velocity) + period / inertia * (abs(torque) + abs(joint.offset) + abs(state.friction_torque) + 1.0)
+    euler = state.velocity + period / inertia * (torque - joint.offset - after.friction_torque)
     assert after.velocity == pytest.approx(euler, abs=1e-12 * size)
     static = after.friction_torque + lag * (after.friction_torque - state.friction_torque) / period  # (1)
     weight = period * period / (inertia * (lag + period))  # of F in the new velocity
     if after.velocity == 0.0:
-        assert weight * abs(static) <= weight * joint.friction.stiction + 1e-12 * size
+        stiction = (joint.friction if static > 0.0 else joint.backward).stiction
+        assert weight * abs(static) <= weight * stiction + 1e-12 * size
     else:
-        expected = math.copysign(sliding_friction(joint.friction, abs(after.velocity)), after.velocity)
+        friction = joint.friction if after.velocity > 0.0 else joint.backward
+        expected = math.copysign(sliding_friction(friction, abs(after.velocity)), after.velocity)
         assert weight * static == pytest.approx(weight * expected, abs=1e-11 * size)
+    assert after.position == state.position + period * after.velocity
 
 
 @settings(max_examples=400, deadline=None)
@@ -234,27 +250,28 @@ def test_step_solves_the_implicit_equations_and_is_odd(case):
     joint, state, torque, period = case
     assert_solves_the_implicit_equations(joint, state, torque, period)
     after = step_joint(joint, state, torque, period)
-    mirrored = step_joint(joint, JointState(-state.velocity, -state.friction_torque), -torque, period)
-    assert mirrored == (-after.velocity, -after.friction_torque)
+    turned = joint._replace(friction=joint.backward, backward=joint.friction, offset=-joint.offset)
+    mirrored = step_joint(turned, JointState(*(-value for value in state)), -torque, period)
+    assert mirrored == tuple(-value for value in after)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 @pytest.mark.parametrize("excess", [1e-9, 1e-7, 1e-5, 1e-3, 0.1, 10.0])
 def test_step_solves_the_implicit_equations_just_above_breakaway(shape, lag, excess):
-    joint = JointParameters(20.0, STRIBECK._replace(stribeck_shape=shape), lag)
+    joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
     check_unique_step(joint, 1e-4)
     # from rest under u, with f = u, breakaway is at u = Fs
-    assert_solves_the_implicit_equations(joint, JointState(0.0, 90.0), 90.0 * (1.0 + excess), 1e-4)
+    assert_solves_the_implicit_equations(joint, JointState(0.0, 90.0, 0.0), 90.0 * (1.0 + excess), 1e-4)
 
 
 @settings(max_examples=300, deadline=None)
 @given(unique_steps(st.just(0.0)))
-@example((PROMPT, JointState(1e-9, 0.0), 0.0, 1e-3))
+@example((PROMPT, JointState(1e-9, 0.0, 0.0), 0.0, 1e-3))
 def test_friction_without_lag_dissipates_and_energy_does_not_grow_without_torque(case):
     joint, state, torque, period = case
     after = step_joint(joint, state, torque, period)
     assert after.friction_torque * after.velocity >= 0.0
-    coasting = step_joint(joint, state, 0.0, period)
+    coasting = step_joint(joint, state, joint.offset, period)
     assert abs(coasting.velocity) <= abs(state.velocity)
     assert coasting.velocity * state.velocity >= 0.0

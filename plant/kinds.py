@@ -1,0 +1,90 @@
+"""The kinds of joints, by their parameters and states, and a thin class to step any of them."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from plant.joint import JointModel, check_unique_step, whole_multiple
+from plant.step import JointParameters, JointState, initial_joint, scaled_joint, sensed_velocity, step_joint
+
+STEP_JOINT: dict[type, Callable[..., Any]] = {JointParameters: step_joint}
+"""Kernel ``step(parameters, state, torque, period) -> state`` for each class of parameters."""
+
+SCALE_JOINT: dict[type, Callable[..., Any]] = {JointParameters: scaled_joint}
+"""Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
+
+SENSED_VELOCITY: dict[type, Callable[..., Any]] = {JointState: sensed_velocity}
+"""Kernel ``sensed(state) -> velocity`` at the motor, rad/s, for each class of states."""
+
+INITIAL_STATE: dict[type, Callable[..., Any]] = {JointParameters: initial_joint}
+"""``initial(parameters, velocity) -> state``, in plain Python, for each class of parameters."""
+
+CHECK_PERIOD: dict[type, Callable[..., None]] = {JointParameters: check_unique_step}
+"""``check(parameters, period)``, in plain Python, for each class of parameters; refuses a solver period."""
+
+AnyJoint = JointModel
+"""A joint of any kind."""
+
+
+def initial_state(joint: Any, velocity: float) -> Any:
+    """Return the state of a joint of any kind that has moved at a velocity (rad/s) for long; its position is zero."""
+    return INITIAL_STATE[type(joint)](joint, velocity)
+
+
+class Joint:
+    """A joint of any kind to step in one's own loop.
+
+    Parameters
+    ----------
+    model : JointModel
+        Parameters of the joint.
+    velocity : float, optional
+        Velocity at the start, rad/s; the joint has moved so for long.
+
+    Examples
+    --------
+    >>> from plant import Joint, JointModel
+    >>> joint = Joint(JointModel(inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05))
+    >>> joint.step(80.0, 0.01)  # below the stiction: it rests
+    0.0
+    """
+
+    def __init__(self, model: AnyJoint, velocity: float = 0.0) -> None:
+        if not math.isfinite(velocity):
+            raise ValueError(f"velocity = {velocity} is not allowed: it must be a finite number of rad/s")
+        self.model = model
+        self._parameters = model.parameters
+        self._step = STEP_JOINT[type(self._parameters)]
+        self.state: Any = initial_state(self._parameters, float(velocity))
+
+    def step(self, torque: float, duration: float) -> float:
+        """Apply a constant torque for a while and return the velocity reached.
+
+        Parameters
+        ----------
+        torque : float
+            Torque, N m.
+        duration : float
+            Duration, s, a whole number of solver periods.
+
+        Returns
+        -------
+        float
+            Velocity at the end, rad/s.
+
+        Raises
+        ------
+        ValueError
+            The torque is not finite, or the duration is not a whole number of solver periods.
+        """
+        if not math.isfinite(torque):
+            raise ValueError(f"torque = {torque} is not allowed: it must be a finite number of N m")
+        steps = whole_multiple(duration, self.model.solver_period)
+        if steps is None:
+            raise ValueError(
+                f"duration = {duration} s is not allowed: it must be a whole number of solver periods of "
+                f"{self.model.solver_period:g} s"
+            )
+        for _ in range(steps):
+            self.state = self._step(self._parameters, self.state, float(torque), self.model.solver_period)
+        return float(self.state.velocity)
