@@ -65,7 +65,7 @@ def test_scenario_that_is_missing(refused):
     ("field", "value", "complaint"),
     [
         ("joint.inertia", -1.0, "joint.inertia = -1.0 is not allowed: it must be positive"),
-        ("joint.mass", 1.0, "joint.mass = 1.0 is not known; allowed there: inertia, coulomb"),
+        ("joint.mass", 1.0, "joint.mass = 1.0 is not known; allowed there: kind, inertia, coulomb"),
         ("feedback.bandwidth", 50.0, "feedback.bandwidth = 50 Hz is not allowed: with a period of 0.01 s"),
         ("joint.stiction", 1.0, "joint: stiction = 1 N m is less than coulomb = 60 N m"),
         ("sampling.period", 0.0105, "sampling.period = 0.0105 s is not allowed: it must be a whole multiple of"),

@@ -36,6 +36,7 @@ POSITIVE = [
 ]
 NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
+    *(f"joint.{name}_backward" for name in ("coulomb", "stiction", "viscous")),
     "sensor.velocity_noise",
     "reference.fade_in",
     "feedback.integral",
@@ -43,7 +44,7 @@ NOT_NEGATIVE = [
     "change.0.time",
     *(f"sweep.{name}.0" for name in ("friction_lag", "velocity_noise")),
 ]
-NUMBERS = [*POSITIVE, *NOT_NEGATIVE, "reference.amplitudes.0", "sweep.stiction.0"]
+NUMBERS = [*POSITIVE, *NOT_NEGATIVE, "joint.offset", "reference.amplitudes.0", "sweep.stiction.0"]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
 LISTS = [
     "controllers",
@@ -64,7 +65,7 @@ TABLES = [
     "change.0",
     "sweep",
 ]
-OTHERS = ["seed", "reference.kind"]
+OTHERS = ["seed", "joint.kind", "reference.kind"]
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
     *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
@@ -78,7 +79,10 @@ TOP = (
 FRICTION = "inertia, coulomb, stiction, viscous"
 KNOWN = {
     "": TOP,
-    "joint": f"{FRICTION}, stribeck_velocity, stribeck_shape, friction_lag, solver_period",
+    "joint": (
+        f"kind, {FRICTION}, stribeck_velocity, stribeck_shape, coulomb_backward, stiction_backward, viscous_backward, "
+        "offset, friction_lag, solver_period"
+    ),
     "sampling": "period",
     "sensor": "velocity_noise",
     "actuator": "torque_limit",

@@ -28,7 +28,8 @@ def errors_of(fields):
 def test_model_hands_its_parameters_to_the_step_unchanged():
     joint = JointModel(**REFERENCE).parameters
     assert joint.inertia == 20.0
-    assert joint.friction == (60.0, 90.0, 80.0, 0.05, 1.0)
+    assert joint.friction == joint.backward == (60.0, 90.0, 80.0, 0.05, 1.0)
+    assert joint.offset == 0.0
     assert joint.friction_lag == 0.02
 
 
@@ -103,7 +104,7 @@ def test_longest_solver_period_for_a_shape_below_one_is_where_breakaway_jumps_by
         JointModel(**{**fields, "solver_period": 1.0})
     period = 0.99 * float(re.search(r"beyond (\S+) s", str(caught.value))[1])
     joint = JointModel(**{**fields, "solver_period": period}).parameters
-    jump = step_joint(joint, JointState(0.0, 90.0), 90.0 * (1.0 + 1e-12), period).velocity
+    jump = step_joint(joint, JointState(0.0, 90.0, 0.0), 90.0 * (1.0 + 1e-12), period).velocity
     assert jump == pytest.approx(0.01 * 0.05, rel=0.1)
 
 
@@ -113,7 +114,7 @@ def test_model_without_a_falling_curve_takes_any_solver_period():
 
 def test_joint_rests_at_the_start_and_below_breakaway():
     joint = Joint(JointModel(**{**REFERENCE, "friction_lag": 0.0}))
-    assert joint.state == (0.0, 0.0)
+    assert joint.state == (0.0, 0.0, 0.0)
     assert joint.step(89.0, 1.0) == 0.0
     assert joint.step(-89.0, 1.0) == 0.0
     assert joint.step(95.0, 1.0) > 0.0

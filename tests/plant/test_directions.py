@@ -1,0 +1,132 @@
+"""Friction per direction, and a constant offset."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from plant import Joint, JointModel, JointParameters, JointState, Stribeck, initial_state, sliding_friction, step_joint
+from plant.step import scaled_joint
+
+FIELDS = {
+    "inertia": 20.0,
+    "coulomb": 60.0,
+    "stiction": 90.0,
+    "viscous": 80.0,
+    "stribeck_velocity": 0.05,
+}
+BACKWARD = {"coulomb_backward": 40.0, "stiction_backward": 70.0, "viscous_backward": 100.0}
+UNEVEN = {**FIELDS, **BACKWARD, "offset": 7.0}
+
+
+def run(model, torque, duration, velocity=0.0):
+    joint = Joint(model, velocity)
+    joint.step(torque, duration)
+    return joint.state
+
+
+def test_backward_fields_are_as_forward_unless_given():
+    assert JointModel(**FIELDS).friction_backward == JointModel(**FIELDS).friction
+    for name, value in BACKWARD.items():
+        parameters = JointModel(**{**FIELDS, "coulomb": 30.0, name: value}).parameters
+        expected = {"coulomb": 30.0, "stiction": 90.0, "viscous": 80.0, name.removesuffix("_backward"): value}
+        assert parameters.friction == (30.0, 90.0, 80.0, 0.05, 1.0)
+        assert parameters.backward == (*expected.values(), 0.05, 1.0)
+
+
+@pytest.mark.parametrize(("velocity", "torque"), [(0.3, 7.0), (-0.3, 7.0), (0.02, 7.0), (-0.02, 7.0)])
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_each_direction_moves_steadily_under_its_own_friction_and_the_offset(velocity, torque, lag):
+    model = JointModel(**UNEVEN, friction_lag=lag)
+    curve = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0) if velocity > 0.0 else Stribeck(40.0, 70.0, 100.0, 0.05, 1.0)
+    friction = math.copysign(sliding_friction(curve, abs(velocity)), velocity)
+    end = run(model, 7.0 + friction, 0.1, velocity)
+    assert end.velocity == pytest.approx(velocity, rel=1e-9)
+    assert end.friction_torque == pytest.approx(friction, rel=1e-9)
+    assert end.position == pytest.approx(0.1 * velocity, rel=1e-9)
+
+
+@pytest.mark.parametrize(("torque", "moves"), [(96.9, False), (97.1, True), (-62.9, False), (-63.1, True)])
+def test_breakaway_is_at_stiction_of_the_direction_plus_offset(torque, moves):
+    end = run(JointModel(**UNEVEN), torque, 1.0)
+    assert (end.velocity != 0.0) == (end.position != 0.0) == moves
+    if moves:
+        assert math.copysign(1.0, end.velocity) == math.copysign(1.0, torque)
+
+
+@pytest.mark.parametrize("offset", [100.0, -100.0])
+def test_offset_above_stiction_moves_the_joint_against_it(offset):
+    assert run(JointModel(**FIELDS, offset=offset), 0.0, 0.5).velocity * offset < 0.0
+    assert run(JointModel(**FIELDS, offset=offset), offset, 0.5) == (0.0, 0.0, 0.0)
+
+
+def test_braking_distance_of_each_direction_in_closed_form():
+    fields = {**FIELDS, "stiction": 60.0, "viscous": 0.0, "coulomb_backward": 30.0, "stiction_backward": 30.0}
+    model = JointModel(**fields, offset=6.0, solver_period=1e-4)
+    for velocity, deceleration in ((0.3, 66.0 / 20.0), (-0.3, 24.0 / 20.0)):
+        end = run(model, 0.0, 1.0, velocity)
+        assert end.velocity == 0.0
+        assert end.position == pytest.approx(math.copysign(0.045 / deceleration, velocity), abs=0.51 * 1e-4 * 0.3)
+
+
+def test_scaled_joint_keeps_the_offset():
+    joint = scaled_joint(JointModel(**UNEVEN, friction_lag=0.02).parameters, 0.5)
+    assert joint == JointParameters(
+        20.0, Stribeck(30.0, 45.0, 40.0, 0.05, 1.0), Stribeck(20.0, 35.0, 50.0, 0.05, 1.0), 7.0, 0.02
+    )
+
+
+def test_a_state_that_is_not_finite_stays_so():
+    for model in (JointModel(**UNEVEN), JointModel(**FIELDS, friction_lag=0.02)):
+        assert math.isnan(step_joint(model.parameters, JointState(0.0, 0.0, 0.0), math.nan, 1e-3).velocity)
+
+
+def test_start_state_moves_on_the_curve_of_its_direction():
+    joint = JointModel(**UNEVEN).parameters
+    assert initial_state(joint, 0.0) == (0.0, 0.0, 0.0)
+    assert initial_state(joint, 0.2) == (0.2, sliding_friction(joint.friction, 0.2), 0.0)
+    assert initial_state(joint, -0.2) == (-0.2, -sliding_friction(joint.backward, 0.2), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"stiction_backward": 59.0}, "stiction_backward = 59 N m is less than coulomb_backward = 60 N m"),
+        ({"coulomb_backward": 91.0}, "stiction_backward = 90 N m is less than coulomb_backward = 91 N m"),
+        ({"stiction": 59.0}, "stiction = 59 N m is less than coulomb = 60 N m"),
+    ],
+)
+def test_stiction_below_coulomb_is_refused_in_either_direction(fields, message):
+    with pytest.raises(ValidationError, match=message):
+        JointModel(**{**FIELDS, **fields})
+
+
+def test_longest_solver_period_is_that_of_the_steeper_direction():
+    # h < J/((Fs - Fc)/Vs - sigma), backward 20/(30/0.05 - 40)
+    fields = {**FIELDS, "viscous_backward": 40.0}
+    assert JointModel(**fields, solver_period=0.999 * 20.0 / 560.0).friction_lag == 0.0
+    with pytest.raises(ValidationError, match="is too long"):
+        JointModel(**fields, solver_period=1.001 * 20.0 / 560.0)
+
+
+@pytest.mark.parametrize("field", [*BACKWARD, "offset"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, "20", True, [20.0]])
+def test_wrong_value_is_refused_and_the_field_named(field, value):
+    with pytest.raises(ValidationError) as caught:
+        JointModel(**{**FIELDS, field: value})
+    assert [error["loc"] for error in caught.value.errors()] == [(field,)]
+
+
+@pytest.mark.parametrize("field", BACKWARD)
+def test_negative_friction_is_refused_and_a_negative_offset_is_not(field):
+    with pytest.raises(ValidationError, match=field):
+        JointModel(**{**FIELDS, field: -1.0})
+    assert JointModel(**FIELDS, offset=-3.0).parameters.offset == -3.0
+
+
+def test_position_is_the_sum_of_velocities():
+    joint = Joint(JointModel(**UNEVEN, friction_lag=0.02))
+    velocities = [joint.step(130.0 * math.sin(0.02 * k), 0.001) for k in range(1000)]
+    assert joint.state.position == pytest.approx(1e-3 * np.sum(velocities), rel=1e-12)
+    assert abs(joint.state.position) > 0.01
