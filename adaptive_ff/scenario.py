@@ -133,7 +133,7 @@ class Scenario(BaseModel):
         """Solver periods in a sampling period."""
         return round(self.sampling.period / self.joint.solver_period)
 
-    @cached_property
+    @property
     def sample_steps(self) -> NDArray[np.int64]:
         """Solver steps of the samples and of the end, shape (samples + 1,)."""
         return self.sampling.steps(self.length, self.joint.solver_period)

@@ -20,7 +20,7 @@ from adaptive_ff.tables import estimates_table, tracking_table
 
 ROOT = Path(__file__).resolve().parent.parent
 DATA = ROOT.parent / "shared" / "data" / "kuka_kr300"
-SCENARIO = ROOT / "benchmarks" / "scenarios" / "kuka_kr300_axis4.toml"
+SCENARIO = ROOT / "benchmarks" / "kuka_kr300_axis4.toml"
 AXIS = 3
 """Index of axis 4."""
 

@@ -25,7 +25,9 @@ POSITIVE = [
     "duration",
     *(f"joint.{name}" for name in ("inertia", "stribeck_velocity", "stribeck_shape", "solver_period")),
     "sampling.period",
-    "actuator.torque_limit",
+    "sensor.encoder_resolution",
+    *(f"actuator.{name}" for name in ("torque_limit", "rate_limit", "ripple_period")),
+    *(f"variation.{name}" for name in ("warm_up_time", "position_period")),
     "reference.frequencies.0",
     "reference.peak",
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
@@ -37,19 +39,28 @@ POSITIVE = [
 NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
     *(f"joint.{name}_backward" for name in ("coulomb", "stiction", "viscous")),
+    "sampling.jitter",
     "sensor.velocity_noise",
+    *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay")),
+    "variation.position_amplitude",
     "reference.fade_in",
+    "reference.pause.0",
     "feedback.integral",
     *(f"fixed.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "friction_lag")),
     "change.0.time",
     *(f"sweep.{name}.0" for name in ("friction_lag", "velocity_noise")),
 ]
-NUMBERS = [*POSITIVE, *NOT_NEGATIVE, "joint.offset", "reference.amplitudes.0", "sweep.stiction.0"]
+NUMBERS = [
+    *POSITIVE,
+    *NOT_NEGATIVE,
+    *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
+]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
 LISTS = [
     "controllers",
     "reference.frequencies",
     "reference.amplitudes",
+    "reference.pause",
     "change",
     *(f"sweep.{name}" for name in RANGES),
 ]
@@ -63,6 +74,7 @@ TABLES = [
     "adaptation",
     "fixed",
     "change.0",
+    "variation",
     "sweep",
 ]
 OTHERS = ["seed", "joint.kind", "reference.kind"]
@@ -74,7 +86,7 @@ REQUIRED = [
 
 TOP = (
     "duration, seed, controllers, joint, sampling, sensor, actuator, reference, feedback, adaptation, fixed, change, "
-    "sweep"
+    "variation, sweep"
 )
 FRICTION = "inertia, coulomb, stiction, viscous"
 KNOWN = {
@@ -83,14 +95,15 @@ KNOWN = {
         f"kind, {FRICTION}, stribeck_velocity, stribeck_shape, coulomb_backward, stiction_backward, viscous_backward, "
         "offset, friction_lag, solver_period"
     ),
-    "sampling": "period",
-    "sensor": "velocity_noise",
-    "actuator": "torque_limit",
-    "reference": "kind, frequencies, amplitudes, peak, fade_in",
+    "sampling": "period, jitter",
+    "sensor": "velocity_noise, encoder_resolution",
+    "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay",
+    "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
     "feedback": "inertia, bandwidth, proportional, integral",
     "adaptation": "stribeck_velocity, stribeck_shape, memory",
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
     "change.0": "time, friction_scale",
+    "variation": "warm_up_excess, warm_up_time, position_amplitude, position_period",
     "sweep": ", ".join(RANGES),
 }
 
@@ -98,9 +111,14 @@ KNOWN = {
 def complete(path=""):
     """Content with every table, and the alternative that a field belongs to."""
     change = [{"time": 30.0, "friction_scale": 0.6}]
-    content = {**built_in(), "controllers": ["pi"], "change": change, "sweep": copy.deepcopy(RANGES)}
+    tables = {"change": change, "variation": {"warm_up_time": 20.0}, "sweep": copy.deepcopy(RANGES)}
+    content = {**built_in(), "controllers": ["pi"], **tables}
     if path in ("feedback.proportional", "feedback.integral"):
         content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
+    if path.startswith("reference.pause"):
+        content["reference"] = {**content["reference"], "pause": [10.0, 100.0]}
+    if path == "sensor.encoder_resolution":
+        content["sensor"] = {"encoder_resolution": 1e-5}
     if path in TEXTS[1:]:
         content["reference"] = {"kind": "csv", "path": "motion.csv"}
     return content
@@ -172,6 +190,7 @@ def test_negative_value_is_refused(tmp_path, path, value):
 @pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith("period")])
 def test_whole_number_is_a_number(tmp_path, path):
     whole = {"feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
+    whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0}
     whole |= {f"sweep.{name}.0": math.ceil(low) for name, (low, _) in RANGES.items()}
     value = whole.get(path, 90)
     content = changed(changed(complete(path), "joint.stiction", 100.0), path, value)
