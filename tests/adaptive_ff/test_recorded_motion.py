@@ -10,7 +10,7 @@ from command_line import compile_controllers, run_command_line
 from adaptive_ff import load_scenario, simulate
 
 ROOT = Path(__file__).resolve().parents[2]
-SCENARIO = ROOT / "benchmarks" / "scenarios" / "kuka_kr300_axis4.toml"
+SCENARIO = ROOT / "benchmarks" / "kuka_kr300_axis4.toml"
 DATA = ROOT.parent / "shared" / "data" / "kuka_kr300"
 AXIS = 3
 LINK_INERTIA = 50.0  # kg m^2, assumed: the source does not hold it

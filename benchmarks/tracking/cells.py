@@ -1,0 +1,107 @@
+"""One run of the matrix: all controllers on a scenario with a seed, and their figures of merit."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff import Scenario, load_scenario
+from adaptive_ff.compare import BASELINE
+from adaptive_ff.course import lay_course
+from adaptive_ff.metrics import START, rms, standstill_range
+from adaptive_ff.simulate import Run, simulate
+from controllers import fastest_bandwidth
+
+SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
+
+WINDOW = 5.0
+"""Length of the windows in which a controller is compared with PI, s."""
+
+RECOVERY = 10.0
+"""Time that a controller is given after a change of friction, s."""
+
+NOISE_SHARE = 0.1
+"""Largest share of the torque limit that the noise may cost the fastest PI loop (rms)."""
+
+Figures = dict[str, float | None]
+"""Figures of merit by name; None where a scenario has no such thing."""
+
+
+def scenario_names() -> list[str]:
+    """Return the names of the scenarios of the matrix."""
+    return sorted(file.stem for file in SCENARIOS.glob("*.toml"))
+
+
+def cell_scenario(name: str, seed: int, fastest: bool) -> Scenario:
+    """Return a scenario of the matrix with a seed, and on demand with the fastest PI loop."""
+    scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
+    return with_fastest_loop(scenario) if fastest else scenario
+
+
+def with_fastest_loop(scenario: Scenario) -> Scenario:
+    """Return the scenario with the fastest PI loop that margin and noise allow.
+
+    The maximum sensitivity is at most 1.7, and the torque that measurement noise causes through the proportional gain
+    at most 10 % of the torque limit (rms); an encoder's noise is taken as that of a difference of two readings.
+    """
+    period = scenario.sampling.period
+    bandwidth = fastest_bandwidth(period, int(np.ceil(scenario.delay - 1e-6)))
+    resolution = scenario.sensor.encoder_resolution
+    noise = scenario.sensor.velocity_noise if resolution is None else resolution / (period * np.sqrt(6.0))
+    limit = scenario.actuator.torque_limit
+    if noise > 0.0 and limit is not None:
+        bandwidth = min(bandwidth, NOISE_SHARE * limit / (2.0 * np.pi * scenario.feedback.inertia * noise))
+    feedback = {"inertia": scenario.feedback.inertia, "bandwidth": float(bandwidth)}
+    return Scenario.model_validate({**scenario.model_dump(exclude_unset=True), "feedback": feedback})
+
+
+def run_cell(name: str, seed: int, fastest: bool, controllers: list[str]) -> dict[str, Figures]:
+    """Run controllers on a scenario with a seed and return their figures of merit by name.
+
+    A controller that cannot be made for the scenario, or does not keep the loop finite, has none.
+    """
+    scenario = cell_scenario(name, seed, fastest)
+    course = lay_course(scenario)
+    base = windows(simulate(scenario, BASELINE, course=course))
+    found: dict[str, Figures] = {}
+    for controller in controllers:
+        try:
+            run = simulate(scenario, controller, course=course)
+        except (ArithmeticError, ValueError):
+            found[controller] = {}
+        else:
+            found[controller] = {**asdict(run.metrics), **further_figures(run, base)}
+    return found
+
+
+def further_figures(run: Run, base: NDArray[np.float64]) -> Figures:
+    """Return figures of merit beyond those of a run's own.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    base : ndarray
+        Errors of PI in windows of 5 s, rad/s, from :func:`windows`.
+    """
+    time, error = run.solver_time, run.reference - run.velocity
+    change = run.scenario.last_change
+    own = windows(run)
+    later = np.arange(own.size) * WINDOW >= change
+    recovered = error[time >= change + RECOVERY]
+    second = error[(time > START) & (time <= 2.0 * START)]
+    return {
+        "rms_error_second": rms(second) if second.size else None,
+        "rms_error_recovered": rms(recovered) if change > 0.0 and recovered.size else None,
+        "worst_window": float(np.max(own[later] / np.maximum(base[later], np.finfo(float).tiny))),
+        "standstill": standstill_range(time, run.reference, run.velocity),
+    }
+
+
+def windows(run: Run) -> NDArray[np.float64]:
+    """Return the rms error in each whole window of 5 s, rad/s."""
+    length = round(WINDOW / run.scenario.joint.solver_period)
+    error = run.reference - run.velocity
+    count = max(1, error.size // length)
+    return np.array([rms(part) for part in np.array_split(error[: count * length], count)])

@@ -1,0 +1,133 @@
+"""What the matrix says: medians and spreads over seeds, the best rival of each scenario, a table of all."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.box import SIMPLE
+from rich.table import Table
+
+from adaptive_ff.compare import BASELINE
+from benchmarks.tracking.matrix import Results
+
+OURS = "adaptive"
+TRUTH = "oracle"
+
+TOLD_THE_TRUTH = frozenset({"oracle", "coulomb_true", "stribeck_true"})
+"""Controllers that know what nobody knows; they are no rivals."""
+
+ALIKE = 1.02
+"""Two medians that differ by less than this factor count as equal."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A controller on a scenario.
+
+    Attributes
+    ----------
+    error : ndarray, shape (seeds,)
+        Settled rms error, rad/s.
+    gain : ndarray, shape (seeds,)
+        That of PI over its own, seed by seed.
+    """
+
+    error: NDArray[np.float64]
+    gain: NDArray[np.float64]
+
+    @property
+    def median(self) -> float:
+        """Median error, rad/s."""
+        return float(np.median(self.error))
+
+
+Cells = dict[str, dict[str, Cell]]
+"""Cells by scenario and controller; a controller that failed on a seed has none."""
+
+
+def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
+    """Return the cells of the matrix for a figure of merit."""
+    cells: Cells = {}
+    for scenario in dict.fromkeys(job.scenario for job in results):
+        runs = [found for job, found in results.items() if job.scenario == scenario]
+        base = np.array([found[BASELINE][figure] for found in runs], dtype=float)
+        cells[scenario] = {}
+        for name in runs[0]:
+            values = [found[name].get(figure) for found in runs]
+            if any(value is None for value in values):
+                continue
+            errors = np.array(values, dtype=float)
+            cells[scenario][name] = Cell(errors, base / np.maximum(errors, np.finfo(float).tiny))
+    return cells
+
+
+def best_rival(row: dict[str, Cell]) -> str:
+    """Return the rival with the smallest median error in a scenario; PI where there is no other."""
+    rivals = {name: cell for name, cell in row.items() if name != OURS and name not in TOLD_THE_TRUTH}
+    return min(rivals, key=lambda name: rivals[name].median)
+
+
+def ranking_rows(cells: Cells) -> list[list[str]]:
+    """Return the table of all scenarios as texts, a row each; see ``HEADINGS``."""
+    rows = []
+    for scenario, row in cells.items():
+        rival = best_rival(row)
+        shown = [scenario, _milli(row[BASELINE].median)]
+        shown += [f"{np.median(row[TRUTH].gain):.3g}" if TRUTH in row else "-"]
+        if OURS in row:
+            ours = row[OURS]
+            ratio = ours.median / row[rival].median
+            outcome = "won" if ratio < 1.0 / ALIKE else "lost" if ratio > ALIKE else "equal"
+            spread = f"{np.median(ours.gain):.3g} ({ours.gain.min():.3g} to {ours.gain.max():.3g})"
+            share = f"{np.median(ours.error / row[TRUTH].error):.3g}" if TRUTH in row else "-"
+            shown += [spread, share, rival, f"{np.median(row[rival].gain):.3g}", f"{outcome}, {ratio:.2f}"]
+        else:
+            shown += ["failed", "-", rival, f"{np.median(row[rival].gain):.3g}", "lost"]
+        rows.append(shown)
+    return rows
+
+
+HEADINGS = [
+    "scenario",
+    "pi, mrad/s",
+    "oracle",
+    "adaptive (worst to best)",
+    "adaptive / oracle",
+    "best rival",
+    "it",
+    "adaptive / it",
+]
+
+
+def ranking_table(cells: Cells, title: str) -> Table:
+    """Return the table for a terminal."""
+    table = Table(title=title, box=SIMPLE, title_style="bold")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="left" if heading in ("scenario", "best rival") else "right")
+    for row in ranking_rows(cells):
+        table.add_row(*row, style="red" if row[-1].startswith("lost") else None)
+    return table
+
+
+def ranking_markdown(cells: Cells) -> str:
+    """Return the table as Markdown, for README."""
+    rules = ["---" if heading in ("scenario", "best rival") else "--:" for heading in HEADINGS]
+    lines = [HEADINGS, rules]
+    for scenario, *numbers, outcome in ranking_rows(cells):
+        lines.append([scenario, *numbers, f"**{outcome}**" if outcome.startswith("lost") else outcome])
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def standstill_rows(results: Results) -> dict[str, dict[str, float]]:
+    """Return the median peak-to-peak velocity (rad/s) at standstill, by scenario and controller."""
+    return {
+        scenario: {name: cell.median for name, cell in row.items()}
+        for scenario, row in collect(
+            {job: found for job, found in results.items() if found[BASELINE].get("standstill") is not None},
+            "standstill",
+        ).items()
+    }
+
+
+def _milli(value: float) -> str:
+    return f"{1e3 * value:.3g}"
