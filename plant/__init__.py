@@ -1,6 +1,8 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
 from plant.actuator import Actuator, ActuatorParameters, realise_torque, ripple_torque
+from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
+from plant.elastic_joint import ElasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
 from plant.joint import JointModel, whole_multiple
 from plant.kinds import (
@@ -9,9 +11,12 @@ from plant.kinds import (
     SCALE_JOINT,
     SENSED_VELOCITY,
     STEP_JOINT,
+    AnyJoint,
     Joint,
     initial_state,
 )
+from plant.lugre import LuGreParameters, LuGreState, scaled_lugre, step_lugre
+from plant.lugre_joint import LuGreJoint
 from plant.schedule import (
     FrictionChange,
     FrictionSchedule,
@@ -31,6 +36,10 @@ __all__ = [
     "STEP_JOINT",
     "Actuator",
     "ActuatorParameters",
+    "AnyJoint",
+    "ElasticJoint",
+    "ElasticParameters",
+    "ElasticState",
     "FrictionChange",
     "FrictionSchedule",
     "FrictionVariation",
@@ -38,6 +47,9 @@ __all__ = [
     "JointModel",
     "JointParameters",
     "JointState",
+    "LuGreJoint",
+    "LuGreParameters",
+    "LuGreState",
     "Sensor",
     "Stribeck",
     "check_factor",
@@ -46,11 +58,15 @@ __all__ = [
     "initial_state",
     "realise_torque",
     "ripple_torque",
+    "scaled_elastic",
     "scaled_joint",
+    "scaled_lugre",
     "schedule",
     "sliding_friction",
     "steepest_fall",
+    "step_elastic",
     "step_joint",
+    "step_lugre",
     "stribeck_decay",
     "whole_multiple",
 ]

@@ -115,3 +115,22 @@ def scaled(friction: Stribeck, factor: float) -> Stribeck:
         friction.stribeck_velocity,
         friction.stribeck_shape,
     )
+
+
+@register_jitable
+def yield_torque(friction: Stribeck, speed: float) -> tuple[float, float]:
+    """Return ``g(|w|)``, the map without its viscous part, and ``|w| dg/d|w|``, both in N m, at a speed ``|w| >= 0``.
+
+    The product is finite at rest, where for a shape factor below one the slope is not.
+    """
+    ratio = speed / friction.stribeck_velocity
+    if friction.stribeck_shape == 1.0:
+        power = ratio
+    elif friction.stribeck_shape == 2.0:
+        power = ratio * ratio
+    elif ratio > 1.0 and friction.stribeck_shape * math.log(ratio) > 7.0:
+        return friction.coulomb, 0.0  # exp(-exp(7)) underflows, and the power below could overflow
+    else:
+        power = ratio**friction.stribeck_shape
+    excess = (friction.stiction - friction.coulomb) * math.exp(-power)
+    return friction.coulomb + excess, -excess * friction.stribeck_shape * power

@@ -2,28 +2,71 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
+from pydantic import Discriminator, Tag
+
+from plant.elastic import (
+    ElasticParameters,
+    ElasticState,
+    initial_elastic,
+    scaled_elastic,
+    sensed_elastic,
+    step_elastic,
+)
+from plant.elastic_joint import ElasticJoint, check_elastic_period
 from plant.joint import JointModel, check_unique_step, whole_multiple
+from plant.lugre import LuGreParameters, LuGreState, initial_lugre, scaled_lugre, sensed_lugre, step_lugre
+from plant.lugre_joint import LuGreJoint, check_lugre_period
 from plant.step import JointParameters, JointState, initial_joint, scaled_joint, sensed_velocity, step_joint
 
-STEP_JOINT: dict[type, Callable[..., Any]] = {JointParameters: step_joint}
+STEP_JOINT: dict[type, Callable[..., Any]] = {
+    JointParameters: step_joint,
+    LuGreParameters: step_lugre,
+    ElasticParameters: step_elastic,
+}
 """Kernel ``step(parameters, state, torque, period) -> state`` for each class of parameters."""
 
-SCALE_JOINT: dict[type, Callable[..., Any]] = {JointParameters: scaled_joint}
+SCALE_JOINT: dict[type, Callable[..., Any]] = {
+    JointParameters: scaled_joint,
+    LuGreParameters: scaled_lugre,
+    ElasticParameters: scaled_elastic,
+}
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
 
-SENSED_VELOCITY: dict[type, Callable[..., Any]] = {JointState: sensed_velocity}
+SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
+    JointState: sensed_velocity,
+    LuGreState: sensed_lugre,
+    ElasticState: sensed_elastic,
+}
 """Kernel ``sensed(state) -> velocity`` at the motor, rad/s, for each class of states."""
 
-INITIAL_STATE: dict[type, Callable[..., Any]] = {JointParameters: initial_joint}
+INITIAL_STATE: dict[type, Callable[..., Any]] = {
+    JointParameters: initial_joint,
+    LuGreParameters: initial_lugre,
+    ElasticParameters: initial_elastic,
+}
 """``initial(parameters, velocity) -> state``, in plain Python, for each class of parameters."""
 
-CHECK_PERIOD: dict[type, Callable[..., None]] = {JointParameters: check_unique_step}
+CHECK_PERIOD: dict[type, Callable[..., None]] = {
+    JointParameters: check_unique_step,
+    LuGreParameters: check_lugre_period,
+    ElasticParameters: check_elastic_period,
+}
 """``check(parameters, period)``, in plain Python, for each class of parameters; refuses a solver period."""
 
-AnyJoint = JointModel
-"""A joint of any kind."""
+
+def _kind(table: Any) -> Any:
+    return table.get("kind", "stribeck") if isinstance(table, dict) else getattr(table, "kind", "stribeck")
+
+
+AnyJoint = Annotated[
+    Annotated[JointModel, Tag("stribeck")]
+    | Annotated[LuGreJoint, Tag("lugre")]
+    | Annotated[ElasticJoint, Tag("elastic")],
+    Discriminator(_kind),
+]
+"""A joint of any kind, as a field of a model; without a kind it is a rigid joint with lagged Stribeck friction."""
 
 
 def initial_state(joint: Any, velocity: float) -> Any:
@@ -36,7 +79,7 @@ class Joint:
 
     Parameters
     ----------
-    model : JointModel
+    model : JointModel, LuGreJoint or ElasticJoint
         Parameters of the joint.
     velocity : float, optional
         Velocity at the start, rad/s; the joint has moved so for long.
@@ -70,7 +113,7 @@ class Joint:
         Returns
         -------
         float
-            Velocity at the end, rad/s.
+            Velocity at the end, rad/s; of an elastic joint, the link's.
 
         Raises
         ------

@@ -12,6 +12,7 @@ from plant.friction import (
     sliding_friction_slope,
     steepest_fall,
     stribeck_decay,
+    yield_torque,
 )
 
 SHAPES = (0.7, 1.0, 1.5, 2.0, 3.0)
@@ -128,3 +129,18 @@ def test_scaled_friction_is_a_multiple_at_every_speed(friction, factor, speed):
     result = scaled(friction, factor)
     assert sliding_friction(result, speed) == pytest.approx(factor * sliding_friction(friction, speed), rel=1e-12)
     assert result[3:] == friction[3:]
+
+
+@given(frictions(), st.floats(0.0, 6.0))
+def test_yield_torque_is_the_map_without_its_viscous_part_and_its_rise_that_of_the_slope(friction, ratio):
+    speed = ratio * friction.stribeck_velocity
+    level, rise = yield_torque(friction, speed)
+    assert level == pytest.approx(sliding_friction(friction, speed) - friction.viscous * speed, rel=1e-12, abs=1e-10)
+    slope = sliding_friction_slope(friction, speed) - friction.viscous if speed > 1e-30 else 0.0
+    assert rise == pytest.approx(speed * slope, rel=1e-9, abs=1e-9)
+
+
+def test_yield_torque_beyond_an_almost_rectangular_peak_does_not_overflow():
+    curve = Stribeck(60.0, 90.0, 80.0, 0.05, 400.0)
+    assert yield_torque(curve, 0.35) == (60.0, 0.0)
+    assert yield_torque(curve, 0.0) == (90.0, 0.0)

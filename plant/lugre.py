@@ -1,0 +1,213 @@
+"""One implicit time step of a joint with LuGre friction: bristles that bend before they slide.
+
+C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A New Model for Control of Systems with Friction" (1995):
+
+    J dw/dt = u - f - offset
+    dz/dt = w - sigma0 |w|/g(w) z
+    f = sigma0 z + sigma1(w) dz/dt + sigma2 w
+
+with the mean deflection ``z`` of the bristles. ``g(w) = Fc + (Fs - Fc) exp(-|w/Vs|^delta)`` is the paper's (3) without
+its viscous part, of the direction of ``w``, as is ``sigma2``: at a constant velocity the joint settles on (3). A lag
+follows from the bristles; there is no ``tau``.
+
+With a constant ``sigma1`` the model gives energy at higher speeds. Chosen is H. Olsson's variant ("Control Systems with
+Friction", 1996), ``sigma1(w) = sigma1 exp(-(w/Vs)^2)``: with ``V = sigma0 z^2/2`` stored in the bristles,
+``f w - dV/dt`` is a quadratic form in ``sigma0 z`` and ``w`` that cannot be negative while ``sigma1(w) |w| <= 4 g(w)``.
+The implicit step keeps that property, since it loses stored energy itself.
+
+Both equations are discretised by the implicit Euler method, of first order in the period and stable for any stiffness.
+With ``b = h sigma0``, ``y = sigma0 z``, and ``x = |w+|``, all signed towards ``w+``,
+
+    dz/dt+ = x (g - y)/(g + b x),    y+ = (g y + b x g)/(g + b x),
+
+so ``y+`` is a mean of ``y`` and ``g`` and never leaves ``[-Fs, Fs]``; one scalar equation in ``x`` remains.
+
+What the model is known for and what stays in it: a torque that vibrates below breakaway lets the joint creep, because
+bristles slide a little at any velocity (P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single State Elastoplastic
+Friction Models", 2002).
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from plant.friction import Stribeck, scaled, yield_torque
+from plant.step import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, friction_at
+
+
+class LuGreParameters(NamedTuple):
+    """What the step needs to know of a LuGre joint.
+
+    Attributes
+    ----------
+    inertia : float
+        Inertia ``J``, kg m^2.
+    friction, backward : Stribeck
+        Static friction map of forward and of backward motion.
+    offset : float
+        Constant torque against the motor's, N m, of either sign.
+    stiffness : float
+        Stiffness ``sigma0`` of the bristles, N m/rad.
+    damping : float
+        Damping ``sigma1`` of the bristles at rest, N m s/rad.
+    """
+
+    inertia: float
+    friction: Stribeck
+    backward: Stribeck
+    offset: float
+    stiffness: float
+    damping: float
+
+
+class LuGreState(NamedTuple):
+    """State of a LuGre joint.
+
+    Attributes
+    ----------
+    velocity : float
+        Velocity ``w``, rad/s.
+    friction_torque : float
+        Friction torque ``f``, N m, without the offset.
+    position : float
+        Position, rad.
+    deflection : float
+        Deflection ``z`` of the bristles, rad.
+    """
+
+    velocity: float
+    friction_torque: float
+    position: float
+    deflection: float
+
+
+@register_jitable
+def bristle_torque(
+    curve: Stribeck, bending: float, slip: float, damping: float, speed: float
+) -> tuple[float, float, float]:
+    """Return what the bristles add to the friction torque over a step, its slope by the speed, and ``dz/dt``.
+
+    Parameters
+    ----------
+    curve : Stribeck
+        Static friction map of the direction of motion.
+    bending : float
+        Torque ``y = sigma0 z`` before the step, N m, positive where it opposes the motion.
+    slip : float
+        ``b = h sigma0``, N m s/rad.
+    damping : float
+        ``sigma1``, N m s/rad.
+    speed : float
+        Speed ``x >= 0`` after the step, rad/s.
+
+    Returns
+    -------
+    torque, slope, rate : float
+        ``(b + sigma1(x)) dz/dt`` in N m, its slope in N m s/rad, and ``dz/dt`` in rad/s.
+    """
+    level, rise = yield_torque(curve, speed)  # g and x dg/dx
+    divisor = level + slip * speed
+    rate = speed * (level - bending) / divisor
+    rate_slope = (level * (level - bending) + rise * (slip * speed + bending)) / (divisor * divisor)
+    ratio = speed / curve.stribeck_velocity
+    damping_now = damping * math.exp(-ratio * ratio)
+    weight = slip + damping_now
+    damping_part = 2.0 * ratio * damping_now * rate / curve.stribeck_velocity
+    return weight * rate, weight * rate_slope - damping_part, rate
+
+
+@register_jitable
+def bristle_speed(
+    curve: Stribeck, bending: float, slip: float, damping: float, mobility: float, pull: float, guess: float
+) -> float:
+    """Solve ``x + mobility (torque(x) + sigma2 x) = pull`` for the speed ``x > 0`` after a step.
+
+    ``mobility`` is ``h/J``; ``pull > 0`` the speed that the joint would have if its bristles pulled as before, rad/s.
+    The left side rises at least half as fast as ``x`` (``check_lugre_period`` sees to it): the root is in
+    ``[0, 2 pull]``.
+    """
+    low, high = 0.0, 2.0 * pull
+    speed = min(guess, high)
+    for _ in range(MAXIMUM_ITERATIONS):
+        torque, torque_slope, _ = bristle_torque(curve, bending, slip, damping, speed)
+        residual = speed + mobility * (torque + curve.viscous * speed) - pull
+        if residual > 0.0:
+            high = speed
+        else:
+            low = speed
+        candidate = speed - residual / (1.0 + mobility * (torque_slope + curve.viscous))
+        if abs(candidate - speed) <= RELATIVE_TOLERANCE * speed:
+            return min(max(candidate, low), high)
+        if not low < candidate < high:
+            candidate = 0.5 * (low + high)
+        speed = candidate
+    return speed
+
+
+@register_jitable
+def step_lugre(joint: LuGreParameters, state: LuGreState, torque: float, period: float) -> LuGreState:
+    """Advance a LuGre joint by one solver period under constant torque.
+
+    Parameters
+    ----------
+    joint : LuGreParameters
+        The joint.
+    state : LuGreState
+        State at the start of the step.
+    torque : float
+        Torque ``u``, N m, constant over the step.
+    period : float
+        Solver period ``h``, s.
+
+    Returns
+    -------
+    LuGreState
+        State at the end of the step.
+    """
+    mobility, slip = period / joint.inertia, period * joint.stiffness
+    bending = joint.stiffness * state.deflection
+    pull = state.velocity + mobility * (torque - joint.offset - bending)
+    if pull == 0.0:
+        return LuGreState(0.0, bending, state.position, state.deflection)
+    forward = pull > 0.0
+    curve = joint.friction if forward else joint.backward
+    direction = 1.0 if forward else -1.0
+    guess = max(direction * state.velocity, 0.0)
+    towards = direction * bending
+    speed = bristle_speed(curve, towards, slip, joint.damping, mobility, direction * pull, guess)
+    bristles, _, rate = bristle_torque(curve, towards, slip, joint.damping, speed)
+    friction_torque = bending + direction * (bristles + curve.viscous * speed)
+    velocity = direction * speed
+    deflection = state.deflection + direction * period * rate
+    return LuGreState(velocity, friction_torque, state.position + period * velocity, deflection)
+
+
+@register_jitable
+def scaled_lugre(joint: LuGreParameters, factor: float) -> LuGreParameters:
+    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays.
+
+    Stiffness and damping of the bristles scale along, as with the load on a contact: in any motion the friction torque
+    is then the factor times what it was, and the deflection the same.
+    """
+    return LuGreParameters(
+        joint.inertia,
+        scaled(joint.friction, factor),
+        scaled(joint.backward, factor),
+        joint.offset,
+        joint.stiffness * factor,
+        joint.damping * factor,
+    )
+
+
+@register_jitable
+def sensed_lugre(state: LuGreState) -> float:
+    """Return the velocity at the motor, rad/s: a rigid joint has one velocity."""
+    return state.velocity
+
+
+def initial_lugre(joint: LuGreParameters, velocity: float) -> LuGreState:
+    """Return the state of a joint that has moved at a velocity (rad/s) for long; its position is zero."""
+    friction_torque = friction_at(joint.friction, joint.backward, velocity)
+    viscous = (joint.friction if velocity > 0.0 else joint.backward).viscous * velocity
+    return LuGreState(velocity, friction_torque, 0.0, (friction_torque - viscous) / joint.stiffness)

@@ -1,0 +1,324 @@
+"""The elastic joint against the closed forms of two inertias on a spring, its energy, and the rigid joint."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from scipy.integrate import solve_ivp
+
+from plant import (
+    ElasticJoint,
+    ElasticParameters,
+    ElasticState,
+    JointModel,
+    Stribeck,
+    initial_state,
+    sliding_friction,
+    step_elastic,
+    step_joint,
+)
+from plant.elastic import scaled_elastic, sensed_elastic
+
+FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+FIELDS = {"inertia": 20.0, **FRICTION, "link_share": 0.6, "link_stiffness": 5e4}
+FREE = {**FIELDS, "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0}
+MOTOR, LINK = 8.0, 12.0
+RESONANCE = math.sqrt(5e4 / MOTOR + 5e4 / LINK)  # rad/s
+ANTIRESONANCE = math.sqrt(5e4 / LINK)
+REST = ElasticState(0.0, 0.0, 0.0, 0.0, 0.0)
+UNEVEN = ElasticJoint(
+    **FIELDS, link_damping=20.0, friction_lag=0.02, coulomb_backward=40.0, viscous_backward=90.0, offset=7.0
+)
+
+
+def run_in_python(joint, state, torques, period):
+    """State after each step; row 0 is the start."""
+    motion = np.empty((torques.size + 1, 5))
+    motion[0] = state
+    for k in range(torques.size):
+        state = step_elastic(joint, state, torques[k], period)
+        motion[k + 1] = state
+    return motion
+
+
+run = numba.njit(run_in_python)
+
+
+def model(**changes):
+    return ElasticJoint(**{**FIELDS, **changes})
+
+
+def free(**changes):
+    return ElasticJoint(**{**FREE, **changes})
+
+
+def response(period, frequencies):
+    """Size of the frequency response from torque to motor velocity, from a simulated impulse response."""
+    joint = free(link_damping=20.0, solver_period=period).parameters
+    torques = np.zeros(round(4.0 / period))
+    torques[0] = 1.0 / period
+    impulse = run(joint, REST, torques, period)[1:, 3] - 1.0 / 20.0  # of both inertias together
+    assert np.max(np.abs(impulse[-100:])) < 1e-3 * np.max(np.abs(impulse))
+    z = np.exp(-1j * np.outer(frequencies, period * np.arange(impulse.size)))
+    whole = 1.0 / 20.0 / (1.0 - np.exp(-1j * frequencies * period))
+    return np.abs(z @ impulse + whole)
+
+
+@pytest.mark.parametrize("period", [1e-3, 2e-4])
+def test_resonance_and_antiresonance_are_those_of_the_closed_form(period):
+    near = np.linspace(0.95, 1.05, 201)
+    peak = near[np.argmax(response(period, RESONANCE * near))]
+    dip = near[np.argmin(response(period, ANTIRESONANCE * near))]
+    assert peak == pytest.approx(1.0, abs=0.01)
+    assert dip == pytest.approx(1.0, abs=0.01)
+
+
+def peaks_of(swing):
+    """Maxima of an oscillation."""
+    inside = swing[1:-1]
+    return inside[(inside > swing[:-2]) & (inside >= swing[2:])]
+
+
+def test_free_swing_decays_as_the_closed_form_says():
+    damping = 40.0
+    joint = free(link_damping=damping, solver_period=1e-4).parameters
+    motion = run(joint, REST._replace(twist=0.01), np.zeros(6000), 1e-4)
+    rate = 0.5 * damping * (1.0 / MOTOR + 1.0 / LINK)
+    omega = math.sqrt(RESONANCE**2 - rate**2)
+    found = peaks_of(motion[:, 4])
+    assert len(found) == 9
+    assert np.log(found[:-1] / found[1:]) == pytest.approx(rate * 2.0 * math.pi / omega, rel=0.02)
+    assert MOTOR * motion[:, 3] + LINK * motion[:, 0] == pytest.approx(0.0, abs=1e-10)  # momentum
+
+
+def test_swing_without_damping_goes_on_for_ten_thousand_periods():
+    joint = free().parameters
+    motion = run(joint, REST._replace(twist=0.01), np.zeros(650_000), 1e-3)
+    assert 1e-3 * 650_000 * RESONANCE / (2.0 * math.pi) > 10_000
+    assert np.max(motion[-1000:, 4]) == pytest.approx(0.01, rel=2e-3)  # a sampled maximum
+    energy = 0.5 * (MOTOR * motion[:, 3] ** 2 + LINK * motion[:, 0] ** 2 + 5e4 * motion[:, 4] ** 2)
+    assert energy == pytest.approx(energy[0], rel=1e-9)
+    crossings = np.nonzero(np.diff(np.sign(motion[:, 4])))[0]
+    lowered = 2.0 / 1e-3 * math.atan(0.5 * RESONANCE * 1e-3)  # by the trapezoidal rule
+    assert math.pi / (1e-3 * np.mean(np.diff(crossings))) == pytest.approx(lowered, rel=1e-6)
+
+
+def test_link_swings_on_while_the_motor_sticks():
+    damping = 30.0
+    joint = model(link_damping=damping, solver_period=1e-4).parameters
+    start = REST._replace(twist=0.0015)  # 75 N m, below the stiction
+    motion = run(joint, start, np.zeros(10_000), 1e-4)
+    assert not np.any(motion[:, 3])
+    assert not np.any(motion[:, 2])
+    found = peaks_of(motion[:, 4])
+    rate = 0.5 * damping / LINK
+    omega = math.sqrt(ANTIRESONANCE**2 - rate**2)
+    assert np.log(found[:-1] / found[1:]) == pytest.approx(rate * 2.0 * math.pi / omega, rel=0.02)
+    crossings = np.nonzero(np.diff(np.sign(motion[:, 4])))[0]
+    assert np.mean(np.diff(crossings)) * 1e-4 == pytest.approx(math.pi / omega, rel=0.005)
+
+
+def test_spring_torque_above_stiction_moves_the_motor():
+    motion = run(model().parameters, REST._replace(twist=0.0019), np.zeros(1), 1e-3)
+    assert motion[1, 3] < 0.0  # the motor is ahead and is pulled back
+
+
+@st.composite
+def steps(draw):
+    fields = {
+        "inertia": draw(st.floats(0.5, 100.0)),
+        "coulomb": draw(st.floats(0.0, 100.0)),
+        "viscous": draw(st.floats(0.0, 100.0)),
+        "stribeck_velocity": draw(st.floats(0.01, 0.5)),
+        "stribeck_shape": draw(st.sampled_from([0.7, 1.0, 2.0])),
+        "coulomb_backward": draw(st.none() | st.floats(0.0, 100.0)),
+        "offset": draw(st.just(0.0) | st.floats(-50.0, 50.0)),
+        "friction_lag": draw(st.just(0.0) | st.floats(1e-4, 0.1)),
+        "link_share": draw(st.floats(0.01, 0.99)),
+        "link_stiffness": 10.0 ** draw(st.floats(1.0, 6.0)),
+        "link_damping": draw(st.just(0.0) | st.floats(0.0, 1e3)),
+    }
+    fields["stiction"] = max(fields["coulomb"], fields["coulomb_backward"] or 0.0) + draw(st.floats(0.0, 50.0))
+    period = draw(st.floats(1e-4, 2e-3))
+    while True:
+        try:
+            joint = ElasticJoint(**fields, solver_period=period)
+            break
+        except ValidationError:
+            period *= 0.5
+    velocity = st.just(0.0) | st.floats(-2.0, 2.0)
+    twist = draw(st.floats(-200.0, 200.0)) / fields["link_stiffness"]
+    state = ElasticState(draw(velocity), draw(st.floats(-200.0, 200.0)), draw(velocity), draw(velocity), twist)
+    return joint.parameters, state, draw(st.floats(-300.0, 300.0)), period
+
+
+def energy(joint, state):
+    kinetic = joint.motor_inertia * state.motor_velocity**2 + joint.link_inertia * state.velocity**2
+    return 0.5 * (kinetic + joint.link_stiffness * state.twist**2)
+
+
+@settings(max_examples=300)
+@given(steps())
+def test_step_solves_its_equations_balances_energy_and_is_odd(case):
+    joint, state, torque, h = case
+    after = step_elastic(joint, state, torque, h)
+    twist = 0.5 * (state.twist + after.twist)
+    motor = 0.5 * (state.motor_velocity + after.motor_velocity)
+    link = 0.5 * (state.velocity + after.velocity)
+    spring = joint.link_stiffness * twist + joint.link_damping * (motor - link)
+    pull = torque - joint.offset - after.friction_torque
+    speed = abs(state.motor_velocity) + abs(state.velocity)
+    torques = abs(torque) + abs(joint.offset) + abs(state.friction_torque) + joint.friction.stiction + 200.0
+    torques += (joint.link_damping + h * joint.link_stiffness) * speed
+    size = speed + h / min(joint.motor_inertia, joint.link_inertia) * torques
+    tiny = 1e-10 * size
+    assert after.velocity == pytest.approx(state.velocity + h / joint.link_inertia * spring, abs=tiny)
+    assert after.motor_velocity == pytest.approx(
+        state.motor_velocity + h / joint.motor_inertia * (pull - spring), abs=tiny
+    )
+    assert after.twist == pytest.approx(state.twist + h * (motor - link), abs=h * tiny + 1e-15)
+    assert after.position == pytest.approx(state.position + h * motor, abs=h * tiny + 1e-15)
+    static = after.friction_torque + joint.friction_lag * (after.friction_torque - state.friction_torque) / h
+    curve = joint.friction if static > 0.0 else joint.backward
+    weight = h * h / (joint.motor_inertia * (joint.friction_lag + h))
+    if after.motor_velocity == 0.0:
+        assert weight * abs(static) <= weight * curve.stiction + 10.0 * tiny
+    else:
+        expected = math.copysign(sliding_friction(curve, abs(after.motor_velocity)), after.motor_velocity)
+        assert weight * static == pytest.approx(weight * expected, abs=10.0 * tiny)
+    gained = energy(joint, after) - energy(joint, state)
+    given_ = h * (pull * motor - joint.link_damping * (motor - link) ** 2)
+    scale = energy(joint, after) + energy(joint, state) + h * torques * speed
+    assert gained == pytest.approx(given_, abs=1e-8 * scale + 1e-12)
+    turned = joint._replace(friction=joint.backward, backward=joint.friction, offset=-joint.offset)
+    mirrored = step_elastic(turned, ElasticState(*(-value for value in state)), -torque, h)
+    assert mirrored == tuple(-value for value in after)
+
+
+def test_motion_with_smooth_friction_converges_to_that_of_solve_ivp_with_first_order():
+    joint = model(coulomb=0.0, stiction=0.0, friction_lag=0.02, link_damping=20.0, offset=3.0).parameters
+
+    def slope(t, y):
+        link, friction, motor, twist = y
+        spring = 5e4 * twist + 20.0 * (motor - link)
+        pull = 150.0 * math.sin(8.0 * t) - 3.0 - friction - spring
+        return [spring / LINK, (80.0 * motor - friction) / 0.02, pull / MOTOR, motor - link]
+
+    exact = solve_ivp(slope, (0.0, 0.9), [0.0] * 4, method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+    errors = []
+    for period in (1e-4, 5e-5):
+        middle = period * (np.arange(round(0.9 / period)) + 0.5)
+        end = run(joint, REST, 150.0 * np.sin(8.0 * middle), period)[-1]
+        errors.append(end[[0, 1, 3, 4]] - exact)
+    assert np.all(np.abs(errors[1]) < 1e-3 * np.max(np.abs(exact)))
+    assert errors[0][:3] / errors[1][:3] == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("lag", "stiffnesses"), [(0.0, (4e6, 1.6e7)), (0.02, (2.5e5, 1e6))])
+def test_stiff_joint_moves_as_the_rigid_one(lag, stiffnesses):
+    rigid = JointModel(inertia=20.0, **FRICTION, friction_lag=lag).parameters
+    torques = 150.0 * np.sin(1e-3 * np.arange(20_000)) + 40.0 * np.sin(0.0041 * np.arange(20_000))
+    state, expected = initial_state(rigid, 0.1), [0.1]
+    for torque in torques:
+        state = step_joint(rigid, state, torque, 1e-4)
+        expected.append(state.velocity)
+    differences = []
+    for stiffness in stiffnesses:
+        joint = model(link_stiffness=stiffness, link_damping=2e-3 * stiffness, friction_lag=lag, solver_period=1e-4)
+        motion = run(joint.parameters, initial_state(joint.parameters, 0.1), torques, 1e-4)
+        differences.append(np.sqrt(np.mean((motion[:, 0] - expected) ** 2)))
+    assert np.ptp(expected) > 0.3
+    assert differences[1] < 1e-3
+    assert differences[1] < 0.5 * differences[0]
+
+
+def test_motor_rests_exactly_below_breakaway_and_the_link_with_it():
+    joint = model(link_damping=20.0, offset=5.0).parameters
+    for torque in (94.9, -84.9):
+        assert not np.any(run(joint, REST, np.full(100_000, torque), 1e-3)[:, [0, 2, 3, 4]])
+    for torque in (95.1, -85.1):
+        moved = run(joint, REST, np.full(3000, torque), 1e-3)[-1]
+        assert np.all(moved[[0, 2, 3, 4]] * torque > 0.0)
+
+
+def test_steady_motion_needs_the_friction_of_the_motor_and_the_offset():
+    joint = UNEVEN.parameters
+    for velocity, curve in ((0.2, joint.friction), (-0.2, joint.backward)):
+        start = initial_state(joint, velocity)
+        friction = math.copysign(sliding_friction(curve, 0.2), velocity)
+        assert start == (velocity, friction, 0.0, velocity, 0.0)
+        assert sensed_elastic(start) == velocity
+        end = run(joint, start, np.full(500, friction + 7.0), 1e-3)[-1]
+        assert end == pytest.approx([velocity, friction, 0.5 * velocity, velocity, 0.0], abs=1e-9)
+
+
+def test_sensor_sits_at_the_motor():
+    assert sensed_elastic(ElasticState(1.0, 2.0, 3.0, 4.0, 5.0)) == 4.0
+
+
+@pytest.mark.parametrize("shape", [0.7, 1.0, 1.5, 2.0])
+def test_compiled_step_equals_plain_python(shape):
+    joint = UNEVEN.parameters
+    joint = joint._replace(friction=joint.friction._replace(stribeck_shape=shape))
+    torques = 120.0 * np.sin(0.02 * np.arange(3000)) + 60.0 * np.sin(0.003 * np.arange(3000) ** 1.1)
+    plain = run_in_python(joint, initial_state(joint, 0.1), torques, 5e-4)
+    assert np.any(plain[:, 0] > 0.01)
+    assert np.any(plain[:, 0] < -0.01)
+    assert run(joint, initial_state(joint, 0.1), torques, 5e-4) == pytest.approx(plain, rel=1e-12, abs=1e-12)
+
+
+def test_scaled_joint_scales_the_friction_of_both_directions_and_nothing_else():
+    joint = UNEVEN.parameters
+    half = scaled_elastic(joint, 0.5)
+    assert half.friction == Stribeck(30.0, 45.0, 40.0, 0.05, 1.0)
+    assert half.backward == Stribeck(20.0, 45.0, 45.0, 0.05, 1.0)
+    assert half._replace(friction=joint.friction, backward=joint.backward) == joint
+
+
+def test_inertia_is_that_of_both_sides():
+    curve = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
+    found = model(offset=2.0, friction_lag=0.01, link_damping=3.0).parameters
+    assert found == ElasticParameters(8.0, 12.0, curve, curve, 2.0, 0.01, 5e4, 3.0)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.9])
+def test_solver_period_that_misplaces_the_resonance_is_refused(share):
+    omega = math.sqrt(5e4 / 20.0 / (share * (1.0 - share)))
+    with pytest.raises(
+        ValidationError, match=f"its resonance of {omega / 2.0 / math.pi:.4g} Hz is misplaced"
+    ) as caught:
+        model(link_share=share, solver_period=0.01)
+    longest = float(str(caught.value).partition("beyond ")[2].split()[0])
+    placed = 2.0 / longest * math.atan(0.5 * omega * longest) / omega
+    assert placed == pytest.approx(0.99, abs=1e-4)
+    assert model(link_share=share, solver_period=0.999 * longest, stiction=60.0).link_share == share
+    with pytest.raises(ValidationError, match="misplaced"):
+        model(link_share=share, solver_period=1.001 * longest)
+
+
+def test_solver_period_that_leaves_several_solutions_is_refused():
+    # h < Jm/((Fs - Fc)/Vs - sigma) = 0.2/520
+    with pytest.raises(ValidationError, match="the falling Stribeck curve leaves the implicit step more than one"):
+        model(link_share=0.99, link_stiffness=100.0, solver_period=1.001 * 0.2 / 520.0)
+    assert model(link_share=0.99, link_stiffness=100.0, solver_period=0.999 * 0.2 / 520.0).inertia == 20.0
+
+
+@pytest.mark.parametrize("field", ["link_share", "link_stiffness", "link_damping", "friction_lag", "offset"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, "1", True, None])
+def test_wrong_value_is_refused_and_the_field_named(field, value):
+    with pytest.raises(ValidationError) as caught:
+        model(**{field: value})
+    assert [error["loc"] for error in caught.value.errors()] == [(field,)]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("link_share", 0.0), ("link_share", 1.0), ("link_stiffness", 0.0), ("link_damping", -1.0), ("friction_lag", -1.0)],
+)
+def test_value_out_of_range_is_refused(field, value):
+    with pytest.raises(ValidationError, match=field):
+        model(**{field: value})

@@ -1,0 +1,163 @@
+"""What every kind of joint promises: it serves the same loop, stands in the same tables and is refused alike."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from plant import (
+    CHECK_PERIOD,
+    INITIAL_STATE,
+    SCALE_JOINT,
+    SENSED_VELOCITY,
+    STEP_JOINT,
+    AnyJoint,
+    ElasticJoint,
+    Joint,
+    JointModel,
+    LuGreJoint,
+    initial_state,
+    sliding_friction,
+)
+
+FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+MODELS = {
+    "stribeck": JointModel(**FRICTION),
+    "lagged": JointModel(**FRICTION, friction_lag=0.02, offset=7.0, stiction_backward=70.0),
+    "lugre": LuGreJoint(**FRICTION, stiffness=1e5, offset=7.0, stiction_backward=70.0),
+    "elastic": ElasticJoint(
+        **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, offset=7.0, stiction_backward=70.0
+    ),
+}
+TORQUES = 150.0 * np.sin(0.01 * np.arange(2000)) + 30.0 * np.sin(0.037 * np.arange(2000))
+
+
+class Table(BaseModel):
+    """A model with a joint of any kind as a field."""
+
+    joint: AnyJoint
+
+
+@pytest.fixture(params=MODELS)
+def model(request):
+    return MODELS[request.param]
+
+
+def moved(model, velocity=0.0):
+    joint, states = Joint(model, velocity), []
+    for torque in TORQUES:
+        joint.step(torque, 0.001)
+        states.append(joint.state)
+    return states
+
+
+def test_state_begins_with_velocity_friction_torque_and_position(model):
+    state = initial_state(model.parameters, 0.2)
+    assert state._fields[:3] == ("velocity", "friction_torque", "position")
+    assert state[:3] == (0.2, sliding_friction(model.friction, 0.2), 0.0)
+    assert not any(initial_state(model.parameters, 0.0))
+    assert all(isinstance(value, float) for value in state)
+
+
+def test_tables_serve_every_kind(model):
+    parameters = model.parameters
+    kind, state = type(parameters), initial_state(parameters, 0.1)
+    assert INITIAL_STATE[kind](parameters, 0.1) == state
+    assert SENSED_VELOCITY[type(state)](state) == 0.1
+    assert SCALE_JOINT[kind](parameters, 1.0) == parameters
+    doubled = SCALE_JOINT[kind](parameters, 2.0)
+    assert doubled.offset == parameters.offset
+    for curve, before in ((doubled.friction, parameters.friction), (doubled.backward, parameters.backward)):
+        assert sliding_friction(curve, 0.1) == pytest.approx(2.0 * sliding_friction(before, 0.1))
+    CHECK_PERIOD[kind](parameters, 0.001)
+    with pytest.raises(ValueError, match="solver_period = 1 s is too long for this joint"):
+        CHECK_PERIOD[kind](parameters, 1.0)
+
+
+def test_friction_that_grows_may_need_a_shorter_period(model):
+    parameters = model.parameters
+    harder = SCALE_JOINT[type(parameters)](parameters, 1e3)
+    with pytest.raises(ValueError, match="is too long"):
+        CHECK_PERIOD[type(parameters)](harder, model.solver_period)
+
+
+def test_own_loop_moves_both_ways_and_its_friction_stays_finite(model):
+    velocities = np.array([state.velocity for state in moved(model)])
+    assert np.max(velocities) > 0.05
+    assert np.min(velocities) < -0.05
+
+
+def test_own_loop_is_the_compiled_series(model):
+    step = numba.njit(error_model="numpy")(STEP_JOINT[type(model.parameters)])
+    state = initial_state(model.parameters, 0.1)
+    for plain, torque in zip(moved(model, 0.1), TORQUES, strict=True):
+        state = step(model.parameters, state, torque, 0.001)
+        assert state == pytest.approx(plain, rel=1e-12, abs=1e-13)
+
+
+def test_position_is_the_integral_of_the_velocity_at_the_motor(model):
+    states = moved(model)
+    sensed = [SENSED_VELOCITY[type(state)](state) for state in states]
+    assert states[-1].position == pytest.approx(1e-3 * np.sum(sensed), abs=1e-3 * np.max(np.abs(sensed)))
+
+
+def test_motion_without_offset_and_with_alike_directions_is_odd(model):
+    even = type(model)(**{**model.model_dump(), "offset": 0.0, "stiction_backward": None})
+    step = STEP_JOINT[type(even.parameters)]
+    state, mirror = initial_state(even.parameters, 0.1), initial_state(even.parameters, -0.1)
+    for torque in TORQUES:
+        state, mirror = step(even.parameters, state, torque, 0.001), step(even.parameters, mirror, -torque, 0.001)
+        assert mirror == tuple(-value for value in state)
+
+
+def test_joint_stays_where_it_is_under_its_offset_alone(model):
+    joint = Joint(model)
+    assert joint.step(model.offset, 1.0) == 0.0
+    assert not any(joint.state)
+
+
+def test_steady_motion_is_held_by_friction_and_offset(model):
+    for velocity, curve in ((0.2, model.friction), (-0.2, model.friction_backward)):
+        joint = Joint(model, velocity)
+        torque = math.copysign(sliding_friction(curve, 0.2), velocity) + model.offset
+        assert joint.step(torque, 0.5) == pytest.approx(velocity, rel=1e-9)
+
+
+def test_torque_that_is_not_a_number_does_not_look_like_rest(model):
+    state = initial_state(model.parameters, 0.0)
+    assert math.isnan(STEP_JOINT[type(model.parameters)](model.parameters, state, math.nan, 0.001).velocity)
+
+
+def test_model_is_read_back_from_its_content(model):
+    content = model.model_dump()
+    assert Table(joint=content).joint == Table(joint=model).joint == model
+    assert content["kind"] in ("stribeck", "lugre", "elastic")
+
+
+def test_joint_without_a_kind_is_the_rigid_one_with_lagged_friction():
+    assert Table(joint={**FRICTION, "friction_lag": 0.02}).joint == JointModel(**FRICTION, friction_lag=0.02)
+
+
+@pytest.mark.parametrize("kind", ["rubber", "", "Stribeck", "JointModel", 3, True, ["lugre"], {"a": 1}])
+def test_unknown_kind_is_refused_and_the_known_are_listed(kind):
+    with pytest.raises(ValidationError) as caught:
+        Table(joint={**FRICTION, "kind": kind})
+    error = caught.value.errors()[0]
+    assert error["type"] == "union_tag_invalid"
+    assert error["ctx"]["expected_tags"] == "'stribeck', 'lugre', 'elastic'"
+
+
+@pytest.mark.parametrize("value", [3, "a", [1.0], None, True])
+def test_joint_that_is_no_table_is_refused(value):
+    with pytest.raises(ValidationError) as caught:
+        Table(joint=value)
+    assert caught.value.errors()[0]["type"] == "model_type"
+
+
+@pytest.mark.parametrize("field", ["stiffness", "damping", "link_share", "link_stiffness", "link_damping"])
+def test_field_of_another_kind_is_refused(field):
+    with pytest.raises(ValidationError) as caught:
+        Table(joint={**FRICTION, field: 1.0})
+    assert caught.value.errors()[0]["type"] == "extra_forbidden"
