@@ -22,16 +22,33 @@ from controllers.kalman_disturbance import KalmanDisturbance
 from controllers.observer_design import ObserverDesign
 from controllers.pi import PI, PIParameters, PIState, check_gains, hand_over, initial_pi_state, step_pi
 from controllers.torques import acting_torque, slope_torque
+from controllers.velocity import (
+    INITIAL_VELOCITY_STATES,
+    VELOCITY_ESTIMATORS,
+    DirectVelocity,
+    direct_velocity,
+    estimate_velocity,
+    initial_velocity_state,
+)
+from controllers.velocity_difference import DifferenceVelocity, difference_velocity
+from controllers.velocity_kalman import KalmanVelocity, kalman_velocity
+from controllers.velocity_low_pass import LowPassVelocity, low_pass_velocity
 
 __all__ = [
     "ESTIMATES",
+    "INITIAL_VELOCITY_STATES",
     "PI",
     "STEPS",
+    "VELOCITY_ESTIMATORS",
     "Controller",
+    "DifferenceVelocity",
+    "DirectVelocity",
     "DisturbanceObserver",
     "ExtendedState",
     "Inputs",
     "KalmanDisturbance",
+    "KalmanVelocity",
+    "LowPassVelocity",
     "ObserverDesign",
     "Output",
     "PIDesign",
@@ -43,12 +60,18 @@ __all__ = [
     "compiled",
     "compiled_in_place",
     "design_pi",
+    "difference_velocity",
+    "direct_velocity",
     "dispatched",
+    "estimate_velocity",
     "fastest_bandwidth",
     "feedback_state",
     "hand_over",
     "initial_pi_state",
+    "initial_velocity_state",
     "is_cached",
+    "kalman_velocity",
+    "low_pass_velocity",
     "pi_gains",
     "slope_torque",
     "step",

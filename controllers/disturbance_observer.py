@@ -2,8 +2,8 @@
 
 K. Ohnishi's observer of the load torque, in the two-degrees-of-freedom form of T. Umeno and Y. Hori, "Robust speed
 control of DC servomotors using modern two degrees-of-freedom controller design" (1991): the inverse of the nominal
-inertia, applied to the measured velocity, is compared with the torque that acted; the difference passes the filter ``Q``
-and is added to the torque. For its reference, the loop then is the nominal inertia, whose inverse is fed forward.
+inertia, applied to the measured velocity, is compared with the torque that acted; the difference passes the filter
+``Q`` and is added to the torque. For its reference, the loop then is the nominal inertia, whose inverse is fed forward.
 
 Variant: ``Q`` of first order, ``g/(s + g)``, as in Ohnishi's observer; a measured velocity needs no higher one. It is
 discretised with the exact pole ``exp(-g dt)``, and the inverse of the inertia acts on means over the period, which for

@@ -13,8 +13,8 @@ against the sampling, the filter is a Butterworth one of second order with a nat
 which is called its bandwidth here. Friction is no random walk; one that suits it has the mean square of its jumps at
 reversals times their rate.
 
-Variant: the estimate of the disturbance stands beside the PI loop, which keeps the *measured* velocity; the filter's own
-would add lag to the feedback.
+Variant: the estimate of the disturbance stands beside the PI loop, which keeps the *measured* velocity; the filter's
+own would add lag to the feedback.
 """
 
 import math

@@ -117,7 +117,7 @@ def open_loop(loop: SampledLoop, compensation: Compensation) -> tuple[Polynomial
     feedback = loop.feedback if loop.integral > 0.0 else np.array([loop.proportional])
     direct = np.polymul(compensation.numerator, np.polymul(difference, once))
     numerator = np.polymul(np.polyadd(np.polymul(feedback, compensation.denominator), direct), late)
-    rest = np.polysub(compensation.denominator, np.polymul(compensation.numerator, late))
+    rest = np.polyadd(compensation.denominator, -np.polymul(compensation.numerator, late))
     denominator = np.polymul(rest, np.polymul(difference, once))
     size = max(numerator.size, denominator.size)
     # powers of q rise where those of z fall
