@@ -11,7 +11,8 @@ velocities differ. Hence the open loop behind the inertia ``q^(1+d)/(1 - q)``:
 
     L = (C + S (1 - q))/(1 - S q^(1+d)) q^(1+d)/(1 - q).
 
-Margins are those of the joint that the designer assumes.
+Margins are those of the joint that the designer assumes. The anti-windup of the PI loop is left out; it does nothing
+within the torque limit unless a delay makes the realised torque differ from the last command.
 """
 
 import math

@@ -5,9 +5,9 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 SETTLED = 1e-13
-"""Relative change of the gain in a step at which it counts as settled."""
+"""Relative change of the covariance in a step at which it counts as settled."""
 
-LONGEST = 200_000
+LONGEST = 100_000
 """Steps after which the search gives up."""
 
 
@@ -35,11 +35,14 @@ def stationary_gain(transition: NDArray[np.float64], process_noise: NDArray[np.f
     kalman = KalmanFilter(dim_x=size, dim_z=1)
     kalman.F, kalman.Q, kalman.P = transition, process_noise, np.eye(size) + process_noise
     kalman.H, kalman.R = np.eye(1, size), np.eye(1)
-    gain = np.full(size, np.inf)
     for _ in range(LONGEST):
+        last = kalman.P
         kalman.predict()
         kalman.update(np.zeros(1))
-        last, gain = gain, np.array(kalman.K[:, 0], dtype=float)
-        if np.all(np.abs(gain - last) <= SETTLED * np.abs(gain)):
-            return gain
-    raise ValueError(f"the process noise is not allowed: after {LONGEST} periods the gain has not settled")
+        # not the gain: it may stand still for a step long before the end
+        if np.all(np.abs(kalman.P - last) <= SETTLED * np.abs(kalman.P)):
+            return np.array(kalman.K[:, 0], dtype=float)
+    raise ValueError(
+        f"the process noise is too small against that of the measurement: after {LONGEST} periods the gain of the "
+        "filter has not settled"
+    )

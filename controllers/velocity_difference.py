@@ -1,6 +1,6 @@
 """Velocity as the difference of two positions over the time between them.
 
-For an encoder of resolution ``r`` that passes many steps in a period, the two rounding errors are independent and have a
+For an encoder of resolution ``r`` that passes many steps in a period, the two rounding errors are independent, with a
 variance of ``r^2/12`` each: the velocity has a noise of ``r/(sqrt(6) Ts)``. It lags half a period behind.
 """
 
