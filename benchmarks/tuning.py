@@ -10,7 +10,7 @@ default in ``adaptive_ff/lineup.py``.
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from typing import Annotated
 
 import numpy as np
@@ -115,7 +115,7 @@ def settled_error(name: str, label: str, scenario: str, seed: int) -> float:
     return simulate(course, CANDIDATES[name][label](course), name=name).metrics.rms_error_settled
 
 
-def search(name: str, seeds: int, pool: ProcessPoolExecutor) -> dict[str, list[float]]:
+def search(name: str, seeds: int, pool: Executor) -> dict[str, list[float]]:
     """Return the median settled error (rad/s) of each candidate of a controller on each scenario."""
     jobs = [
         (name, label, scenario, FIRST_SEED + seed)

@@ -160,5 +160,5 @@ def test_gain_that_stands_still_for_a_step_has_not_settled():
 
 def test_gain_that_does_not_settle_is_said_to(monkeypatch):
     monkeypatch.setattr("controllers.stationary.LONGEST", 2000)
-    with pytest.raises(ValueError, match="process noise is too small .* after 2000 periods"):
+    with pytest.raises(ValueError, match=r"process noise is too small .* after 2000 periods"):
         stationary_gain(np.array([[1.0, 1.0], [0.0, 1.0]]), np.zeros((2, 2)))
