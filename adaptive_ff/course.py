@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.scenario import Scenario
-from controllers import DirectVelocity
-from plant import Actuator, ActuatorParameters, FrictionSchedule, JointModel, schedule
+from controllers import direct_velocity
+from plant import Actuator, ActuatorParameters, AnyJoint, FrictionSchedule, schedule
 
 
 class Course(NamedTuple):
@@ -94,7 +94,7 @@ def empty_record(course: Course, estimates: int) -> Record:
 
 
 def lay_plain_course(
-    joint: JointModel,
+    joint: AnyJoint,
     samples: NDArray[np.int64],
     reference: NDArray[np.float64],
     noise: NDArray[np.float64],
@@ -104,7 +104,7 @@ def lay_plain_course(
 
     Parameters
     ----------
-    joint : JointModel
+    joint : JointModel, LuGreJoint or ElasticJoint
         The joint.
     samples, reference, noise : ndarray
         As in :class:`Course`.
@@ -119,7 +119,7 @@ def lay_plain_course(
         drive.parameters,
         round(drive.delay / period),
         0.0,
-        DirectVelocity(0.0),
+        direct_velocity(period),
         period,
         samples,
         reference,

@@ -1,9 +1,9 @@
 """What controllers that identify have in common."""
 
-import math
-
 from adaptive_ff.model import ESTIMATED
-from controllers import Controller
+from controllers import Controller, check_positive
+
+__all__ = ["IdentifyingController", "check_positive"]
 
 
 class IdentifyingController(Controller):
@@ -19,10 +19,3 @@ class IdentifyingController(Controller):
     @enabled.setter
     def enabled(self, value: bool) -> None:
         self.state = self.state._replace(enabled=bool(value))
-
-
-def check_positive(**values: float) -> None:
-    """Raise ``ValueError`` for the first value that is not a positive finite number."""
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} = {value} is not allowed: it must be positive and finite")

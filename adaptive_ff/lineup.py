@@ -1,5 +1,6 @@
 """The controllers of a comparison, made for a scenario."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -8,7 +9,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.model import TorqueModel
 from adaptive_ff.rivals import ModelBased, PaperController
 from adaptive_ff.scenario import Scenario
-from controllers import PI
+from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign
 
 Maker = Callable[[Scenario], Any]
 """Makes a controller, any object with a method ``step``, for a scenario."""
@@ -22,7 +23,7 @@ def true_model(scenario: Scenario) -> TorqueModel:
         joint.coulomb,
         joint.stiction,
         joint.viscous,
-        joint.friction_lag,
+        getattr(joint, "friction_lag", 0.0),
         joint.stribeck_velocity,
         joint.stribeck_shape,
     )
@@ -65,11 +66,62 @@ def _adaptive(scenario: Scenario) -> AdaptiveController:
     return AdaptiveController(*scenario.feedback.gains, **_told(scenario))
 
 
+def balance(scenario: Scenario) -> float:
+    """Return the frequency (Hz) at which what friction does and what the noise hides balance.
+
+    It is the bandwidth of a Kalman filter for the noise of the measured velocity and for a disturbance that walks by
+    ``Kp Vs``, a torque, in a root of a second; infinite without noise.
+    """
+    noise = scenario.velocity_noise
+    if noise == 0.0:
+        return math.inf
+    walk = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
+    return math.sqrt(walk / (scenario.feedback.inertia * noise * math.sqrt(scenario.sampling.period))) / (2.0 * math.pi)
+
+
+def _observer_bandwidth(
+    scenario: Scenario, share: float, design: Callable[..., ObserverDesign], *gains: float
+) -> float:
+    """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less."""
+    try:
+        delay = math.ceil(scenario.delay - 1e-6)
+        largest = design(scenario.feedback.inertia, scenario.sampling.period, *gains, delay=delay).bandwidth
+    except ValueError as error:
+        raise InputError(f"feedback: {error}") from error
+    return min(share * balance(scenario), largest)
+
+
+def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> DisturbanceObserver:
+    """Make a PI loop with a disturbance observer; the share did best in ``python -m benchmarks.tuning``."""
+    gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
+    bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
+    return DisturbanceObserver(*gains, scenario.sampling.period, inertia=inertia, bandwidth=bandwidth)
+
+
+def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState:
+    """Make a loop with an extended state observer; the share did best in ``python -m benchmarks.tuning``."""
+    proportional, inertia = scenario.feedback.gains[0], scenario.feedback.inertia
+    bandwidth = _observer_bandwidth(scenario, share, ExtendedState.design, proportional)
+    return ExtendedState(proportional, scenario.sampling.period, inertia=inertia, bandwidth=bandwidth)
+
+
+def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDisturbance:
+    """Make a PI loop with a Kalman disturbance estimate; the share did best in ``python -m benchmarks.tuning``."""
+    gains, inertia, period = scenario.feedback.gains, scenario.feedback.inertia, scenario.sampling.period
+    noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
+    bandwidth = _observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
+    walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
+    return KalmanDisturbance(*gains, period, inertia=inertia, velocity_noise=noise, disturbance_walk=walk)
+
+
 CONTROLLERS: dict[str, Maker] = {
     "pi": _pi,
     "pi_inertia": _inertia_feedforward,
     "fixed": _fixed,
     "oracle": _oracle,
+    "disturbance_observer": make_disturbance_observer,
+    "extended_state": make_extended_state,
+    "kalman_disturbance": make_kalman_disturbance,
     "adaptive_paper": _adaptive_paper,
     "adaptive": _adaptive,
 }

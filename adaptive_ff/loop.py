@@ -13,7 +13,7 @@ from controllers import (
     compiled_in_place,
     dispatched,
     estimate_velocity,
-    initial_velocity,
+    initial_velocity_state,
     step,
     write_estimates,
 )
@@ -163,4 +163,4 @@ def start_position(course: Course, velocity: float | None = None) -> Position:
     """
     start = float(course.reference[0]) if velocity is None else velocity
     joint = INITIAL_STATE[type(course.joint)](course.joint, start)
-    return Position(0, 0, joint, initial_velocity(course.observer, joint.position, start), -1, 0.0, math.nan)
+    return Position(0, 0, joint, initial_velocity_state(course.observer, joint.position, start), -1, 0.0, math.nan)

@@ -12,14 +12,14 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError, explain
 from adaptive_ff.reference import SHORTEST, Motion, Multisine, Positive, Recorded
-from adaptive_ff.scenario_tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep
-from controllers import DirectVelocity, design_pi
+from adaptive_ff.scenario_tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
+from controllers import design_pi, direct_velocity
 from plant import (
     Actuator,
+    AnyJoint,
     FrictionChange,
     FrictionSchedule,
     FrictionVariation,
-    JointModel,
     Sensor,
     check_factor,
     schedule,
@@ -52,9 +52,10 @@ class Scenario(BaseModel):
     duration: Positive | None = None
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     controllers: list[str] = Field(default=MAIN_JOB, min_length=1)
-    joint: JointModel
+    joint: AnyJoint
     sampling: Sampling = Sampling()
     sensor: Sensor = Sensor()
+    velocity: VelocityEstimate = VelocityEstimate()
     actuator: Actuator = Actuator()
     reference: Annotated[Multisine | Recorded, Field(discriminator="kind")] = Multisine()
     feedback: Feedback
@@ -153,9 +154,18 @@ class Scenario(BaseModel):
         return np.arange(self.sample_steps[-1] + 1, dtype=float) * self.joint.solver_period
 
     @property
-    def velocity_estimator(self) -> DirectVelocity:
+    def velocity_estimator(self) -> Any:
         """What makes a velocity of the measurement."""
-        return DirectVelocity(0.0)
+        resolution, period = self.sensor.encoder_resolution, self.sampling.period
+        return direct_velocity(period) if resolution is None else self.velocity.estimator(resolution, period)
+
+    @property
+    def velocity_noise(self) -> float:
+        """Noise of the velocity that the controllers see, rad/s (standard deviation)."""
+        resolution = self.sensor.encoder_resolution
+        if resolution is None:
+            return self.sensor.velocity_noise
+        return self.velocity.noise(resolution, self.sampling.period)
 
     def reference_velocity(self) -> NDArray[np.float64]:
         """Return the reference on the solver's grid, rad/s.

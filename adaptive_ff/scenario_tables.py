@@ -1,7 +1,7 @@
 """The tables of a scenario file that are no part of the simulated joint: what is sampled, told and drawn."""
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from adaptive_ff.model import TorqueModel
 from adaptive_ff.reference import NonNegative, Positive
-from controllers import pi_gains
+from controllers import difference_velocity, kalman_velocity, low_pass_velocity, pi_gains
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -48,6 +48,44 @@ class Sampling(BaseModel):
         ends = np.cumsum(np.resize(pattern, count)) * self.period / solver_period
         steps = np.append(0, np.rint(ends[ends <= length / solver_period + 1e-6])).astype(np.int64)
         return np.unique(steps)
+
+
+class VelocityEstimate(BaseModel):
+    """How the robot makes a velocity of an encoder's positions.
+
+    Parameters
+    ----------
+    method : "difference", "low_pass" or "kalman", optional
+        Difference of two readings, the same behind a low-pass of first order, or a Kalman filter.
+    cutoff : float, optional
+        Corner of the low-pass, Hz.
+    acceleration_walk : float, optional
+        Random walk of the acceleration that the Kalman filter expects, rad/s^2 in a root of a second.
+    """
+
+    model_config = STRICT
+    method: Literal["difference", "low_pass", "kalman"] = "low_pass"
+    cutoff: Positive = 50.0
+    acceleration_walk: Positive = 20.0
+
+    def estimator(self, resolution: float, period: float) -> Any:
+        """Return the estimator for an encoder's resolution (rad) and a sampling period (s)."""
+        if self.method == "difference":
+            return difference_velocity(period)
+        if self.method == "low_pass":
+            return low_pass_velocity(self.cutoff, period)
+        return kalman_velocity(resolution / math.sqrt(12.0), self.acceleration_walk, period)
+
+    def noise(self, resolution: float, period: float) -> float:
+        """Return the noise that an encoder's resolution (rad) leaves in the velocity, rad/s (standard deviation).
+
+        Rounding errors of the readings are taken as independent and even.
+        """
+        difference = resolution / (period * math.sqrt(6.0))
+        if self.method == "low_pass":
+            smoothing = 1.0 - math.exp(-2.0 * math.pi * self.cutoff * period)
+            return difference * smoothing / math.sqrt(2.0 - smoothing)
+        return difference
 
 
 class Feedback(BaseModel):

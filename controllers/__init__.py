@@ -1,7 +1,10 @@
 """What closes the loop without identifying anything."""
 
+from controllers.checks import check_positive
 from controllers.compiled import compiled, compiled_in_place, dispatched, is_cached
 from controllers.design import PIDesign, design_pi, fastest_bandwidth, pi_gains
+from controllers.disturbance_observer import DisturbanceObserver
+from controllers.extended_state import ExtendedState
 from controllers.interface import (
     ESTIMATES,
     STEPS,
@@ -11,39 +14,70 @@ from controllers.interface import (
     feedback_state,
     step,
     with_feedforward,
+    with_velocity,
     without_estimates,
     write_estimates,
 )
+from controllers.kalman_disturbance import KalmanDisturbance
+from controllers.observer_design import ObserverDesign
 from controllers.pi import PI, PIParameters, PIState, check_gains, hand_over, initial_pi_state, step_pi
-from controllers.velocity import DirectVelocity, estimate_velocity, initial_velocity
+from controllers.torques import acting_torque, slope_torque
+from controllers.velocity import (
+    INITIAL_VELOCITY_STATES,
+    VELOCITY_ESTIMATORS,
+    DirectVelocity,
+    direct_velocity,
+    estimate_velocity,
+    initial_velocity_state,
+)
+from controllers.velocity_difference import DifferenceVelocity, difference_velocity
+from controllers.velocity_kalman import KalmanVelocity, kalman_velocity
+from controllers.velocity_low_pass import LowPassVelocity, low_pass_velocity
 
 __all__ = [
     "ESTIMATES",
+    "INITIAL_VELOCITY_STATES",
     "PI",
     "STEPS",
+    "VELOCITY_ESTIMATORS",
     "Controller",
+    "DifferenceVelocity",
     "DirectVelocity",
+    "DisturbanceObserver",
+    "ExtendedState",
     "Inputs",
+    "KalmanDisturbance",
+    "KalmanVelocity",
+    "LowPassVelocity",
+    "ObserverDesign",
     "Output",
     "PIDesign",
     "PIParameters",
     "PIState",
+    "acting_torque",
     "check_gains",
+    "check_positive",
     "compiled",
     "compiled_in_place",
     "design_pi",
+    "difference_velocity",
+    "direct_velocity",
     "dispatched",
     "estimate_velocity",
     "fastest_bandwidth",
     "feedback_state",
     "hand_over",
     "initial_pi_state",
-    "initial_velocity",
+    "initial_velocity_state",
     "is_cached",
+    "kalman_velocity",
+    "low_pass_velocity",
     "pi_gains",
+    "slope_torque",
     "step",
     "step_pi",
     "with_feedforward",
+    "with_velocity",
     "without_estimates",
     "write_estimates",
 ]

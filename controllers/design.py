@@ -5,19 +5,18 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
-import control
 import numpy as np
-from scipy.optimize import brentq
+from numpy.typing import NDArray
+
+from controllers.margins import LoopMargins, largest_setting, loop_margins
 
 INTEGRAL_RATIO = 5.0
 """Ratio of the crossover of the proportional loop to the corner of the integral part."""
 
 LARGEST_SENSITIVITY = 1.7
 """Default bound on the maximum sensitivity Ms."""
-
-FREQUENCIES = 2000
-"""Points of the frequency response from a hundredth of the bandwidth to the Nyquist frequency."""
 
 SLOWEST = 1e-4
 """Bandwidth times period from which the search for the fastest loop starts."""
@@ -125,9 +124,16 @@ def design_pi(
         _warn_of_hunting(friction, proportional)
     # margins no longer depend on a bandwidth this slow
     relative = max(bandwidth * period, SLOWEST)
-    crossover, sensitivity, gain_margin, phase_margin = _margins(relative, int(delay))
-    crossover *= bandwidth * period / relative
-    return PIDesign(proportional, integral, bandwidth, crossover / period, sensitivity, gain_margin, phase_margin)
+    margins = _margins(relative, int(delay))
+    return PIDesign(
+        proportional,
+        integral,
+        bandwidth,
+        margins.crossover * bandwidth / relative,
+        margins.maximum_sensitivity,
+        margins.gain_margin,
+        margins.phase_margin,
+    )
 
 
 @cache
@@ -149,52 +155,27 @@ def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float 
         No bandwidth meets the bound.
     """
 
-    def reserve(relative_bandwidth: float) -> float:
-        distance = 1.0 / _margins(relative_bandwidth, delay)[1]  # to the critical point
-        return (distance if _is_stable(relative_bandwidth, delay) else -distance) - 1.0 / maximum_sensitivity
+    def sensitivity(relative_bandwidth: float) -> float:
+        return _margins(relative_bandwidth, delay).maximum_sensitivity
 
-    fast = SLOWEST
-    if reserve(fast) < 0.0:
+    if sensitivity(SLOWEST) > maximum_sensitivity:
         raise ValueError(
             f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: even the slowest loop has "
-            f"{_margins(fast, delay)[1]:.3f}"
+            f"{sensitivity(SLOWEST):.3f}"
         )
-    while reserve(fast) >= 0.0:
-        slow, fast = fast, 1.2 * fast
-    return float(brentq(reserve, slow, fast, xtol=1e-9)) / period
+    return largest_setting(sensitivity, maximum_sensitivity, SLOWEST, 0.5) / period
 
 
-def _loop(relative_bandwidth: float, delay: int) -> tuple[list[float], list[float]]:
+def _loop(relative_bandwidth: float, delay: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return numerator and denominator of the open loop with inertia 1 and period 1."""
     proportional, integral = pi_gains(1.0, relative_bandwidth)
     # Kp + Ki z/(z-1), times the held integrator 1/(z-1), times z^-delay
-    return [proportional + integral, -proportional], [1.0, -2.0, 1.0, *([0.0] * delay)]
+    return np.array([proportional + integral, -proportional]), np.array([1.0, -2.0, 1.0, *([0.0] * delay)])
 
 
-def _is_stable(relative_bandwidth: float, delay: int) -> bool:
-    poles = np.roots(np.polyadd(*_loop(relative_bandwidth, delay)))
-    return bool(np.all(np.abs(poles) < 1.0))
-
-
-def _margins(relative_bandwidth: float, delay: int) -> tuple[float, float, float, float]:
-    """Return crossover (per period), maximum sensitivity, gain margin and phase margin of a normalised loop.
-
-    The loop has inertia 1 and period 1; a real one behaves alike at the same bandwidth times period.
-    """
-    loop = control.tf(*_loop(relative_bandwidth, delay), 1.0)
-    omega = np.geomspace(1e-2 * 2.0 * math.pi * relative_bandwidth, math.pi, FREQUENCIES)
-    response = control.frequency_response(loop, omega)
-    value = np.squeeze(response.complex)
-    phase = np.unwrap(np.angle(value))
-    phase -= 2.0 * math.pi * round((phase[0] + math.pi) / (2.0 * math.pi))  # starts at -180 degrees
-    crossing = int(np.nonzero(np.abs(value) >= 1.0)[0][-1])
-    behind = np.nonzero((np.arange(FREQUENCIES) > crossing) & (phase <= -math.pi + 1e-9))[0]
-    return (
-        float(omega[crossing]) / (2.0 * math.pi),
-        float(np.max(1.0 / np.abs(1.0 + value))),
-        1.0 / float(np.abs(value[behind[0]])) if behind.size else math.inf,
-        math.degrees(phase[crossing] + math.pi),
-    )
+def _margins(relative_bandwidth: float, delay: int) -> LoopMargins:
+    """Return the margins for inertia 1 and period 1; a real loop behaves alike at the same bandwidth times period."""
+    return loop_margins(*_loop(relative_bandwidth, delay), 1e-2 * 2.0 * math.pi * relative_bandwidth)
 
 
 def _warn_of_hunting(friction: Callable[[float], float], proportional: float) -> None:

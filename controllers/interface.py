@@ -51,6 +51,19 @@ def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
     )
 
 
+@register_jitable
+def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
+    """Return the inputs with another velocity (rad/s) in the place of the measured one."""
+    return Inputs(
+        inputs.reference,
+        velocity,
+        inputs.next_reference,
+        inputs.realised_torque,
+        inputs.feedforward,
+        inputs.dt,
+    )
+
+
 class Output(NamedTuple):
     """What a controller gives at a sample.
 

@@ -43,13 +43,11 @@ def with_fastest_loop(scenario: Scenario) -> Scenario:
     """Return the scenario with the fastest PI loop that margin and noise allow.
 
     The maximum sensitivity is at most 1.7, and the torque that measurement noise causes through the proportional gain
-    at most 10 % of the torque limit (rms); an encoder's noise is taken as that of a difference of two readings.
+    at most 10 % of the torque limit (rms).
     """
     period = scenario.sampling.period
     bandwidth = fastest_bandwidth(period, int(np.ceil(scenario.delay - 1e-6)))
-    resolution = scenario.sensor.encoder_resolution
-    noise = scenario.sensor.velocity_noise if resolution is None else resolution / (period * np.sqrt(6.0))
-    limit = scenario.actuator.torque_limit
+    noise, limit = scenario.velocity_noise, scenario.actuator.torque_limit
     if noise > 0.0 and limit is not None:
         bandwidth = min(bandwidth, NOISE_SHARE * limit / (2.0 * np.pi * scenario.feedback.inertia * noise))
     feedback = {"inertia": scenario.feedback.inertia, "bandwidth": float(bandwidth)}

@@ -1,0 +1,87 @@
+"""Robustness margins of a sampled loop, with python-control."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import control
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+FREQUENCIES = 2000
+"""Points of the frequency response from the slowest frequency to the Nyquist frequency."""
+
+
+@dataclass(frozen=True)
+class LoopMargins:
+    """Margins of a loop.
+
+    Attributes
+    ----------
+    crossover : float
+        Frequency of the last crossing of gain one, as a share of the sampling frequency.
+    maximum_sensitivity : float
+        Largest ``|1/(1 + L)|``; infinite where the closed loop is unstable.
+    gain_margin : float
+        Factor by which the loop gain may grow.
+    phase_margin : float
+        Phase margin, degrees.
+    """
+
+    crossover: float
+    maximum_sensitivity: float
+    gain_margin: float
+    phase_margin: float
+
+
+def loop_margins(numerator: NDArray[Any], denominator: NDArray[Any], slowest: float) -> LoopMargins:
+    """Return the margins of an open loop.
+
+    Parameters
+    ----------
+    numerator, denominator : ndarray
+        Polynomials in ``z``, falling powers, of a loop that integrates two or three times and has no pole outside the
+        unit circle.
+    slowest : float
+        Where the frequency response begins, rad a sample, well below the crossover.
+    """
+    poles = np.roots(np.polyadd(numerator, denominator))
+    omega = np.geomspace(slowest, math.pi, FREQUENCIES)
+    value = np.squeeze(control.frequency_response(control.tf(numerator, denominator, 1.0), omega).complex)
+    phase = np.unwrap(np.angle(value))
+    phase -= 2.0 * math.pi * round((phase[0] + math.pi) / (2.0 * math.pi))  # starts nearest to -180 degrees
+    crossing = int(np.nonzero(np.abs(value) >= 1.0)[0][-1])
+    behind = np.nonzero((np.arange(FREQUENCIES) > crossing) & (phase <= -math.pi + 1e-9))[0]
+    return LoopMargins(
+        float(omega[crossing]) / (2.0 * math.pi),
+        float(np.max(1.0 / np.abs(1.0 + value))) if bool(np.all(np.abs(poles) < 1.0)) else math.inf,
+        1.0 / float(np.abs(value[behind[0]])) if behind.size else math.inf,
+        math.degrees(phase[crossing] + math.pi),
+    )
+
+
+def largest_setting(sensitivity: Callable[[float], float], bound: float, start: float, end: float) -> float:
+    """Return the largest setting up to which the maximum sensitivity stays within a bound.
+
+    Parameters
+    ----------
+    sensitivity : callable
+        Maximum sensitivity at a setting.
+    bound : float
+        The bound.
+    start, end : float
+        The setting to begin with, where the bound must hold, and the largest one to return.
+    """
+
+    def reserve(setting: float) -> float:
+        return 1.0 / sensitivity(setting) - 1.0 / bound
+
+    slow = start
+    while slow < end:
+        fast = min(1.2 * slow, end)
+        if reserve(fast) < 0.0:
+            return float(brentq(reserve, slow, fast, xtol=1e-9))
+        slow = fast
+    return end

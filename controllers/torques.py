@@ -1,0 +1,48 @@
+"""Torques that controllers with an observer reckon with."""
+
+import math
+
+from numba.extending import register_jitable
+
+from controllers.interface import Inputs
+
+
+@register_jitable
+def acting_torque(inputs: Inputs, command: float, known_torque: float) -> float:
+    """Return the torque (N m) that moved the joint over the period that ends, known loads taken out.
+
+    What the drive realised counts, where it is told: so an observer knows of saturation, and does not wind up.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        Inputs of the sample that ends the period.
+    command : float
+        Torque commanded for the period, N m; taken for the realised one where that is not known.
+    known_torque : float
+        Torque in it that carried a load known from elsewhere, N m.
+    """
+    realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else command
+    return realised - known_torque
+
+
+@register_jitable
+def slope_torque(inertia: float, inputs: Inputs, last_reference: float, started: bool, period: float) -> float:
+    """Return the torque (N m) that makes an inertia follow the slope of the reference over the coming period.
+
+    Parameters
+    ----------
+    inertia : float
+        Inertia, kg m^2.
+    inputs : Inputs
+        Inputs now; without a preview the last slope of the reference is continued.
+    last_reference : float
+        Reference at the last sample, rad/s.
+    started : bool
+        Whether there was a last sample.
+    period : float
+        Nominal length of the coming period, s; the real one is not known yet.
+    """
+    if math.isfinite(inputs.next_reference):
+        return inertia * (inputs.next_reference - inputs.reference) / period
+    return inertia * (inputs.reference - last_reference) / inputs.dt if started else 0.0
