@@ -60,7 +60,8 @@ def _rule(kind: str, message: str) -> str:
 
 
 def _alternatives(kinds: list[type[BaseModel]]) -> str:
-    return " or ".join(repr(tag) for kind in kinds for tag in _tags(kind))
+    *others, last = (repr(tag) for kind in kinds for tag in _tags(kind))
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 def _tags(kind: type[BaseModel]) -> tuple[Any, ...]:

@@ -28,6 +28,8 @@ POSITIVE = [
     "sensor.encoder_resolution",
     *(f"actuator.{name}" for name in ("torque_limit", "rate_limit", "ripple_period")),
     *(f"variation.{name}" for name in ("warm_up_time", "position_period")),
+    *(f"velocity.{name}" for name in ("cutoff", "acceleration_walk")),
+    *(f"joint.{name}" for name in ("stiffness", "link_stiffness")),
     "reference.frequencies.0",
     "reference.peak",
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
@@ -39,6 +41,7 @@ POSITIVE = [
 NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
     *(f"joint.{name}_backward" for name in ("coulomb", "stiction", "viscous")),
+    *(f"joint.{name}" for name in ("damping", "link_damping")),
     "sampling.jitter",
     "sensor.velocity_noise",
     *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay")),
@@ -53,6 +56,7 @@ NOT_NEGATIVE = [
 NUMBERS = [
     *POSITIVE,
     *NOT_NEGATIVE,
+    "joint.link_share",
     *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
 ]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
@@ -68,6 +72,7 @@ TABLES = [
     "joint",
     "sampling",
     "sensor",
+    "velocity",
     "actuator",
     "reference",
     "feedback",
@@ -77,7 +82,7 @@ TABLES = [
     "variation",
     "sweep",
 ]
-OTHERS = ["seed", "joint.kind", "reference.kind"]
+OTHERS = ["seed", "joint.kind", "reference.kind", "velocity.method"]
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
     *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
@@ -85,7 +90,7 @@ REQUIRED = [
 ]
 
 TOP = (
-    "duration, seed, controllers, joint, sampling, sensor, actuator, reference, feedback, adaptation, fixed, change, "
+    "duration, seed, controllers, joint, sampling, sensor, velocity, actuator, reference, feedback, adaptation, fixed, change, "
     "variation, sweep"
 )
 FRICTION = "inertia, coulomb, stiction, viscous"
@@ -97,6 +102,7 @@ KNOWN = {
     ),
     "sampling": "period, jitter",
     "sensor": "velocity_noise, encoder_resolution",
+    "velocity": "method, cutoff, acceleration_walk",
     "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay",
     "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
     "feedback": "inertia, bandwidth, proportional, integral",
@@ -108,13 +114,26 @@ KNOWN = {
 }
 
 
+def without_lag(joint):
+    return {name: value for name, value in joint.items() if name != "friction_lag"}
+
+
 def complete(path=""):
     """Content with every table, and the alternative that a field belongs to."""
     change = [{"time": 30.0, "friction_scale": 0.6}]
-    tables = {"change": change, "variation": {"warm_up_time": 20.0}, "sweep": copy.deepcopy(RANGES)}
+    tables = {
+        "change": change,
+        "variation": {"warm_up_time": 20.0},
+        "velocity": {"cutoff": 50.0},
+        "sweep": copy.deepcopy(RANGES),
+    }
     content = {**built_in(), "controllers": ["pi"], **tables}
     if path in ("feedback.proportional", "feedback.integral"):
         content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
+    if path in ("joint.stiffness", "joint.damping"):
+        content["joint"] = {**without_lag(content["joint"]), "kind": "lugre", "stiffness": 1e5}
+    if path.startswith("joint.link"):
+        content["joint"] = {**content["joint"], "kind": "elastic", "link_share": 0.5, "link_stiffness": 1e4}
     if path.startswith("reference.pause"):
         content["reference"] = {**content["reference"], "pause": [10.0, 100.0]}
     if path == "sensor.encoder_resolution":
@@ -187,9 +206,9 @@ def test_negative_value_is_refused(tmp_path, path, value):
     assert message == f"{path} = {value!r} is not allowed: it must be greater than or equal to 0"
 
 
-@pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith("period")])
+@pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith(("period", "link_share"))])
 def test_whole_number_is_a_number(tmp_path, path):
-    whole = {"feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
+    whole = {"joint.stiffness": 100000, "feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
     whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0}
     whole |= {f"sweep.{name}.0": math.ceil(low) for name, (low, _) in RANGES.items()}
     value = whole.get(path, 90)
@@ -279,3 +298,20 @@ def test_value_too_large_to_be_shown_is_refused_all_the_same(tmp_path):
     path.write_text(f"duration.{'a.' * 5000}a = 1", encoding="utf-8")
     with pytest.raises(InputError, match=r"duration = \(a huge dict\) is not allowed: it must be a finite number"):
         load_scenario(path)
+
+
+def test_unknown_way_to_a_velocity_is_refused_and_the_known_are_listed(tmp_path):
+    message = refusal(tmp_path, {**complete(), "velocity": {"method": "magic"}})
+    assert message == "velocity.method = 'magic' is not allowed: it must be 'difference', 'low_pass' or 'kalman'"
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0, 90, -0.1])
+def test_share_of_the_link_is_between_none_and_all(tmp_path, share):
+    message = refusal(tmp_path, changed(complete("joint.link_share"), "joint.link_share", share))
+    assert message.startswith(f"joint.link_share = {share!r} is not allowed: it must be ")
+
+
+@pytest.mark.parametrize("kind", ["lugr", "", 3])
+def test_unknown_kind_of_joint_is_refused_and_the_known_are_listed(tmp_path, kind):
+    message = refusal(tmp_path, changed(complete(), "joint.kind", kind))
+    assert message == f"joint.kind = {str(kind)!r} is not allowed: it must be 'stribeck', 'lugre' or 'elastic'"
