@@ -5,10 +5,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptive_ff.course import lay_course
 from adaptive_ff.errors import InputError
 from adaptive_ff.lineup import CONTROLLERS, Maker, make_controller
 from adaptive_ff.scenario import Scenario, load_scenario
-from adaptive_ff.simulate import Run, lay_course, simulate
+from adaptive_ff.simulate import Run, simulate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,6 +1,7 @@
 """What controllers that identify have in common."""
 
 import math
+from typing import ClassVar
 
 from adaptive_ff.model import ESTIMATED
 from controllers import Controller
@@ -9,7 +10,7 @@ from controllers import Controller
 class IdentifyingController(Controller):
     """A controller that identifies the parameters of its feedforward while it works."""
 
-    estimate_names = ESTIMATED
+    estimate_names: ClassVar[tuple[str, ...]] = ESTIMATED
 
     @property
     def enabled(self) -> bool:

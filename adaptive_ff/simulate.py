@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.course import lay_course
 from adaptive_ff.errors import InputError
 from adaptive_ff.lineup import make_controller
 from adaptive_ff.loop import Course, Record, empty_record, run_compiled, run_plain, start_position
@@ -124,18 +125,6 @@ class Run:
         from adaptive_ff.plots import plot_run
 
         return plot_run(self, path)
-
-
-def lay_course(scenario: Scenario) -> Course:
-    """Lay down everything of a scenario that does not depend on the controller."""
-    return Course(
-        scenario.plan,
-        scenario.actuator.parameters,
-        scenario.joint.solver_period,
-        np.arange(scenario.samples + 1, dtype=np.int64) * scenario.substeps,
-        scenario.reference_velocity(),
-        scenario.noise(),
-    )
 
 
 def simulate(

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from adaptive_ff.course import lay_course
 from adaptive_ff.errors import InputError
 from adaptive_ff.metrics import Metrics
 from adaptive_ff.scenario import Scenario
-from adaptive_ff.simulate import lay_course, simulate
+from adaptive_ff.simulate import simulate
 from controllers import pi_gains
 from plant import steepest_fall
 
