@@ -13,8 +13,8 @@ and ``delta`` are told. Two steps:
    model as its joint, and all five parameters are fitted so that it moves as measured: closed-loop output error,
    as in M. Gautier, A. Janot, P.-O. Vandanjon, "A new closed-loop output error method for parameter identification
    of robot dynamics" (IEEE Transactions on Control Systems Technology, 2013), which compares torques where this
-   compares velocities. It starts from the lag that does best when the first step finds all others for it. What remains (the
-   lag 10 to 20 % too large on the built-in joint) is what noise does to a joint that sticks.
+   compares velocities. It starts from the lag that does best when the first step finds all others for it. What
+   remains (the lag 10 to 20 % too large on the built-in joint) is what noise does to a joint that sticks.
 """
 
 from functools import lru_cache

@@ -322,9 +322,9 @@ class CanudasController(IdentifyingController):
     """PI loop with friction by direction identified by recursive least squares and fed forward along the reference.
 
     Dead zone and share were searched on eight joints drawn around the built-in one (those of ``adaptive-ff sweep``,
-    seed 101) at 100 Hz and 1 kHz. A dead zone of 0.3 Stribeck velocities was best. Along the reference a share from 0.85 to
-    1 makes no difference to speak of, so the source's deliberate rest costs nothing. Memory hardly matters between 5
-    and 60 s.
+    seed 101) at 100 Hz and 1 kHz. A dead zone of 0.3 Stribeck velocities was best. Along the reference a share from
+    0.85 to 1 makes no difference to speak of, so the source's deliberate rest costs nothing. Memory hardly matters
+    between 5 and 60 s.
 
     Parameters
     ----------
