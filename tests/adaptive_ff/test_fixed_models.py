@@ -51,7 +51,7 @@ def test_every_fixed_feedforward_runs(name):
 
 @pytest.mark.parametrize("scenario", [SCENARIO, FAST], ids=["100 Hz", "1 kHz"])
 def test_on_a_joint_with_lag_the_form_that_has_it_is_by_far_the_best(scenario):
-    """And the Stribeck curve alone is worse than none: it jumps by twice the stiction where friction lags."""
+    """And the Stribeck curve without lag is worse than a flat one: it jumps further where friction only follows."""
     errors = {form: error_with(scenario, model(form, "true", scenario)) for form in ("coulomb", "stribeck", "lagged")}
     assert errors["lagged"] < 0.4 * errors["coulomb"] < 0.4 * errors["stribeck"]
 
