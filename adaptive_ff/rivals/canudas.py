@@ -321,10 +321,10 @@ def check_canudas(
 class CanudasController(IdentifyingController):
     """PI loop with friction by direction identified by recursive least squares and fed forward along the reference.
 
-    Dead zone and share were searched on eight joints drawn around the built-in one (those of ``adaptive-ff sweep``,
-    seed 101) at 100 Hz and 1 kHz. A dead zone of 0.3 Stribeck velocities was best. Along the reference a share from
-    0.85 to 1 makes no difference to speak of, so the source's deliberate rest costs nothing. Memory hardly matters
-    between 5 and 60 s.
+    Dead zone and share were searched on twelve joints drawn around the built-in one (those of ``adaptive-ff sweep``,
+    seed 101) at 100 Hz and 1 kHz. A dead zone of 0.3 Stribeck velocities, which the line-up sets, was best. All of the
+    estimated friction would do 1 to 2 % better than the share of 0.85: along the reference, the source's deliberate
+    rest costs hardly anything. Memory makes less difference than that between 5 and 60 s.
 
     Parameters
     ----------
@@ -369,8 +369,9 @@ class CanudasController(IdentifyingController):
 class CanudasMeasuredController(IdentifyingController):
     """The same, with friction compensated at the measured velocity.
 
-    Parameters are those of ``CanudasController``; the search found a share of 0.7 the best. More makes the loop hunt on
-    some joints.
+    Parameters are those of ``CanudasController``. In the same search a share of 0.7 came within 2 % of the best mean, which
+    0.8 has, with a smaller worst case; on one joint at 1 kHz it is worse than ``pi`` all the same, as is any share from
+    0.6 on.
     """
 
     estimate_names = NAMES
