@@ -1,5 +1,7 @@
 """What controllers that identify have in common."""
 
+from typing import ClassVar
+
 from adaptive_ff.model import ESTIMATED
 from controllers import Controller, check_positive
 
@@ -9,7 +11,7 @@ __all__ = ["IdentifyingController", "check_positive"]
 class IdentifyingController(Controller):
     """A controller that identifies the parameters of its feedforward while it works."""
 
-    estimate_names = ESTIMATED
+    estimate_names: ClassVar[tuple[str, ...]] = ESTIMATED
 
     @property
     def enabled(self) -> bool:

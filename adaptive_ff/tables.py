@@ -47,7 +47,8 @@ def estimates_table(comparison: Comparison) -> Table | None:
     model = true_model(comparison.scenario)
     for name in ESTIMATED:
         true = getattr(model, name) * (scale if name in ("coulomb", "stiction", "viscous") else 1.0)
-        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *(f"{run.final_estimates[name]:.4g}" for run in runs))
+        found = (f"{run.final_estimates[name]:.4g}" if name in run.estimates else "" for run in runs)
+        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *found)
     return table
 
 

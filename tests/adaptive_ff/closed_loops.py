@@ -11,7 +11,29 @@ from adaptive_ff.loop import run_compiled, run_plain, start_position
 from plant import Actuator, Joint
 
 SCENARIO = load_scenario()
-NAMES = sorted(CONTROLLERS)
+
+
+def kind(controller):
+    """What decides which way a kernel takes: the class, and which of its numbers are zero."""
+
+    def zeros(value):
+        if isinstance(value, tuple):
+            return tuple(zeros(item) for item in value)
+        return tuple(np.ravel(np.asarray(value) == 0.0).tolist())
+
+    return type(controller), zeros(controller.parameters)
+
+
+def kinds(makers):
+    """Names of one controller of each kind, the first in the line-up."""
+    first = {}
+    for name, maker in makers.items():
+        first.setdefault(kind(maker(SCENARIO)), name)
+    return sorted(first.values())
+
+
+NAMES = kinds(CONTROLLERS)
+"""Controllers that the checklist runs over: feedforwards that differ in numbers only are checked once."""
 
 
 def make(name, scenario=SCENARIO):

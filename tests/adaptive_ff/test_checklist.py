@@ -33,7 +33,7 @@ def test_the_list_names_the_controllers_of_the_main_job_and_knows_which_identify
 @controllers
 def test_ones_own_loop_of_step_is_the_whole_run(name):
     run = simulate(SHORT, name)
-    torques = own_loop(make(name), lay_course(SHORT))
+    torques = own_loop(make(name, SHORT), lay_course(SHORT))
     assert np.ptp(torques) > 100.0
     assert same(torques, run.torque)
 

@@ -90,8 +90,8 @@ REQUIRED = [
 ]
 
 TOP = (
-    "duration, seed, controllers, joint, sampling, sensor, velocity, actuator, reference, feedback, adaptation, fixed, change, "
-    "variation, sweep"
+    "duration, seed, controllers, joint, sampling, sensor, velocity, actuator, reference, feedback, adaptation, fixed, "
+    "change, variation, sweep"
 )
 FRICTION = "inertia, coulomb, stiction, viscous"
 KNOWN = {
