@@ -60,6 +60,12 @@ def test_c_loop_agrees_with_ours(library, name, variant):
         assert np.ptp(rival.record.estimates, axis=0).min() > 0.0  # no estimate agrees because it never moved
 
 
+@pytest.mark.parametrize("joint", [{"offset": 5.0}, {"viscous_backward": 90.0}])
+def test_c_loop_refuses_a_joint_that_it_does_not_hold(library, joint):
+    with pytest.raises(ValueError, match="same friction in both directions and no offset"):
+        CLoop(library, OwnLoop(short(joint=joint), "pi"))
+
+
 def test_second_run_repeats_the_first(library):
     own = OwnLoop(short(), "adaptive")
     rival = CLoop(library, own)

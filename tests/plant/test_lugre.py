@@ -310,6 +310,7 @@ def test_longest_solver_period_is_named_and_accepted():
         LuGreJoint(**FIELDS, solver_period=1.0)
     longest = float(str(caught.value).partition("beyond ")[2].split()[0])
     assert LuGreJoint(**FIELDS, solver_period=0.999 * longest).solver_period > 1e-3
+    assert steepest_fall_in_a_step(JOINT, longest) * longest / 20.0 == pytest.approx(0.5, rel=1e-4)  # one at most
     with pytest.raises(ValidationError, match="is too long"):
         LuGreJoint(**FIELDS, solver_period=1.001 * longest)
 
