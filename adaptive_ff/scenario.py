@@ -232,12 +232,9 @@ class Scenario(BaseModel):
         content, defaults = self.model_dump(exclude_unset=True), self.model_dump()
         for name, value in tables.items():
             old = content.get(name, defaults.get(name))
-            if (
-                isinstance(old, dict)
-                and isinstance(value, dict)
-                and value.get("kind", old.get("kind")) == old.get("kind")
-            ):
-                content[name] = {**old, **value}
+            tables = isinstance(old, dict) and isinstance(value, dict)
+            if tables and value.get("kind") in (None, defaults[name].get("kind")):
+                content[name] = dict(old, **value)
             else:
                 content[name] = value
         return parse_scenario(content, "scenario")

@@ -111,3 +111,15 @@ def test_path_of_a_recorded_reference_is_relative_to_the_scenario_file(tmp_path,
     with pytest.raises(InputError, match=r"gone\.csv: cannot be read: No such file"):
         load_scenario(path)
     assert load_scenario(path, reference="inside/motion.csv").motion.duration == 60.0
+
+
+def test_modified_merges_into_a_joint_of_the_same_kind_and_replaces_one_of_another():
+    scenario = load_scenario()
+    assert scenario.modified(joint={"kind": "stribeck", "inertia": 5.0}).joint.coulomb == scenario.joint.coulomb
+    bristles = {name: getattr(scenario.joint, name) for name in ("inertia", "coulomb", "stiction", "viscous")}
+    bristles |= {"kind": "lugre", "stribeck_velocity": 0.05, "stiffness": 1e5}
+    other = scenario.modified(joint=bristles)
+    assert other.joint.kind == "lugre"
+    assert other.modified(joint={"stiffness": 2e5}).joint.coulomb == 60.0
+    with pytest.raises(InputError, match=r"joint.inertia is missing"):
+        scenario.modified(joint={"kind": "lugre", "stiffness": 1e5})
