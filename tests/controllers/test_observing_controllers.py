@@ -56,6 +56,19 @@ def test_without_preview_the_last_slope_is_continued_so_a_ramp_is_followed_exact
     assert velocity[-1] == pytest.approx(reference[-1], rel=1e-11)
 
 
+@observing
+def test_slope_that_is_continued_is_one_in_real_time(name):
+    """A ramp at jittered samples, met on the move: torque is the inertia times the slope, so nothing is left to do."""
+    dt = PERIOD * np.random.default_rng(3).uniform(0.5, 1.5, 300)
+    reference = 0.8 * np.concatenate([[0.0], np.cumsum(dt)[:-1]])
+    reference[0] = reference[1]  # at rest for a period, as the first torque is zero
+    reference -= reference[0]
+    velocity, disturbance = run_inertia(make_observing(name, 8.0), reference, dt=dt, preview=False)
+    late = slice(150, None)
+    assert velocity[late] == pytest.approx(reference[late], abs=1e-5)
+    assert np.max(np.abs(disturbance[late])) < 1e-3
+
+
 def blocked_then_released(name, tell):
     """A load that the drive cannot carry for 10 s, then none: largest estimate, and largest speed afterwards."""
     load = np.where(np.arange(2000) < 1000, 80.0, 0.0)

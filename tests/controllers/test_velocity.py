@@ -95,6 +95,14 @@ def test_low_pass_answers_a_step_with_one_exponential_in_real_time(jitter):
     assert found == pytest.approx(0.5 * -np.expm1(-2.0 * math.pi * 40.0 * time), abs=1e-12)
 
 
+def test_low_pass_catches_up_after_a_gap_as_if_there_had_been_none():
+    position = position_of_a_step(60)
+    whole, _ = estimate(low_pass_velocity(40.0, PERIOD), position)
+    position[20:30] = math.nan
+    found, _ = estimate(low_pass_velocity(40.0, PERIOD), position)
+    assert found[30:] == pytest.approx(whole[30:], abs=1e-12)
+
+
 def test_low_pass_has_half_the_power_at_its_cutoff():
     time = PERIOD * np.arange(8000)
     slow = low_pass_velocity(5.0, PERIOD)
