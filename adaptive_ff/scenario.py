@@ -232,11 +232,10 @@ class Scenario(BaseModel):
         content, defaults = self.model_dump(exclude_unset=True), self.model_dump()
         for name, value in tables.items():
             old = content.get(name, defaults.get(name))
-            tables = isinstance(old, dict) and isinstance(value, dict)
-            if tables and value.get("kind") in (None, defaults[name].get("kind")):
-                content[name] = dict(old, **value)
-            else:
-                content[name] = value
+            kept = old if isinstance(old, dict) and isinstance(value, dict) else {}
+            if kept and value.get("kind") not in (None, defaults[name].get("kind")):
+                kept = {}
+            content[name] = {**kept, **value} if isinstance(value, dict) else value
         return parse_scenario(content, "scenario")
 
 
