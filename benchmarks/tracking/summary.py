@@ -103,7 +103,8 @@ def ranking_table(cells: Cells, title: str) -> Table:
     """Return the table for a terminal."""
     table = Table(title=title, box=SIMPLE, title_style="bold")
     for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading in ("scenario", "best rival") else "right")
+        name = heading in ("scenario", "best rival")
+        table.add_column(heading, justify="left" if name else "right", no_wrap=name)
     for row in ranking_rows(cells):
         table.add_row(*row, style="red" if row[-1].startswith("lost") else None)
     return table

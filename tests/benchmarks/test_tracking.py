@@ -1,0 +1,227 @@
+"""The scenario matrix: its scenarios, its jobs that resume and spread, its tables."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from adaptive_ff import load_scenario, simulate
+from adaptive_ff.lineup import CONTROLLERS
+from adaptive_ff.metrics import rms
+from benchmarks.tracking import matrix
+from benchmarks.tracking.cells import (
+    SCENARIOS,
+    cell_scenario,
+    further_figures,
+    run_cell,
+    scenario_names,
+    windows,
+    with_fastest_loop,
+)
+from benchmarks.tracking.matrix import Job, run_matrix
+from benchmarks.tracking.summary import TOLD_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_rows
+from controllers import fastest_bandwidth
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+ASKED = {
+    "ideal_1khz",
+    "noisy_1khz",
+    "paper_100hz",
+    "jittered_22ms",
+    "encoder",
+    "friction_drops",
+    "friction_rises",
+    "warm_up",
+    "vs_half",
+    "vs_double",
+    "inertia_low",
+    "inertia_high",
+    "slow_stribeck",
+    "fast_sine",
+    "standstill",
+    "saturation",
+    "delay",
+    "lugre",
+    "elastic",
+    "asymmetric",
+    "servo",
+}
+
+
+@pytest.fixture
+def short(monkeypatch, tmp_path):
+    """Two scenarios of the matrix, cut to a few seconds."""
+    for name in ("paper_100hz", "friction_drops"):
+        text = (SCENARIOS / f"{name}.toml").read_text(encoding="utf-8")
+        text = text.replace("duration = 60.0", "duration = 8.0").replace("duration = 90.0", "duration = 24.0")
+        (tmp_path / f"{name}.toml").write_text(text.replace("time = 45.0", "time = 10.0"), encoding="utf-8")
+    monkeypatch.setattr("benchmarks.tracking.cells.SCENARIOS", tmp_path)
+    monkeypatch.setattr("benchmarks.tracking.matrix.SCENARIOS", tmp_path)
+    return ["friction_drops", "paper_100hz"]
+
+
+def test_every_scenario_that_was_asked_for_is_there_and_valid():
+    assert set(scenario_names()) == ASKED
+    for name in ASKED:
+        scenario = load_scenario(SCENARIOS / f"{name}.toml")
+        assert scenario.reference_velocity().size == scenario.times().size
+        assert scenario.velocity_noise > 0.0 or name == "ideal_1khz"
+
+
+def test_scenarios_differ_in_what_their_names_say():
+    def load(name):
+        return load_scenario(SCENARIOS / f"{name}.toml")
+
+    built_in = load_scenario()
+    same, told = load("paper_100hz").model_dump(), built_in.model_dump()
+    assert {**same, "fixed": None} == {**told, "fixed": None}
+    assert [load(f"friction_{way}").change[0].friction_scale for way in ("drops", "rises")] == [0.6, 1.5]
+    told = [load(f"vs_{way}").adaptation.stribeck_velocity for way in ("half", "double")]
+    assert told == [0.5 * built_in.joint.stribeck_velocity, 2.0 * built_in.joint.stribeck_velocity]
+    assert [load(f"inertia_{way}").feedback.inertia for way in ("low", "high")] == [16.0, 24.0]
+    assert load("delay").delay == 1.0
+    assert np.ptp(load("standstill").reference.pause) == 60.0
+    assert np.max(np.abs(load("slow_stribeck").reference_velocity())) == pytest.approx(0.05)
+
+
+def test_saturation_scenario_saturates_and_the_others_hardly_do():
+    for name, most in (("saturation", 1.0), ("paper_100hz", 1e-3)):
+        run = simulate(cell_scenario(name, 101, False), "pi")
+        limited = float(np.mean(np.abs(run.torque) >= run.scenario.actuator.torque_limit))
+        assert (0.01 < limited <= most) if name == "saturation" else limited <= most
+
+
+def test_figures_of_a_run_against_their_definitions():
+    scenario = load_scenario().modified(duration=30.0, change=[{"time": 12.0, "friction_scale": 0.6}])
+    base, run = simulate(scenario, "pi"), simulate(scenario, "oracle")
+    figures = further_figures(run, windows(base))
+    error, time = run.reference - run.velocity, run.solver_time
+    assert figures["rms_error_recovered"] == pytest.approx(rms(error[time >= 22.0]), rel=1e-12)
+    assert figures["rms_error_second"] == pytest.approx(rms(error[(time > 5.0) & (time <= 10.0)]), rel=1e-12)
+    ratios = [
+        rms(error[a * 1000 : a * 1000 + 5000]) / rms((base.reference - base.velocity)[a * 1000 : a * 1000 + 5000])
+        for a in (15, 20, 25)
+    ]
+    assert figures["worst_window"] == pytest.approx(max(ratios), rel=1e-9)
+    assert figures["standstill"] is None
+
+
+def test_fastest_loop_is_bounded_by_the_margin_or_by_the_noise():
+    quiet = load_scenario().modified(sensor={"velocity_noise": 0.0})
+    assert with_fastest_loop(quiet).feedback.bandwidth == pytest.approx(fastest_bandwidth(0.01))
+    loud = load_scenario().modified(sensor={"velocity_noise": 0.05})
+    gain, _ = with_fastest_loop(loud).feedback.gains
+    assert gain * 0.05 == pytest.approx(0.1 * 400.0)
+
+
+def test_results_are_kept_and_run_again_only_where_something_changed(short, tmp_path, monkeypatch):
+    jobs = [Job(name, seed, False) for name in short for seed in (1, 2)]
+    run, ran = matrix.run_job, []
+    monkeypatch.setattr(matrix, "run_job", lambda job, controllers: ran.append(job) or run(job, controllers))
+    shares = []
+    first = run_matrix(jobs[:2], ["pi", "oracle"], tmp_path / "out", executor=Here(), progress=shares.append)
+    assert shares[-1] == 1.0
+    assert ran == jobs[:2]
+    again = run_matrix(jobs, ["pi", "oracle"], tmp_path / "out", executor=Here())
+    assert ran == jobs  # the first two only once
+    assert again[jobs[0]] == first[jobs[0]]
+    scenario = tmp_path / f"{short[0]}.toml"
+    scenario.write_text(scenario.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    run_matrix(jobs, ["pi"], tmp_path / "out", executor=Here())
+    assert ran[4:] == jobs[:2]
+    jobs[2].file(tmp_path / "out").write_text("{", encoding="utf-8")  # as if interrupted by a power cut
+    assert run_matrix(jobs, ["pi"], tmp_path / "out", executor=Here())[jobs[2]] == {"pi": first_of(again, jobs[2])}
+
+
+def first_of(results, job):
+    return results[job]["pi"]
+
+
+class Here:
+    """An executor that runs at once, in this process."""
+
+    def submit(self, function, *arguments):
+        from concurrent.futures import Future
+
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+def test_a_cell_holds_what_a_run_of_its_own_gives(short):
+    found = run_cell("paper_100hz", 3, False, ["pi", "adaptive"])
+    run = simulate(cell_scenario("paper_100hz", 3, False), "adaptive")
+    assert found["adaptive"]["rms_error_settled"] == run.metrics.rms_error_settled
+
+
+def test_controller_that_fails_has_no_figures(short, monkeypatch):
+    def fail(scenario):
+        raise ValueError("no")
+
+    monkeypatch.setitem(CONTROLLERS, "failing", fail)
+    found = run_cell("paper_100hz", 1, False, ["pi", "failing"])
+    assert found["failing"] == {}
+    cells = collect({Job("paper_100hz", 1, False): found})
+    assert set(cells["paper_100hz"]) == {"pi"}
+
+
+def made_up(**errors):
+    """Results of one scenario: settled errors of two seeds by controller, in mrad/s."""
+    return {
+        Job("made_up", seed, False): {name: {"rms_error_settled": 1e-3 * pair[seed]} for name, pair in errors.items()}
+        for seed in (0, 1)
+    }
+
+
+def test_ranking_names_the_best_rival_and_shows_a_loss_as_a_loss():
+    cells = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(2, 4), good=(2, 2), bad=(9, 9), coulomb_true=(1, 1)))
+    assert best_rival(cells["made_up"]) == "good"
+    (row,) = ranking_rows(cells)
+    assert row == ["made_up", "8", "8", "3 (2 to 4)", "3", "good", "4", "lost, 1.50"]
+    assert "**lost, 1.50**" in ranking_markdown(cells)
+    won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
+    assert ranking_rows(won)[0][-1] == "won, 0.50"
+    assert "oracle" in TOLD_THE_TRUTH
+
+
+def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
+    command = [sys.executable, "-m", "benchmarks.tracking", "--only", "paper_100hz", "--seeds", "1"]
+    command += ["--controller", "oracle", "--controller", "adaptive", "--out", str(tmp_path), "--json"]
+    done = subprocess.run([*command, str(tmp_path / "all.json")], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "paper_100hz" in done.stdout
+    rows = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["runs"]
+    assert {(row["controller"], row["fastest"]) for row in rows} == {
+        (name, fast) for name in ("pi", "oracle", "adaptive") for fast in (False, True)
+    }
+    assert all(math.isfinite(row["rms_error_settled"]) for row in rows)
+    assert "| paper_100hz |" in (tmp_path / "matrix.md").read_text(encoding="utf-8")
+    for name in ("matrix_own_loop.png", "matrix_fastest_loop.png", "runs.csv"):
+        assert (tmp_path / name).stat().st_size > 500
+    reproduced = load_scenario(tmp_path / "scenarios" / "paper_100hz-own-1.toml")
+    own = next(row for row in rows if row["controller"] == "adaptive" and not row["fastest"])
+    assert simulate(reproduced, "adaptive").metrics.rms_error_settled == own["rms_error_settled"]
+
+
+def test_unknown_scenario_is_refused_and_the_known_are_listed(tmp_path):
+    command = [sys.executable, "-m", "benchmarks.tracking", "--only", "nothing", "--out", str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "nothing" in done.stderr
+    assert "paper_100hz" in done.stderr
+
+
+@pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
+def test_runs_go_to_a_dask_cluster_by_its_executor(short, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    jobs = [Job(name, 1, False) for name in short]
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        found = run_matrix(jobs, ["pi", "oracle"], tmp_path / "cluster", executor=client.get_executor())
+    assert found == run_matrix(jobs, ["pi", "oracle"], tmp_path / "here", executor=Here())
