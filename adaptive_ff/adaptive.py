@@ -1,11 +1,12 @@
 """The adaptive controller: PI loop with feedforward from a model that is identified while it works.
 
 At every sample the filters of the torque-form regression advance over the period that has ended; while the joint
-slides, the estimator corrects its five physical parameters; the model that they make is fed forward for the period
+slides, the estimator corrects its physical parameters; the model that they make is fed forward for the period
 that begins; the PI loop does the rest.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +16,14 @@ from numpy.typing import NDArray
 from adaptive_ff.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn, make_workspace
 from adaptive_ff.feedforward import (
     FeedforwardState,
+    ahead,
     exchange_model,
     initial_feedforward_state,
     step_feedforward,
 )
 from adaptive_ff.gate import sliding_time
-from adaptive_ff.identifying import IdentifyingController, check_positive
-from adaptive_ff.model import TorqueModel
+from adaptive_ff.identifying import IdentifyingController, check_parameters, check_positive
+from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.physical import LARGEST_LAG, torque_model, write_model
 from adaptive_ff.torque_form import Signals, TorqueForm, advance_signals, initial_signals, settle_signals
 from controllers import (
@@ -31,9 +33,13 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    asked_torque,
     check_gains,
+    delay_line,
+    delayed,
     hand_over,
     initial_pi_state,
+    remember,
     step_pi,
     with_feedforward,
 )
@@ -46,6 +52,14 @@ GATE_HOLD = 3.0
 
 VISCOUS_SHARE = 0.2
 """Unit of the viscous coefficient, as a share of the proportional gain."""
+
+
+ONE_SIDED_SHARE = 0.1
+"""Units of the offset and of what differs by direction, as a share of those of friction itself.
+
+Until the joint has moved both ways, the offset and Coulomb friction are one number; the smaller unit, the less of it is
+taken for an offset. With equal units the first seconds were worse than with the five parameters of a symmetric joint.
+"""
 
 
 class AdaptiveParameters(NamedTuple):
@@ -89,10 +103,9 @@ class AdaptiveState(NamedTuple):
         State of the estimator.
     sliding : float
         For how long the joint has been sliding, s.
-    model_torque : float
-        Torque of the model in the last period, N m.
-    known_torque : float
-        Torque known from elsewhere in the last period, N m.
+    model_torques, known_torques : tuple of float
+        Torque of the model, and torque known from elsewhere, N m, the newest first, as far back as the drive may still
+        apply them.
     enabled : bool
         Whether the estimates adapt.
     """
@@ -103,8 +116,8 @@ class AdaptiveState(NamedTuple):
     model: Signals
     estimator: EstimatorState
     sliding: float
-    model_torque: float
-    known_torque: float
+    model_torques: tuple[float, ...]
+    known_torques: tuple[float, ...]
     enabled: bool
 
 
@@ -113,12 +126,12 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
     return AdaptiveState(
         initial_pi_state(block.feedback),
         initial_feedforward_state(),
-        initial_signals(),
-        initial_signals(),
+        initial_signals(block.estimator.first.size),
+        initial_signals(block.estimator.first.size),
         initial_estimator_state(block.estimator),
         -block.hold,  # the filters start from a guess: hold twice as long
-        0.0,
-        0.0,
+        delay_line(block.feedback.delay),
+        delay_line(block.feedback.delay),
         True,
     )
 
@@ -138,36 +151,47 @@ def learn_bumpless(
 
     The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
     """
-    reference, following = inputs.reference, inputs.next_reference
+    reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
+    start, _ = ahead(state.feedforward, reference, following, delay)
     old = identified_model(block, state)
-    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period)
+    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay)
     learn(block.estimator, state.estimator, measured, model, inputs.dt)
     new = identified_model(block, state)
-    feedforward = exchange_model(state.feedforward, old, new, reference)
-    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period)
+    feedforward = exchange_model(state.feedforward, old, new, start)
+    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay)
     return after, feedforward, hand_over(block.feedback, state.feedback, after - before)
 
 
 @register_jitable(forceinline=True)
 def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
-    """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
-    valid = math.isfinite(inputs.velocity)
+    """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback.
+
+    With a computation delay the period that the feedforward is for begins later, and the torques that belong to the one
+    that ends were computed earlier.
+    """
+    valid, delay = math.isfinite(inputs.velocity), block.feedback.delay
     velocity = inputs.velocity if valid else state.feedback.velocity
-    realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else state.feedback.command
+    known = math.isfinite(inputs.realised_torque)
+    realised = inputs.realised_torque if known else asked_torque(block.feedback, state.feedback)
     form = block.estimator.form
     measured, model = state.measured, state.model
     if state.feedback.samples == 0:
         measured = settle_signals(form, measured, velocity)
         model = settle_signals(form, model, inputs.reference)
-    measured = advance_signals(form, measured, realised - state.known_torque, velocity, inputs.dt)
-    model = advance_signals(form, model, state.model_torque, inputs.reference, inputs.dt)
+    measured = advance_signals(form, measured, realised - delayed(state.known_torques, delay), velocity, inputs.dt)
+    model = advance_signals(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
     feedback = state.feedback
     if state.enabled and sliding > block.hold:
         torque, feedforward, feedback = learn_bumpless(block, state, measured, model, inputs)
     else:
         torque, feedforward = step_feedforward(
-            identified_model(block, state), state.feedforward, inputs.reference, inputs.next_reference, block.period
+            identified_model(block, state),
+            state.feedforward,
+            inputs.reference,
+            inputs.next_reference,
+            block.period,
+            delay,
         )
     output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
     return output, AdaptiveState(
@@ -177,8 +201,8 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         model,
         state.estimator,
         sliding,
-        torque,
-        inputs.feedforward,
+        remember(state.model_torques, torque),
+        remember(state.known_torques, inputs.feedforward),
         state.enabled,
     )
 
@@ -215,6 +239,12 @@ class AdaptiveController(IdentifyingController):
         Memory of the estimator, s of sliding motion: an equation counts ``exp(-age/memory)``.
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
+    parameters : sequence of str, optional
+        What is identified: ``model.ESTIMATED`` by default; ``model.WITH_OFFSET`` for a joint with a constant load or
+        with Coulomb friction that differs by direction; ``model.PER_DIRECTION`` where all friction may.
+    delay : float, optional
+        Computation delay of the drive, sampling periods. What ``step`` is told as ``feedforward`` is, as the torque
+        that it returns, of the period in which the drive will apply it.
 
     Raises
     ------
@@ -245,8 +275,11 @@ class AdaptiveController(IdentifyingController):
         stribeck_shape: float = 1.0,
         memory: float = 5.0,
         filter_pole: float | None = None,
+        parameters: Sequence[str] = ESTIMATED,
+        delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral)
+        feedback = check_gains(proportional, integral, delay)
+        self.estimate_names = check_parameters(parameters)
         check_positive(
             proportional=proportional,
             inertia=inertia,
@@ -258,17 +291,19 @@ class AdaptiveController(IdentifyingController):
         check_positive(filter_pole=pole)
         torque_scale = proportional * stribeck_velocity
         response = inertia / proportional
-        scale = [inertia, torque_scale, torque_scale, VISCOUS_SHARE * proportional, response]
+        slope = VISCOUS_SHARE * proportional
+        size = len(self.estimate_names)
+        one_sided = [ONE_SIDED_SHARE * unit for unit in (torque_scale, torque_scale, slope)]
+        scale = [inertia, torque_scale, torque_scale, slope, response, *one_sided]
         estimator = EstimatorParameters(
             TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-            np.array([inertia, 0.0, 0.0, 0.0, response]),
-            np.array(scale),
+            np.array([inertia, 0.0, 0.0, 0.0, response, 0.0, 0.0, 0.0])[:size],
+            np.array(scale)[:size],
             float(torque_scale),
-            LARGEST_LAG * response,
             float(memory),
-            make_workspace(),
+            make_workspace(inertia, LARGEST_LAG * response, size),
         )
-        parameters = AdaptiveParameters(
+        block = AdaptiveParameters(
             feedback, estimator, GATE_SHARE * float(stribeck_velocity), GATE_HOLD / float(pole), float(period)
         )
-        super().__init__(parameters, period, initial_adaptive_state)
+        super().__init__(block, period, initial_adaptive_state)

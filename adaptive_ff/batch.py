@@ -5,17 +5,18 @@ that is the one commanded at ``k - 1``: ``numpy.roll(commanded, 1)``. The first 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from adaptive_ff.batch_rows import Mask, series_rows, torque_form_rows
-from adaptive_ff.identifying import check_positive
+from adaptive_ff.identifying import check_parameters, check_positive
 from adaptive_ff.least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
 from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.series import COEFFICIENTS, write_physical
-from adaptive_ff.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals
+from adaptive_ff.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals
 
 FILTER_MEMORY = 6.0
 """Time constants of the filters after which they have forgotten an error: the equations are correlated that long."""
@@ -30,8 +31,8 @@ class Identification:
     regression : LeastSquaresFit
         The fit behind it.
     physical : dict of Estimate
-        Inertia (kg m^2), Coulomb friction, stiction (N m), viscous coefficient (N m s/rad) and friction lag (s), by
-        the names of ``TorqueModel``, with confidence intervals.
+        Inertia (kg m^2), Coulomb friction, stiction (N m), viscous coefficient (N m s/rad), friction lag (s), and what
+        else was asked for, by the names of ``TorqueModel``, with confidence intervals.
     model : TorqueModel
         The same with the given Stribeck velocity and shape; nothing is confined to what is physically possible.
     used : ndarray of bool, shape (n,)
@@ -99,7 +100,7 @@ def identify_series(
         raise ValueError(f"b0 = {b0:g} and b1 = {b1:g} came out; b0 must be larger than b1 for there to be a joint")
     slopes = _physical_slopes(fit.values, period)
     errors = np.sqrt(np.einsum("ij,jk,ik->i", slopes, fit.covariance, slopes))
-    return _identification(fit, physical, errors, used, (stribeck_velocity, stribeck_shape))
+    return _identification(fit, ESTIMATED, physical, errors, used, (stribeck_velocity, stribeck_shape))
 
 
 def identify_torque_form(
@@ -112,6 +113,7 @@ def identify_torque_form(
     filter_pole: float,
     slowest: float,
     hold: float,
+    parameters: Sequence[str] = ESTIMATED,
     confidence: float = 0.95,
 ) -> Identification:
     """Identify a joint by the filtered torque form, on the samples that its gate lets through.
@@ -133,13 +135,15 @@ def identify_torque_form(
     hold : float
         Gate: for how long the joint must have been faster, s; a few times ``1 / filter_pole``. At the start, where
         the filters begin from a guess, twice as long.
+    parameters : sequence of str, optional
+        What is identified: ``model.ESTIMATED`` by default, ``model.WITH_OFFSET``, or ``model.PER_DIRECTION``.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.
 
     Returns
     -------
     Identification
-        The joint; ``regression`` holds the six parameters of the form, of which ``inertia_lag`` is ``J tau``. The
+        The joint; ``regression`` holds the columns of the form, of which ``inertia_lag`` is ``J tau``. The
         intervals take the correlation of filtered errors into account.
 
     Raises
@@ -154,24 +158,26 @@ def identify_torque_form(
         raise ValueError(f"time[{place}] = {times[place]} s is not allowed: it must be later than the one before")
     check_positive(stribeck_velocity=stribeck_velocity, stribeck_shape=stribeck_shape, filter_pole=filter_pole)
     _check_not_negative(slowest=slowest, hold=hold)
+    names = check_parameters(parameters)
+    columns = regressor_names(names)
     form = TorqueForm(float(filter_pole), float(stribeck_velocity), float(stribeck_shape))
-    rows, outputs = np.zeros((times.size, len(REGRESSORS))), np.zeros(times.size)
+    rows, outputs = np.zeros((times.size, len(columns))), np.zeros(times.size)
     used = np.zeros(times.size, dtype=np.bool_)
-    signals = settle_signals(form, initial_signals(), float(speeds[0]))
+    signals = settle_signals(form, initial_signals(len(names)), float(speeds[0]))
     torque_form_rows(form, signals, times, speeds, torques, (float(slowest), float(hold)), rows, outputs, used)
     correlated = math.ceil(FILTER_MEMORY / (filter_pole * float(np.median(steps))))
-    count, needed = int(np.count_nonzero(used)), max(len(REGRESSORS), correlated)
+    count, needed = int(np.count_nonzero(used)), max(len(columns), correlated)
     if count <= needed:
         raise ValueError(
             f"slowest = {slowest:g} rad/s and hold = {hold:g} s let {count} samples through; there must be more than "
             f"{needed}"
         )
     fit = fit_least_squares(
-        rows[used], outputs[used], names=REGRESSORS, confidence=confidence, correlated_samples=correlated
+        rows[used], outputs[used], names=columns, confidence=confidence, correlated_samples=correlated
     )
-    places = [REGRESSORS.index(name) for name in ESTIMATED]
+    places = [columns.index(name) for name in names]
     values, errors = fit.values[places], fit.standard_errors[places]
-    return _identification(fit, values, errors, used, (stribeck_velocity, stribeck_shape))
+    return _identification(fit, names, values, errors, used, (stribeck_velocity, stribeck_shape))
 
 
 def slides_one_way(velocity: ArrayLike, slowest: float) -> Mask:
@@ -212,11 +218,16 @@ def _physical_slopes(coefficients: Array, period: float) -> Array:
 
 
 def _identification(
-    fit: LeastSquaresFit, values: Array, errors: Array, used: Mask, stribeck: tuple[float, float]
+    fit: LeastSquaresFit,
+    names: tuple[str, ...],
+    values: Array,
+    errors: Array,
+    used: Mask,
+    stribeck: tuple[float, float],
 ) -> Identification:
     pairs = zip(values, errors, strict=True)
     physical = {
-        name: fit.interval(float(value), float(error)) for name, (value, error) in zip(ESTIMATED, pairs, strict=True)
+        name: fit.interval(float(value), float(error)) for name, (value, error) in zip(names, pairs, strict=True)
     }
     found = {name: estimate.value for name, estimate in physical.items()}
     model = TorqueModel(**found, stribeck_velocity=float(stribeck[0]), stribeck_shape=float(stribeck[1]))

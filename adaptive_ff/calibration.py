@@ -135,7 +135,8 @@ def _calibrate(text: str) -> Calibration:
 
 def _run(scenario: Scenario, course: Course) -> Record:
     """Run the PI loop."""
-    loop, record = PI(*scenario.feedback.gains, scenario.sampling.period), empty_record(course, 0)
+    loop = PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.delay)
+    record = empty_record(course, 0)
     run_compiled(loop.parameters, loop.state, course, start_position(course), course.noise.size, record)
     return record
 

@@ -1,18 +1,21 @@
-"""Online estimation of the five physical parameters from the torque-form regression.
+"""Online estimation of the physical parameters from the torque-form regression.
 
 While the joint slides, the error of the regression corrects the parameters,
 
     u_f ~ J (w'_f + tau w''_f) + Fc g_f + Fs h_f + sigma w_f - tau u'_f
 
-The form is linear in six parameters, of which ``J tau`` is the product of two others; here the five are estimated
-themselves, with the gradient of the form at the present estimate (Gauss-Newton). That removes the one direction
-in which closed-loop data hardly determine the six: ``tau`` times the rate of friction.
+The form is linear in ``J tau`` beside the parameters themselves; here the parameters alone are estimated, with the
+gradient of the form at the present estimate (Gauss-Newton). That removes the one direction in which closed-loop data
+hardly determine the columns: ``tau`` times the rate of friction.
 
 Two sets of the same filters run: over the measurements, and over the reference and the torque of the model. The
 gradient of the second is free of noise and serves as instrument, so noise in the first does not bias the estimate. An
 instrument must resemble what it stands for: where the two gradients disagree on the average (poor tracking, a
 model that is still wrong, saturation) the measured gradient takes its place, which is plain least squares, biased
 by noise but safe.
+
+An estimate has five parameters, six with the offset, eight where friction differs by direction; what follows the
+friction lag enters linearly, a column each.
 """
 
 import math
@@ -22,12 +25,9 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.model import ESTIMATED
-from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, INERTIA_RANGE, STICTION, VISCOUS
+from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, confine, limit_friction, possible_ranges
 from adaptive_ff.resetting import move_parameter, update_resetting
-from adaptive_ff.torque_form import REGRESSORS, VELOCITY, Signals, TorqueForm, write_regressors
-
-PARAMETERS = len(ESTIMATED)
+from adaptive_ff.torque_form import VELOCITY, Signals, TorqueForm, write_regressors
 
 FLOOR = 0.2
 """Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
@@ -52,23 +52,26 @@ SPEED_FACTOR = 3.0
 
 
 class Workspace(NamedTuple):
-    """Arrays that a sample's computation is done in, so that no step allocates memory; they hold nothing in between."""
+    """Arrays that a sample's computation is done in, so that no step allocates memory.
+
+    They hold nothing in between, but for the ranges of what does not depend on the data.
+    """
 
     row: NDArray[np.float64]
     gradient: NDArray[np.float64]
     instrument: NDArray[np.float64]
     factor: NDArray[np.float64]
-    bounds: NDArray[np.float64]
+    ranges: NDArray[np.float64]
 
 
-def make_workspace() -> Workspace:
-    """Return the arrays for one estimator."""
+def make_workspace(inertia: float, largest_lag: float, size: int) -> Workspace:
+    """Return the arrays for one estimator of so many parameters; see ``possible_ranges``."""
     return Workspace(
-        np.zeros(len(REGRESSORS)),
-        np.zeros(PARAMETERS),
-        np.zeros(PARAMETERS),
-        np.zeros((PARAMETERS, PARAMETERS)),
-        np.zeros((PARAMETERS, 2)),
+        np.zeros(size + 1),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((size, size)),
+        possible_ranges(inertia, largest_lag, size),
     )
 
 
@@ -79,14 +82,13 @@ class EstimatorParameters(NamedTuple):
     ----------
     form : TorqueForm
         The regression.
-    first : ndarray, shape (5,)
-        First estimate: inertia, Coulomb friction, stiction, viscous coefficient, friction lag.
-    scale : ndarray, shape (5,)
+    first : ndarray, shape (n,)
+        First estimate: inertia, Coulomb friction, stiction, viscous coefficient, friction lag, and the offset and what
+        differs by direction where they are estimated.
+    scale : ndarray, shape (n,)
         Unit in which each parameter is estimated, of its expected size.
     torque_scale : float
         Unit of torque, N m.
-    largest_lag : float
-        Largest friction lag, s.
     memory : float
         Memory, s of sliding motion.
     work : Workspace
@@ -97,7 +99,6 @@ class EstimatorParameters(NamedTuple):
     first: NDArray[np.float64]
     scale: NDArray[np.float64]
     torque_scale: float
-    largest_lag: float
     memory: float
     work: Workspace
 
@@ -107,11 +108,11 @@ class EstimatorState(NamedTuple):
 
     Attributes
     ----------
-    estimate : ndarray, shape (5,)
-        Inertia, Coulomb friction, stiction, viscous coefficient, friction lag.
-    information : ndarray, shape (5, 5)
+    estimate : ndarray, shape (n,)
+        The parameters, in the order of the first estimate.
+    information : ndarray, shape (n, n)
         Information matrix of the scaled parameters.
-    agreement : ndarray, shape (5, 2)
+    agreement : ndarray, shape (n, 2)
         Fading means of ``z^2`` and ``z x`` of each scaled gradient.
     levels : ndarray, shape (3,)
         Mean squared scaled prediction error; largest filtered torque (N m) and reference speed (rad/s) so far.
@@ -125,7 +126,8 @@ class EstimatorState(NamedTuple):
 
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     """Return the state of an estimator that has seen nothing."""
-    return EstimatorState(estimator.first.copy(), PRIOR * np.eye(PARAMETERS), np.zeros((PARAMETERS, 2)), np.zeros(3))
+    size = estimator.first.size
+    return EstimatorState(estimator.first.copy(), PRIOR * np.eye(size), np.zeros((size, 2)), np.zeros(3))
 
 
 @register_jitable(forceinline=True)
@@ -134,6 +136,8 @@ def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> f
     lag = estimate[FRICTION_LAG]
     prediction: float = estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5]
     for i in range(COULOMB, FRICTION_LAG):
+        prediction += estimate[i] * row[i + 1]
+    for i in range(FRICTION_LAG + 1, estimate.size):
         prediction += estimate[i] * row[i + 1]
     return prediction
 
@@ -145,12 +149,12 @@ def write_gradient(
     row: NDArray[np.float64],
     gradient: NDArray[np.float64],
 ) -> None:
-    """Write the scaled gradient of the predicted torque by the five parameters."""
-    gradient[INERTIA] = row[1] + estimate[FRICTION_LAG] * row[0]
-    for i in range(COULOMB, FRICTION_LAG):
+    """Write the scaled gradient of the predicted torque by the parameters."""
+    for i in range(gradient.size):
         gradient[i] = row[i + 1]
-    gradient[FRICTION_LAG] = estimate[INERTIA] * row[0] + row[5]
-    for i in range(PARAMETERS):
+    gradient[INERTIA] += estimate[FRICTION_LAG] * row[0]
+    gradient[FRICTION_LAG] += estimate[INERTIA] * row[0]
+    for i in range(gradient.size):
         gradient[i] *= estimator.scale[i] / estimator.torque_scale
 
 
@@ -168,7 +172,7 @@ def gradients_agree(
     measured one must not pass for a signal that the model lacks.
     """
     alike = True
-    for i in range(PARAMETERS):
+    for i in range(model.size):
         agreement[i, 0] = keep * agreement[i, 0] + (1.0 - keep) * model[i] * model[i]
         agreement[i, 1] = keep * agreement[i, 1] + (1.0 - keep) * model[i] * measured[i]
         low = AGREEMENT[0] * agreement[i, 0] - unexcited
@@ -199,7 +203,7 @@ def learn(
     """
     estimate = state.estimate
     row, gradient, instrument = estimator.work.row, estimator.work.gradient, estimator.work.instrument
-    factor, bounds = estimator.work.factor, estimator.work.bounds
+    factor, ranges = estimator.work.factor, estimator.work.ranges
     write_regressors(estimator.form, model, row)
     write_gradient(estimator, estimate, row, instrument)
     torque = write_regressors(estimator.form, measured, row)
@@ -209,52 +213,40 @@ def learn(
     if not abs(measured.filters[VELOCITY, 0]) < SPEED_FACTOR * levels[2]:
         return
     levels[1] = max(levels[1], abs(torque))
-    largest = PEAK_FACTOR * levels[1] / estimator.torque_scale
+    peak = PEAK_FACTOR * levels[1]
+    largest = peak / estimator.torque_scale
     keep = math.exp(-duration / estimator.memory)
     floor = min(FLOOR * levels[0] + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     if not gradients_agree(state.agreement, instrument, gradient, keep, floor):
-        for i in range(PARAMETERS):
+        for i in range(gradient.size):
             instrument[i] = gradient[i]
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
     levels[0] = keep * levels[0] + (1.0 - keep) * error * error
     update_resetting(state.information, floor, keep, instrument, error, gradient, factor)
-    write_bounds(estimator, levels, bounds)
-    correct(estimator, estimate, gradient, factor, bounds, instrument)
+    limit_friction(ranges, peak, levels[2])
+    correct(estimator.scale, estimate, gradient, factor, ranges, instrument)
 
 
 @register_jitable(forceinline=True)
 def correct(
-    estimator: EstimatorParameters,
+    scale: NDArray[np.float64],
     estimate: NDArray[np.float64],
     correction: NDArray[np.float64],
     factor: NDArray[np.float64],
-    bounds: NDArray[np.float64],
+    ranges: NDArray[np.float64],
     work: NDArray[np.float64],
 ) -> None:
-    """Add a scaled correction to the estimate and keep it within its bounds.
+    """Add a scaled correction to the estimate and keep it possible.
 
-    A parameter that would leave its bounds is moved back with the others adjusted; what still lies outside after
+    A parameter that would leave its range is moved back with the others adjusted; what still lies outside after
     that is cut off.
     """
-    for i in range(PARAMETERS):
-        value = estimate[i] + correction[i] * estimator.scale[i]
-        possible = min(max(value, bounds[i, 0]), bounds[i, 1])
+    for i in range(estimate.size):
+        value = estimate[i] + correction[i] * scale[i]
+        possible = min(max(value, ranges[i, 0]), ranges[i, 1])
         if possible != value:
-            move_parameter(factor, i, (possible - value) / estimator.scale[i], correction, work)
-    for i in range(PARAMETERS):
-        value = estimate[i] + correction[i] * estimator.scale[i]
-        estimate[i] = min(max(value, bounds[i, 0]), bounds[i, 1])
-
-
-@register_jitable(forceinline=True)
-def write_bounds(estimator: EstimatorParameters, levels: NDArray[np.float64], bounds: NDArray[np.float64]) -> None:
-    """Write what is possible for each parameter: friction within what the torques and speeds seen can explain."""
-    largest = PEAK_FACTOR * levels[1]
-    bounds[:, 0] = 0.0
-    bounds[INERTIA, 0] = estimator.first[INERTIA] / INERTIA_RANGE
-    bounds[INERTIA, 1] = estimator.first[INERTIA] * INERTIA_RANGE
-    bounds[COULOMB, 1] = largest
-    bounds[STICTION, 1] = largest
-    bounds[VISCOUS, 1] = largest / levels[2]
-    bounds[FRICTION_LAG, 1] = estimator.largest_lag
+            move_parameter(factor, i, (possible - value) / scale[i], correction, work)
+    for i in range(estimate.size):
+        estimate[i] += correction[i] * scale[i]
+    confine(estimate, ranges)

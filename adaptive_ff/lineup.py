@@ -16,42 +16,33 @@ from adaptive_ff.rivals import (
     PaperController,
 )
 from adaptive_ff.scenario import Scenario
+from adaptive_ff.truth import friction_course, true_model
 from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign
 
 Maker = Callable[[Scenario], Any]
 """Makes a controller, any object with a method ``step``, for a scenario."""
 
 
-def true_model(scenario: Scenario) -> TorqueModel:
-    """Return the true parameters of a scenario's joint as a model."""
-    joint = scenario.joint
-    return TorqueModel(
-        joint.inertia,
-        joint.coulomb,
-        joint.stiction,
-        joint.viscous,
-        getattr(joint, "friction_lag", 0.0),
-        joint.stribeck_velocity,
-        joint.stribeck_shape,
-    )
-
-
 def _pi(scenario: Scenario) -> PI:
-    return PI(*scenario.feedback.gains, scenario.sampling.period)
+    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.delay)
+
+
+def _with_model(scenario: Scenario, model: TorqueModel) -> ModelBased:
+    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model, delay=scenario.delay)
 
 
 def _inertia_feedforward(scenario: Scenario) -> ModelBased:
-    model = TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
-    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model)
+    return _with_model(scenario, TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0))
 
 
 def _fixed(scenario: Scenario) -> ModelBased:
-    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, scenario.fixed.model)
+    return _with_model(scenario, scenario.fixed.model)
 
 
 def _oracle(scenario: Scenario) -> ModelBased:
-    changes = [(change.time, change.friction_scale) for change in scenario.change]
-    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, true_model(scenario), changes)
+    model, changes, load = true_model(scenario), friction_course(scenario), scenario.joint.offset
+    period, delay = scenario.sampling.period, scenario.delay
+    return ModelBased(*scenario.feedback.gains, period, model, changes, load=load, delay=delay)
 
 
 def _told(scenario: Scenario) -> dict[str, Any]:
@@ -62,6 +53,7 @@ def _told(scenario: Scenario) -> dict[str, Any]:
         "stribeck_velocity": scenario.adaptation.stribeck_velocity,
         "stribeck_shape": scenario.adaptation.stribeck_shape,
         "memory": scenario.adaptation.memory,
+        "delay": scenario.delay,
     }
 
 
@@ -88,6 +80,7 @@ def _canudas_told(scenario: Scenario) -> dict[str, Any]:
         "inertia": scenario.feedback.inertia,
         "dead_zone": DEAD_ZONE * scenario.adaptation.stribeck_velocity,
         "memory": scenario.adaptation.memory,
+        "delay": scenario.delay,
     }
 
 
@@ -106,7 +99,8 @@ def _feedback_error(scenario: Scenario) -> FeedbackErrorLearning:
 
 
 def _adaptive(scenario: Scenario) -> AdaptiveController:
-    return AdaptiveController(*scenario.feedback.gains, **_told(scenario))
+    parameters = scenario.adaptation.parameters
+    return AdaptiveController(*scenario.feedback.gains, **_told(scenario), parameters=parameters)
 
 
 def balance(scenario: Scenario) -> float:
@@ -138,14 +132,16 @@ def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> Disturb
     """Make a PI loop with a disturbance observer; the share did best in ``python -m benchmarks.tuning``."""
     gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
     bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
-    return DisturbanceObserver(*gains, scenario.sampling.period, inertia=inertia, bandwidth=bandwidth)
+    period, delay = scenario.sampling.period, scenario.delay
+    return DisturbanceObserver(*gains, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
 
 def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState:
     """Make a loop with an extended state observer; the share did best in ``python -m benchmarks.tuning``."""
     proportional, inertia = scenario.feedback.gains[0], scenario.feedback.inertia
     bandwidth = _observer_bandwidth(scenario, share, ExtendedState.design, proportional)
-    return ExtendedState(proportional, scenario.sampling.period, inertia=inertia, bandwidth=bandwidth)
+    period, delay = scenario.sampling.period, scenario.delay
+    return ExtendedState(proportional, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
 
 def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDisturbance:
@@ -154,13 +150,13 @@ def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDis
     noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
     bandwidth = _observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
     walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
-    return KalmanDisturbance(*gains, period, inertia=inertia, velocity_noise=noise, disturbance_walk=walk)
+    settings = {"inertia": inertia, "velocity_noise": noise, "disturbance_walk": walk, "delay": scenario.delay}
+    return KalmanDisturbance(*gains, period, **settings)
 
 
 def _fixed_maker(form: str, source: str) -> Maker:
     def make(scenario: Scenario) -> ModelBased:
-        model = fixed_model(scenario, true_model(scenario), form, source)
-        return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model)
+        return _with_model(scenario, fixed_model(scenario, true_model(scenario), form, source))
 
     return make
 

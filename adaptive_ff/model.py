@@ -1,11 +1,17 @@
 """The friction model that controllers assume of a joint: a hypothesis, to be told or identified.
 
-It is the paper's model, equations (1)-(3), written for one direction of use: which torque does a motion need. The truth
-that a simulation runs on is ``plant``; a test ties the two where they must agree.
+It is the paper's model, equations (1)-(3), written for one direction of use: which torque does a motion need. Beyond
+the paper it has what real joints have, an offset and friction that differs by direction:
+
+    F(w) = sgn(w) (Fc (1 - e) + (Fs +- dFs) e) + (sigma +- dsigma) w + offset,   e = exp(-|w/Vs|^delta)
+
+with the upper sign for ``w > 0``. What does not change its sign with the direction, ``dFs e + dsigma |w| + offset``,
+stands beside the paper's friction and is zero where the joint is symmetric. The truth that a simulation runs on is
+``plant``; a test ties the two where they must agree.
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from numba.extending import register_jitable
 
@@ -29,6 +35,14 @@ class TorqueModel(NamedTuple):
         Stribeck velocity ``Vs``, rad/s.
     stribeck_shape : float
         Stribeck shape factor ``delta``.
+    offset : float
+        Torque that friction and load add to the paper's friction whatever the motion, N m. A constant passes the
+        friction lag unchanged, so a constant load and Coulomb friction that differs by direction, ``Fc +- dFc``, are
+        one number while the joint slides: ``offset`` is their sum.
+    stiction_asymmetry : float
+        Half of what ``Fs - Fc`` is more for positive than for negative velocity, N m: ``dFs`` above.
+    viscous_asymmetry : float
+        Half of what ``sigma`` is more for positive than for negative velocity, N m s/rad: ``dsigma`` above.
     """
 
     inertia: float
@@ -38,12 +52,75 @@ class TorqueModel(NamedTuple):
     friction_lag: float
     stribeck_velocity: float
     stribeck_shape: float
+    offset: float = 0.0
+    stiction_asymmetry: float = 0.0
+    viscous_asymmetry: float = 0.0
+
+    @classmethod
+    def from_directions(
+        cls,
+        inertia: float,
+        coulomb: tuple[float, float],
+        stiction: tuple[float, float],
+        viscous: tuple[float, float],
+        friction_lag: float,
+        stribeck_velocity: float,
+        stribeck_shape: float,
+        load: float = 0.0,
+    ) -> Self:
+        """Return the model of a joint whose friction is given for each direction.
+
+        Parameters
+        ----------
+        inertia : float
+            Inertia, kg m^2.
+        coulomb, stiction, viscous : tuple of float
+            Coulomb friction and stiction (N m) and viscous coefficient (N m s/rad), all positive: for positive and for
+            negative velocity.
+        friction_lag : float
+            Friction lag, s.
+        stribeck_velocity, stribeck_shape : float
+            Stribeck velocity (rad/s) and shape factor, the same in both directions.
+        load : float, optional
+            Constant torque that the drive has to hold beside friction, N m.
+        """
+        (slip, slip_half), (adhesion, adhesion_half), (slope, slope_half) = (
+            (0.5 * (forward + backward), 0.5 * (forward - backward))
+            for forward, backward in (coulomb, stiction, viscous)
+        )
+        return cls(
+            inertia,
+            slip,
+            adhesion,
+            slope,
+            friction_lag,
+            stribeck_velocity,
+            stribeck_shape,
+            load + slip_half,
+            adhesion_half - slip_half,
+            slope_half,
+        )
 
 
 ESTIMATED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
-"""Fields of the model that are identified online; the other two are pre-estimated, as in the paper."""
+"""Fields of the model that are identified online; Stribeck velocity and shape are pre-estimated, as in the paper."""
 
-UNITS = {"inertia": "kg m²", "coulomb": "N m", "stiction": "N m", "viscous": "N m s/rad", "friction_lag": "s"}
+WITH_OFFSET = (*ESTIMATED, "offset")
+"""The same, with the offset."""
+
+PER_DIRECTION = (*WITH_OFFSET, "stiction_asymmetry", "viscous_asymmetry")
+"""The same, with the offset and what differs by direction."""
+
+UNITS = {
+    "inertia": "kg m²",
+    "coulomb": "N m",
+    "stiction": "N m",
+    "viscous": "N m s/rad",
+    "friction_lag": "s",
+    "offset": "N m",
+    "stiction_asymmetry": "N m",
+    "viscous_asymmetry": "N m s/rad",
+}
 """Units of the identified parameters."""
 
 
@@ -64,7 +141,36 @@ def adhesion_share(speed: float, stribeck_velocity: float, stribeck_shape: float
 
 
 @register_jitable
-def model_friction(model: TorqueModel, speed: float) -> float:
-    """Friction torque (N m) of the model at a sliding speed ``|w| >= 0`` (rad/s), equation (3)."""
+def friction_parts(model: TorqueModel, speed: float) -> tuple[float, float]:
+    """Return what of the friction changes its sign with the direction, and what does not.
+
+    Parameters
+    ----------
+    model : TorqueModel
+        The joint.
+    speed : float
+        Sliding speed ``|w| >= 0``, rad/s.
+
+    Returns
+    -------
+    opposing : float
+        Friction (3), the mean of both directions, N m; it has the sign of the velocity.
+    one_sided : float
+        ``dFs e + dsigma |w|``, N m; the offset is not in it.
+    """
     share = adhesion_share(speed, model.stribeck_velocity, model.stribeck_shape)
-    return model.coulomb * (1.0 - share) + model.stiction * share + model.viscous * speed
+    opposing = model.coulomb * (1.0 - share) + model.stiction * share + model.viscous * speed
+    return opposing, model.stiction_asymmetry * share + model.viscous_asymmetry * speed
+
+
+@register_jitable
+def model_friction(model: TorqueModel, speed: float) -> float:
+    """Friction torque (N m) at a sliding speed ``|w| >= 0`` (rad/s), equation (3): the mean of both directions."""
+    return friction_parts(model, speed)[0]
+
+
+@register_jitable
+def directed_friction(model: TorqueModel, speed: float, direction: float) -> float:
+    """Friction torque (N m) at a sliding speed (rad/s) in the direction of a signed number, without the offset."""
+    opposing, one_sided = friction_parts(model, speed)
+    return math.copysign(opposing, direction) + one_sided

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from adaptive_ff.model import TorqueModel
+from adaptive_ff.model import ESTIMATED, PER_DIRECTION, WITH_OFFSET, TorqueModel
 from adaptive_ff.reference import NonNegative, Positive
 from controllers import difference_velocity, kalman_velocity, low_pass_velocity, pi_gains
 
@@ -131,13 +131,33 @@ class Feedback(BaseModel):
         return pi_gains(self.inertia, self.bandwidth)
 
 
+IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+"""What the adaptive controller may be asked to identify."""
+
+
 class Adaptation(BaseModel):
-    """What the adaptive controllers are told: ``Vs`` (rad/s), ``delta``, and their memory (s of sliding motion)."""
+    """What the adaptive controllers are told.
+
+    Parameters
+    ----------
+    stribeck_velocity, stribeck_shape : float
+        Pre-estimated ``Vs`` (rad/s) and ``delta``.
+    memory : float, optional
+        Memory, s of sliding motion.
+    identify : "symmetric", "offset" or "directions", optional
+        What ``adaptive`` identifies: the paper's five parameters; an offset beside them; friction by direction, too.
+    """
 
     model_config = STRICT
     stribeck_velocity: Positive
     stribeck_shape: Positive = 1.0
     memory: Positive = 5.0
+    identify: Literal["symmetric", "offset", "directions"] = "symmetric"
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that the adaptive controller identifies."""
+        return IDENTIFIED[self.identify]
 
 
 class FixedModel(BaseModel):

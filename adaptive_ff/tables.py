@@ -6,9 +6,9 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.compare import BASELINE, Comparison
-from adaptive_ff.lineup import true_model
-from adaptive_ff.model import ESTIMATED, UNITS
+from adaptive_ff.model import PER_DIRECTION, UNITS
 from adaptive_ff.sweep import QUANTILES, QUANTITIES
+from adaptive_ff.truth import true_model
 
 
 def tracking_table(comparison: Comparison) -> Table:
@@ -45,10 +45,11 @@ def estimates_table(comparison: Comparison) -> Table | None:
     changes = comparison.scenario.change
     scale = changes[-1].friction_scale if changes else 1.0
     model = true_model(comparison.scenario)
-    for name in ESTIMATED:
+    found = [run.final_estimates for run in runs]
+    for name in (name for name in PER_DIRECTION if any(name in estimates for estimates in found)):
         true = getattr(model, name) * (scale if name in ("coulomb", "stiction", "viscous") else 1.0)
-        found = (f"{run.final_estimates[name]:.4g}" if name in run.estimates else "" for run in runs)
-        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *found)
+        cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
+        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *cells)
     return table
 
 

@@ -1,4 +1,4 @@
-"""Torque-form regression: the joint's equation, filtered, linear in six physical parameters.
+"""Torque-form regression: the joint's equation, filtered, linear in its physical parameters.
 
 Equation (2) of the paper, ``J tau w'' + J w' + F(w) = u + tau u'``, is passed through ``(p/(s + p))^2``:
 
@@ -7,9 +7,13 @@ Equation (2) of the paper, ``J tau w'' + J w' + F(w) = u + tau u'``, is passed t
 with ``g`` and ``h`` of (5) and (6). No signal is differentiated: the filters hold the derivatives as states. The
 torque is held between samples; the velocity is taken as linear between them, and where it reverses, ``g`` and ``h``
 are split at the moment of reversal, because the friction lag is seen nowhere else.
+
+An offset and friction that differs by direction (see ``model``) add the columns ``1``, ``|h|_f`` and ``|w|_f``. A
+regression without them has neither their columns nor their filters: the sizes of the arrays say which it is.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,12 +21,19 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.filters import advance_filter, filter_decay, second_derivative
-from adaptive_ff.model import adhesion_share
+from adaptive_ff.model import ESTIMATED, WITH_OFFSET, adhesion_share
 
-TORQUE, VELOCITY, COULOMB, ADHESION = range(4)
+TORQUE, VELOCITY, COULOMB, ADHESION, SHARE, SPEED = range(6)
+"""Rows of the filters; the last two, ``|h|`` and ``|w|``, are there where friction differs by direction."""
 
-REGRESSORS = ("inertia_lag", "inertia", "coulomb", "stiction", "viscous", "friction_lag")
-"""Parameters of the regression, in the order of its columns; ``inertia_lag`` is ``J tau``."""
+
+def regressor_names(parameters: Sequence[str] = ESTIMATED) -> tuple[str, ...]:
+    """Return the columns of the regression for parameters of the model; the first, ``inertia_lag``, is ``J tau``."""
+    return ("inertia_lag", *parameters)
+
+
+REGRESSORS = regressor_names()
+"""Columns for a joint that is the same in both directions."""
 
 
 class TorqueForm(NamedTuple):
@@ -48,8 +59,9 @@ class Signals(NamedTuple):
 
     Attributes
     ----------
-    filters : ndarray, shape (4, 2)
-        Filtered value and derivative of torque, velocity, ``g`` and ``h``; changed in place.
+    filters : ndarray, shape (4, 2) or (6, 2)
+        Filtered value and derivative of torque, velocity, ``g`` and ``h``, and of ``|h|`` and ``|w|`` where friction
+        differs by direction; changed in place.
     velocity : float
         Velocity at the last sample, rad/s.
     """
@@ -58,9 +70,9 @@ class Signals(NamedTuple):
     velocity: float
 
 
-def initial_signals() -> Signals:
-    """Return the filters of a joint that has been at rest without torque."""
-    return Signals(np.zeros((4, 2)), 0.0)
+def initial_signals(parameters: int = len(ESTIMATED)) -> Signals:
+    """Return the filters of a joint that has been at rest without torque, for a number of parameters of the model."""
+    return Signals(np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2)), 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -71,12 +83,15 @@ def settle_signals(form: TorqueForm, signals: Signals, velocity: float) -> Signa
     signals.filters[VELOCITY, 0] = velocity
     signals.filters[COULOMB, 0] = direction * (1.0 - share)
     signals.filters[ADHESION, 0] = direction * share
+    if signals.filters.shape[0] > SHARE:
+        signals.filters[SHARE, 0] = abs(direction) * share
+        signals.filters[SPEED, 0] = abs(velocity)
     return Signals(signals.filters, velocity)
 
 
 @register_jitable(forceinline=True)
 def advance_friction(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
-    """Advance the filters of ``g`` and ``h`` over a motion that does not reverse."""
+    """Advance the filters of ``g`` and ``h``, and of ``|h|`` and ``|w|``, over a motion that does not reverse."""
     if duration <= 0.0:
         return
     direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
@@ -92,6 +107,10 @@ def advance_friction(form: TorqueForm, signals: Signals, start: float, end: floa
         duration,
     )
     advance_filter(signals.filters[ADHESION], form.pole, decay, direction * first, direction * last, duration)
+    if signals.filters.shape[0] > SHARE:
+        sliding = abs(direction)
+        advance_filter(signals.filters[SHARE], form.pole, decay, sliding * first, sliding * last, duration)
+        advance_filter(signals.filters[SPEED], form.pole, decay, abs(start), abs(end), duration)
 
 
 @register_jitable(forceinline=True)
@@ -131,7 +150,7 @@ def advance_signals(form: TorqueForm, signals: Signals, torque: float, velocity:
 
 @register_jitable(forceinline=True)
 def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:
-    """Write the six regressors into a row and return the regressed torque ``u_f``, N m."""
+    """Write the regressors into a row of as many as there are columns, and return the regressed torque ``u_f``, N m."""
     velocity = signals.filters[VELOCITY]
     row[0] = second_derivative(velocity, form.pole, signals.velocity)
     row[1] = velocity[1]
@@ -139,4 +158,9 @@ def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64
     row[3] = signals.filters[ADHESION, 0]
     row[4] = velocity[0]
     row[5] = -signals.filters[TORQUE, 1]
+    if row.size > 6:
+        row[6] = 1.0
+    if row.size > 7:
+        row[7] = signals.filters[SHARE, 0]
+        row[8] = signals.filters[SPEED, 0]
     return signals.filters[TORQUE, 0]  # type: ignore[no-any-return]

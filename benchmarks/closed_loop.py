@@ -125,12 +125,12 @@ class CLoop:
             raise ValueError("the C loop serves rigid joints with the same friction in both directions and no offset")
         numbers = [*joint.friction, joint.inertia, joint.friction_lag]
         numbers += [own.start.joint.velocity, own.start.joint.friction_torque]
-        numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if adaptive else block)]
+        numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if adaptive else block)[:2]]
         first = scale = np.zeros(0)
         if adaptive:
             told = block.estimator
             first, scale = np.array(told.first, dtype=float), np.array(told.scale, dtype=float)
-            numbers += [*told.form, told.torque_scale, told.largest_lag, told.memory]
+            numbers += [*told.form, told.torque_scale, told.work.ranges[physical.FRICTION_LAG, 1], told.memory]
             numbers += [block.slowest, block.hold, block.period]
         counts = (adaptive, course.noise.size, plan.starts.size)
         record = empty_record(course, own.record.estimates.shape[1])
@@ -163,7 +163,7 @@ class PythonControlLoop:
         if own.course.plan.starts.size > 1:
             raise ValueError("this loop serves joints whose friction does not change")
         course, period, substeps = own.course, own.scenario.sampling.period, own.scenario.substeps
-        proportional, integral_gain = own.controller.parameters
+        proportional, integral_gain = own.controller.parameters[:2]
         joint = course.joint
         unwinding = min(1.0, period * integral_gain / proportional)
 

@@ -2,6 +2,7 @@
 
 from controllers.checks import check_positive
 from controllers.compiled import compiled, compiled_in_place, dispatched, is_cached
+from controllers.delay import delay_line, delayed, remember
 from controllers.design import PIDesign, design_pi, fastest_bandwidth, pi_gains
 from controllers.disturbance_observer import DisturbanceObserver
 from controllers.extended_state import ExtendedState
@@ -20,7 +21,7 @@ from controllers.interface import (
 )
 from controllers.kalman_disturbance import KalmanDisturbance
 from controllers.observer_design import ObserverDesign
-from controllers.pi import PI, PIParameters, PIState, check_gains, hand_over, initial_pi_state, step_pi
+from controllers.pi import PI, PIParameters, PIState, asked_torque, check_gains, hand_over, initial_pi_state, step_pi
 from controllers.torques import acting_torque, slope_torque
 from controllers.velocity import (
     INITIAL_VELOCITY_STATES,
@@ -55,10 +56,13 @@ __all__ = [
     "PIParameters",
     "PIState",
     "acting_torque",
+    "asked_torque",
     "check_gains",
     "check_positive",
     "compiled",
     "compiled_in_place",
+    "delay_line",
+    "delayed",
     "design_pi",
     "difference_velocity",
     "direct_velocity",
@@ -73,6 +77,7 @@ __all__ = [
     "kalman_velocity",
     "low_pass_velocity",
     "pi_gains",
+    "remember",
     "slope_torque",
     "step",
     "step_pi",

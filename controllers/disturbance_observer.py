@@ -26,7 +26,7 @@ from controllers.observer_design import (
     design_observer,
     on_measured_velocity,
 )
-from controllers.pi import PIParameters, PIState, check_gains, initial_pi_state, step_pi
+from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
 from controllers.torques import acting_torque, slope_torque
 
 
@@ -89,7 +89,7 @@ def step_disturbance_observer(
 ) -> tuple[Output, DisturbanceObserverState]:
     """Do one sample: observe the period that ends, add the disturbance and the inertia's torque, then feedback."""
     last = state.feedback
-    impulse = state.impulse + inputs.dt * acting_torque(inputs, last.command, state.known_torque)
+    impulse = state.impulse + inputs.dt * acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
     elapsed = state.elapsed + inputs.dt
     disturbance = state.disturbance
     if math.isfinite(inputs.velocity):
@@ -121,6 +121,8 @@ class DisturbanceObserver(Controller):
         Nominal inertia, kg m^2.
     bandwidth : float
         Bandwidth of the filter ``Q``, Hz; :meth:`design` says how fast it may be.
+    delay : float, optional
+        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
 
     Raises
     ------
@@ -138,9 +140,16 @@ class DisturbanceObserver(Controller):
     """
 
     def __init__(
-        self, proportional: float, integral: float, period: float, *, inertia: float, bandwidth: float
+        self,
+        proportional: float,
+        integral: float,
+        period: float,
+        *,
+        inertia: float,
+        bandwidth: float,
+        delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral)
+        feedback = check_gains(proportional, integral, delay)
         check_positive(inertia=inertia, bandwidth=bandwidth)
         parameters = DisturbanceObserverParameters(
             feedback, float(inertia), 2.0 * math.pi * float(bandwidth), float(period)

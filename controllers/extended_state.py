@@ -36,7 +36,7 @@ from controllers.observer_design import (
     design_observer,
     on_observed_velocity,
 )
-from controllers.pi import PIParameters, PIState, check_gains, initial_pi_state, step_pi
+from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
 from controllers.torques import acting_torque, slope_torque
 
 
@@ -102,7 +102,7 @@ def step_extended_state(
     last, observer = state.feedback, state.observer
     valid = math.isfinite(inputs.velocity)
     if last.samples > last.rejected:  # the observer has started
-        torque = acting_torque(inputs, last.command, state.known_torque)
+        torque = acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
         observer = predict(block.inertia, observer, torque, inputs.dt)
         if valid:
             velocity_gain, disturbance_gain = extended_state_gains(block.inertia, block.pole, inputs.dt)
@@ -136,6 +136,8 @@ class ExtendedState(Controller):
         Nominal inertia, kg m^2.
     bandwidth : float
         Bandwidth ``wo/(2 pi)`` of the observer, Hz; :meth:`design` says how fast it may be.
+    delay : float, optional
+        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
 
     Raises
     ------
@@ -150,8 +152,10 @@ class ExtendedState(Controller):
     >>> torque = controller.step(0.1, 0.0, next_reference=0.101)
     """
 
-    def __init__(self, proportional: float, period: float, *, inertia: float, bandwidth: float) -> None:
-        feedback = check_gains(proportional, 0.0)
+    def __init__(
+        self, proportional: float, period: float, *, inertia: float, bandwidth: float, delay: float = 0.0
+    ) -> None:
+        feedback = check_gains(proportional, 0.0, delay)
         check_positive(inertia=inertia, bandwidth=bandwidth)
         parameters = ExtendedStateParameters(feedback, float(inertia), 2.0 * math.pi * float(bandwidth), float(period))
         super().__init__(parameters, period, initial_extended_state_state)

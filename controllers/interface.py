@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numba.extending import register_jitable
@@ -129,7 +129,7 @@ class Controller:
         Makes a new state from the parameters.
     """
 
-    estimate_names: ClassVar[tuple[str, ...]] = ()
+    estimate_names: tuple[str, ...] = ()
 
     def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
         if not (math.isfinite(period) and period > 0.0):
@@ -285,4 +285,6 @@ def _rebuilt(template: Any, content: Any, where: str) -> Any:
         raise ValueError(f"{where} = {content!r} is not allowed: {error}") from error
     if array.shape != np.shape(template) or not np.all(np.isfinite(array)):
         raise ValueError(f"{where} must be finite and of shape {np.shape(template)}, not {content!r}")
+    if isinstance(template, tuple):
+        return tuple(array.tolist())
     return array if isinstance(template, np.ndarray) else array.item()

@@ -35,7 +35,7 @@ from controllers.observer_design import (
     design_observer,
     on_measured_velocity,
 )
-from controllers.pi import PIParameters, PIState, check_gains, initial_pi_state, step_pi
+from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
 from controllers.stationary import stationary_gain
 from controllers.torques import acting_torque, slope_torque
 
@@ -98,7 +98,7 @@ def step_kalman_disturbance(
     last, observer = state.feedback, state.observer
     valid = math.isfinite(inputs.velocity)
     if last.samples > last.rejected:  # the filter has started
-        torque = acting_torque(inputs, last.command, state.known_torque)
+        torque = acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
         observer = predict(block.inertia, observer, torque, inputs.dt)
         if valid:
             observer = correct(observer, inputs.velocity, block.velocity_gain, block.disturbance_gain)
@@ -143,6 +143,8 @@ class KalmanDisturbance(Controller):
         Standard deviation of the measured velocity, rad/s.
     disturbance_walk : float
         Intensity of the random walk of the disturbance, N m/sqrt(s).
+    delay : float, optional
+        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
 
     Raises
     ------
@@ -168,8 +170,9 @@ class KalmanDisturbance(Controller):
         inertia: float,
         velocity_noise: float,
         disturbance_walk: float,
+        delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral)
+        feedback = check_gains(proportional, integral, delay)
         check_positive(period=period, inertia=inertia, velocity_noise=velocity_noise, disturbance_walk=disturbance_walk)
         angle = math.sqrt(disturbance_walk * period**1.5 / (inertia * velocity_noise))
         velocity_gain, disturbance_gain = kalman_disturbance_gains(angle)

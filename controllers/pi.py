@@ -5,8 +5,12 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from controllers.delay import delay_line, delayed, remember
 from controllers.design import design_pi
 from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
+
+LONGEST_DELAY = 100.0
+"""Longest computation delay that is believed, sampling periods."""
 
 
 class PIParameters(NamedTuple):
@@ -18,10 +22,13 @@ class PIParameters(NamedTuple):
         Proportional gain ``Kp``, N m s/rad.
     integral : float
         Integral gain ``Ki``, N m/rad.
+    delay : float
+        Computation delay of the drive, sampling periods; see ``delay``.
     """
 
     proportional: float
     integral: float
+    delay: float
 
 
 class PIState(NamedTuple):
@@ -33,8 +40,8 @@ class PIState(NamedTuple):
         Integral part of the torque, N m.
     velocity : float
         Last valid measurement, rad/s.
-    command : float
-        Last commanded torque, N m.
+    commands : tuple of float
+        Commanded torques, N m, the newest first, as far back as the drive may still apply them.
     samples : int
         Samples so far.
     rejected : int
@@ -43,14 +50,20 @@ class PIState(NamedTuple):
 
     integral: float
     velocity: float
-    command: float
+    commands: tuple[float, ...]
     samples: int
     rejected: int
 
 
 def initial_pi_state(parameters: PIParameters) -> PIState:
     """Return the state of a loop at rest."""
-    return PIState(0.0, 0.0, 0.0, 0, 0)
+    return PIState(0.0, 0.0, delay_line(parameters.delay), 0, 0)
+
+
+@register_jitable
+def asked_torque(pi: PIParameters, state: PIState) -> float:
+    """Return the torque (N m) that the drive was asked for over the period that ends now."""
+    return delayed(state.commands, pi.delay)
 
 
 @register_jitable
@@ -58,8 +71,8 @@ def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, P
     """Do one sample of ``u = Kp e + I + u_ff``.
 
     The integral is a backward Euler sum, ``I(k) = I(k-1) + Ki dt e(k)``: it uses the newest error and so adds no
-    delay. Anti-windup is back-calculation: what the drive did not give is taken out of the integral with the time
-    constant ``Kp/Ki``.
+    delay. Anti-windup is back-calculation: what the drive did not give, of what it was asked for in that period, is
+    taken out of the integral with the time constant ``Kp/Ki``.
     """
     valid = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if valid else state.velocity
@@ -67,32 +80,38 @@ def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, P
     integral = state.integral
     if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
         share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
-        integral += share * (inputs.realised_torque - state.command)
+        integral += share * (inputs.realised_torque - asked_torque(pi, state))
     if valid:
         integral += pi.integral * inputs.dt * error
     command = pi.proportional * error + integral + inputs.feedforward
+    commands = remember(state.commands, command)
     rejected = state.rejected if valid else state.rejected + 1
-    return Output(command, inputs.feedforward), PIState(integral, velocity, command, state.samples + 1, rejected)
+    return Output(command, inputs.feedforward), PIState(integral, velocity, commands, state.samples + 1, rejected)
 
 
 @register_jitable
 def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
-    """Take a torque (N m) out of the integral, because feedforward begins to give it: the output does not jump."""
+    """Take a torque (N m) out of the integral, because feedforward begins to give it: the output does not jump.
+
+    A delay of the drive changes nothing in that: it holds back the sum of both.
+    """
     if pi.integral <= 0.0:
         return state
-    return PIState(state.integral - torque, state.velocity, state.command, state.samples, state.rejected)
+    return PIState(state.integral - torque, state.velocity, state.commands, state.samples, state.rejected)
 
 
 STEPS[PIParameters] = step_pi
 ESTIMATES[PIParameters] = without_estimates
 
 
-def check_gains(proportional: float, integral: float) -> PIParameters:
-    """Return the parameters of a PI loop, or raise ``ValueError`` where a gain is negative or not finite."""
+def check_gains(proportional: float, integral: float, delay: float = 0.0) -> PIParameters:
+    """Return the parameters of a PI loop, or raise ``ValueError`` where one is negative or not finite."""
     for name, gain in (("proportional", proportional), ("integral", integral)):
         if not (math.isfinite(gain) and gain >= 0.0):
             raise ValueError(f"{name} = {gain} is not allowed: a gain must be finite and not negative")
-    return PIParameters(float(proportional), float(integral))
+    if not 0.0 <= delay <= LONGEST_DELAY:
+        raise ValueError(f"delay = {delay} is not allowed: it must be from 0 to {LONGEST_DELAY:g} sampling periods")
+    return PIParameters(float(proportional), float(integral), float(delay))
 
 
 class PI(Controller):
@@ -106,6 +125,9 @@ class PI(Controller):
         Integral gain, N m/rad.
     period : float
         Nominal sampling period, s.
+    delay : float, optional
+        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on. For
+        the anti-windup only; the gains are taken as they are.
 
     Examples
     --------
@@ -115,7 +137,7 @@ class PI(Controller):
     >>> torque = controller.step(reference=0.1, velocity=0.0)
     """
 
-    def __init__(self, proportional: float, integral: float, period: float) -> None:
-        super().__init__(check_gains(proportional, integral), period, initial_pi_state)
+    def __init__(self, proportional: float, integral: float, period: float, *, delay: float = 0.0) -> None:
+        super().__init__(check_gains(proportional, integral, delay), period, initial_pi_state)
 
     design = staticmethod(design_pi)

@@ -41,6 +41,7 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    asked_torque,
     check_gains,
     initial_pi_state,
     step_pi,
@@ -215,7 +216,8 @@ def step_identified(block: CanudasParameters, state: CanudasState, inputs: Input
     """Learn from the period that ends; return the velocity, the next reference (rad/s) and the inertia torque (N m)."""
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
-    realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else state.feedback.command
+    asked = asked_torque(block.feedback, state.feedback)
+    realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else asked
     slides = min(abs(velocity), abs(state.velocity)) >= block.dead_zone and velocity * state.velocity > 0.0
     if state.enabled and finite and state.valid > 0 and slides:
         learn_canudas(block, state, realised - state.known_torque, velocity, inputs.dt)
@@ -250,7 +252,8 @@ def finish_canudas(
 def step_canudas(block: CanudasParameters, state: CanudasState, inputs: Inputs) -> tuple[Output, CanudasState]:
     """Do one sample with friction fed forward along the reference."""
     velocity, following, torque = step_identified(block, state, inputs)
-    torque += block.share * friction_along(state.physical, inputs.reference, following)
+    shift = block.feedback.delay * (following - inputs.reference)
+    torque += block.share * friction_along(state.physical, inputs.reference + shift, following + shift)
     return finish_canudas(block, state, inputs, velocity, torque)
 
 
@@ -295,9 +298,10 @@ def check_canudas(
     dead_zone: float,
     share: float,
     memory: float,
+    delay: float,
 ) -> CanudasParameters:
     """Return the parameters, or raise ``ValueError`` for the first that is out of range."""
-    feedback = check_gains(proportional, integral)
+    feedback = check_gains(proportional, integral, delay)
     check_positive(proportional=proportional, period=period, inertia=inertia, dead_zone=dead_zone, memory=memory)
     check_positive(forgetting_factor=math.exp(-period / memory))
     if not 0.0 <= share <= 1.0:
@@ -340,6 +344,8 @@ class CanudasController(IdentifyingController):
         Share of the estimated friction that is compensated.
     memory : float, optional
         Memory, s of motion outside the dead zone.
+    delay : float, optional
+        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
 
     Raises
     ------
@@ -359,10 +365,10 @@ class CanudasController(IdentifyingController):
         dead_zone: float,
         share: float = 0.85,
         memory: float = 5.0,
+        delay: float = 0.0,
     ) -> None:
-        parameters = check_canudas(
-            proportional, integral, period, inertia=inertia, dead_zone=dead_zone, share=share, memory=memory
-        )
+        told = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
+        parameters = check_canudas(proportional, integral, period, **told)
         super().__init__(parameters, period, initial_canudas_state)
 
 
@@ -386,8 +392,8 @@ class CanudasMeasuredController(IdentifyingController):
         dead_zone: float,
         share: float = 0.7,
         memory: float = 5.0,
+        delay: float = 0.0,
     ) -> None:
-        parameters = check_canudas(
-            proportional, integral, period, inertia=inertia, dead_zone=dead_zone, share=share, memory=memory
-        )
+        told = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
+        parameters = check_canudas(proportional, integral, period, **told)
         super().__init__(CanudasMeasuredParameters(parameters), period, initial_canudas_measured_state)

@@ -44,6 +44,7 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    asked_torque,
     check_gains,
     initial_pi_state,
     step_pi,
@@ -156,7 +157,7 @@ def write_features(block: FeedbackErrorParameters, state: FeedbackErrorState, in
     for i in range(block.scale.size):
         before = FeedforwardState(state.friction[i], state.reference, state.feedback.samples > 0)
         torque, after = step_feedforward(
-            block.features[i], before, inputs.reference, inputs.next_reference, block.period
+            block.features[i], before, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
         )
         block.row[i] = torque
         state.friction[i] = after.friction
@@ -183,7 +184,8 @@ def step_feedback_error(
     block: FeedbackErrorParameters, state: FeedbackErrorState, inputs: Inputs
 ) -> tuple[Output, FeedbackErrorState]:
     """Do one sample: feed forward the inverse model, then feedback, then learn from it."""
-    refused = abs(inputs.realised_torque - state.feedback.command) > REFUSED_SHARE * block.torque_scale
+    asked = asked_torque(block.feedback, state.feedback)
+    refused = abs(inputs.realised_torque - asked) > REFUSED_SHARE * block.torque_scale
     moving = abs(inputs.reference) >= block.slowest and abs(state.reference) >= block.slowest
     write_features(block, state, inputs)
     torque = 0.0
@@ -243,6 +245,8 @@ class FeedbackErrorLearning(IdentifyingController):
         Learning rate, 1/s.
     lags : sequence of float, optional
         Friction lags of the features, s, ascending; ``[0.0]`` for an inverse model without lag.
+    delay : float, optional
+        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
 
     Raises
     ------
@@ -263,8 +267,9 @@ class FeedbackErrorLearning(IdentifyingController):
         stribeck_shape: float = 1.0,
         rate: float | None = None,
         lags: Sequence[float] | None = None,
+        delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral)
+        feedback = check_gains(proportional, integral, delay)
         check_positive(
             proportional=proportional,
             inertia=inertia,

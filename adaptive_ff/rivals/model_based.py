@@ -38,6 +38,8 @@ class ModelBasedParameters(NamedTuple):
         The PI loop.
     model : TorqueModel
         The joint.
+    load : float
+        Part of the model's offset that is no friction, N m.
     times : ndarray, shape (changes,)
         When the friction changes, s, ascending.
     scales : ndarray, shape (changes,)
@@ -48,6 +50,7 @@ class ModelBasedParameters(NamedTuple):
 
     feedback: PIParameters
     model: TorqueModel
+    load: float
     times: NDArray[np.float64]
     scales: NDArray[np.float64]
     period: float
@@ -82,21 +85,26 @@ def step_model_based(
 ) -> tuple[Output, ModelBasedState]:
     """Do one sample: feedforward of the model as it is now, then feedback."""
     time = state.time + inputs.dt if state.feedback.samples > 0 else 0.0
+    acting = time + block.feedback.delay * block.period
     scale = 1.0
     for change in range(block.times.size):
-        if time >= block.times[change] - 0.5 * block.period:  # in force for most of the coming period
+        if acting >= block.times[change] - 0.5 * block.period:  # in force for most of the period to come
             scale = block.scales[change]
+    told = block.model
     model = TorqueModel(
-        block.model.inertia,
-        scale * block.model.coulomb,
-        scale * block.model.stiction,
-        scale * block.model.viscous,
-        block.model.friction_lag,
-        block.model.stribeck_velocity,
-        block.model.stribeck_shape,
+        told.inertia,
+        scale * told.coulomb,
+        scale * told.stiction,
+        scale * told.viscous,
+        told.friction_lag,
+        told.stribeck_velocity,
+        told.stribeck_shape,
+        block.load + scale * (told.offset - block.load),
+        scale * told.stiction_asymmetry,
+        scale * told.viscous_asymmetry,
     )
     torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period
+        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
     )
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
     return output, ModelBasedState(feedback, feedforward, time)
@@ -119,6 +127,10 @@ class ModelBased(Controller):
         The joint that the feedforward assumes.
     changes : sequence of (float, float), optional
         Times (s) and factors on the model's friction from then on, in ascending order of time.
+    load : float, optional
+        Part of the model's offset that is no friction, N m: changes leave it as it is.
+    delay : float, optional
+        Computation delay of the drive, sampling periods.
     """
 
     def __init__(
@@ -128,10 +140,14 @@ class ModelBased(Controller):
         period: float,
         model: TorqueModel,
         changes: Sequence[tuple[float, float]] = (),
+        *,
+        load: float = 0.0,
+        delay: float = 0.0,
     ) -> None:
         parameters = ModelBasedParameters(
-            check_gains(proportional, integral),
+            check_gains(proportional, integral, delay),
             TorqueModel(*(float(value) for value in model)),
+            float(load),
             np.array([time for time, _ in changes], dtype=float),
             np.array([scale for _, scale in changes], dtype=float),
             float(period),

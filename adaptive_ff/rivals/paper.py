@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.identifying import IdentifyingController, check_positive
-from adaptive_ff.physical import LARGEST_LAG, confine, torque_model, write_model
+from adaptive_ff.model import ESTIMATED
+from adaptive_ff.physical import LARGEST_LAG, confine, possible_ranges, torque_model, write_model
 from adaptive_ff.rls import update_rls_within
 from adaptive_ff.series import COEFFICIENTS, series_regressors, write_physical
 from controllers import (
@@ -25,8 +26,12 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    asked_torque,
     check_gains,
+    delay_line,
+    delayed,
     initial_pi_state,
+    remember,
     step_pi,
     with_feedforward,
 )
@@ -45,9 +50,9 @@ class PaperParameters(NamedTuple):
     stribeck_velocity, stribeck_shape : float
         Pre-estimated ``Vs`` (rad/s) and ``delta``.
     inertia : float
-        Inertia that the feedback was designed for, kg m^2; it bounds the estimate.
-    largest_lag : float
-        Largest friction lag, s.
+        Inertia that the feedback was designed for, kg m^2.
+    ranges : ndarray, shape (5, 2)
+        Least and largest possible value of each physical parameter.
     forgetting_factor : float
         ``lambda``.
     period : float
@@ -60,7 +65,7 @@ class PaperParameters(NamedTuple):
     stribeck_velocity: float
     stribeck_shape: float
     inertia: float
-    largest_lag: float
+    ranges: NDArray[np.float64]
     forgetting_factor: float
     period: float
     row: NDArray[np.float64]
@@ -86,8 +91,8 @@ class PaperState(NamedTuple):
         ``w(k-1)`` and ``w(k-2)``, rad/s.
     torque : float
         ``u(k-1)``, N m.
-    known_torque : float
-        Torque known from elsewhere in the last period, N m.
+    known_torques : tuple of float
+        Torque known from elsewhere, N m, the newest first, as far back as the drive may still apply it.
     valid : int
         Valid measurements without interruption.
     enabled : bool
@@ -102,7 +107,7 @@ class PaperState(NamedTuple):
     last_velocity: float
     velocity_before: float
     torque: float
-    known_torque: float
+    known_torques: tuple[float, ...]
     valid: int
     enabled: bool
 
@@ -118,7 +123,7 @@ def initial_paper_state(block: PaperParameters) -> PaperState:
         0.0,
         0.0,
         0.0,
-        0.0,
+        delay_line(block.feedback.delay),
         0,
         True,
     )
@@ -129,8 +134,9 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
-    realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else state.feedback.command
-    torque = realised - state.known_torque
+    known, delay = math.isfinite(inputs.realised_torque), block.feedback.delay
+    realised = inputs.realised_torque if known else asked_torque(block.feedback, state.feedback)
+    torque = realised - delayed(state.known_torques, delay)
     valid = state.valid + 1 if finite else 0
     if state.enabled and valid > 2:
         series_regressors(
@@ -146,10 +152,10 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
         factor = block.forgetting_factor if trace < LARGEST_COVARIANCE else 1.0
         update_rls_within(state.coefficients, state.covariance, block.row, velocity, factor, block.projected)
         if write_physical(state.coefficients, block.period, state.physical):
-            confine(state.physical, block.inertia, block.largest_lag)
+            confine(state.physical, block.ranges)
     model = torque_model(state.physical, block.stribeck_velocity, block.stribeck_shape)
     model_torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period
+        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay
     )
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, model_torque))
     return output, PaperState(
@@ -161,7 +167,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
         velocity,
         state.last_velocity,
         torque,
-        inputs.feedforward,
+        remember(state.known_torques, inputs.feedforward),
         valid,
         state.enabled,
     )
@@ -192,6 +198,8 @@ class PaperController(IdentifyingController):
         Pre-estimated ``Vs`` (rad/s) and ``delta``.
     memory : float, optional
         Memory of the estimator, s; the forgetting factor is ``exp(-period/memory)``.
+    delay : float, optional
+        Computation delay of the drive, sampling periods.
     """
 
     def __init__(
@@ -204,8 +212,9 @@ class PaperController(IdentifyingController):
         stribeck_velocity: float,
         stribeck_shape: float = 1.0,
         memory: float = 5.0,
+        delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral)
+        feedback = check_gains(proportional, integral, delay)
         check_positive(
             proportional=proportional,
             period=period,
@@ -220,7 +229,7 @@ class PaperController(IdentifyingController):
             float(stribeck_velocity),
             float(stribeck_shape),
             float(inertia),
-            LARGEST_LAG * inertia / proportional,
+            possible_ranges(inertia, LARGEST_LAG * inertia / proportional, len(ESTIMATED)),
             math.exp(-period / memory),
             float(period),
             np.zeros(len(COEFFICIENTS)),

@@ -13,12 +13,13 @@ from adaptive_ff.estimator import (
     PEAK_FACTOR,
     correct,
     gradients_agree,
-    write_bounds,
 )
 from adaptive_ff.feedforward import FeedforwardState, exchange_model
-from adaptive_ff.lineup import make_controller, true_model
+from adaptive_ff.lineup import make_controller
 from adaptive_ff.model import model_friction
+from adaptive_ff.physical import confine, limit_friction, possible_ranges, torque_model
 from adaptive_ff.resetting import factor_in_place, move_parameter
+from adaptive_ff.truth import true_model
 from controllers import PI, hand_over
 from plant import Joint
 
@@ -50,25 +51,46 @@ def test_moving_one_parameter_costs_least_fit(index):
 
 def test_correction_keeps_what_the_data_say_of_a_sum():
     """Data that know only Fc + Fs: a correction that would make Fs negative moves Fc instead."""
-    estimator = make_controller(SCENARIO, "adaptive").parameters.estimator
+    scale = make_controller(SCENARIO, "adaptive").parameters.estimator.scale
     direction = np.array([0.0, 1.0, 1.0, 0.0, 0.0])
     information = np.outer(direction, direction) + 1e-6 * np.eye(5)
     estimate = np.array([20.0, 60.0, 10.0, 80.0, 0.02])
-    correction = np.array([0.0, 0.0, -20.0, 0.0, 0.0]) / estimator.scale
-    bounds = np.array([[2.0, 200.0], [0.0, 500.0], [0.0, 500.0], [0.0, 5000.0], [0.0, 0.1]])
+    correction = np.array([0.0, 0.0, -20.0, 0.0, 0.0]) / scale
+    ranges = np.array([[2.0, 200.0], [0.0, 500.0], [0.0, 500.0], [0.0, 5000.0], [0.0, 0.1]])
     total = estimate[1] + estimate[2] - 20.0
-    correct(estimator, estimate, correction, cholesky(information), bounds, np.empty(5))
+    correct(scale, estimate, correction, cholesky(information), ranges, np.empty(5))
     assert estimate[2] == 0.0
     assert estimate[1] + estimate[2] == pytest.approx(total, rel=1e-4)
 
 
-def test_bounds_are_what_the_largest_torque_and_speed_explain():
-    estimator = make_controller(SCENARIO, "adaptive").parameters.estimator
-    bounds = np.empty((5, 2))
-    write_bounds(estimator, np.array([0.0, 100.0, 0.2]), bounds)
-    assert bounds[1].tolist() == bounds[2].tolist() == [0.0, PEAK_FACTOR * 100.0]
-    assert bounds[3, 1] == pytest.approx(PEAK_FACTOR * 100.0 / 0.2)
-    assert bounds[0].tolist() == [2.0, 200.0]
+@pytest.mark.parametrize("size", [5, 6, 8])
+def test_friction_is_believed_as_far_as_torques_and_speeds_explain_it(size):
+    ranges = possible_ranges(20.0, 0.1, size)
+    limit_friction(ranges, 100.0, 0.2)
+    expected = [[2.0, 200.0], [0.0, 100.0], [0.0, 100.0], [0.0, 500.0], [0.0, 0.1]]
+    expected += [[-100.0, 100.0], [-100.0, 100.0], [-500.0, 500.0]]
+    assert ranges == pytest.approx(np.array(expected[:size]))
+    estimate = np.full(size, -1e9)
+    confine(estimate, ranges)
+    assert np.array_equal(estimate, ranges[:, 0])
+
+
+def test_largest_torque_seen_bounds_the_friction_that_is_learnt():
+    controller = make_controller(SCENARIO, "adaptive")
+    drive(controller, lay_course(SCENARIO))
+    levels, ranges = controller.state.estimator.levels, controller.parameters.estimator.work.ranges
+    assert ranges[1].tolist() == ranges[2].tolist() == [0.0, PEAK_FACTOR * levels[1]]
+    assert ranges[3, 1] == PEAK_FACTOR * levels[1] / levels[2]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_model_of_an_estimate_is_possible_in_either_direction(sign):
+    """Stiction is at least Coulomb friction, and the viscous coefficient not negative, in both."""
+    free = torque_model(np.array([20.0, 60.0, 90.0, 80.0, 0.02, 5.0, 20.0 * sign, 30.0 * sign]), 0.05, 1.0)
+    assert free[7:] == (5.0, 20.0 * sign, 30.0 * sign)
+    held = torque_model(np.array([20.0, 60.0, 70.0, 10.0, 0.02, 5.0, 20.0 * sign, 30.0 * sign]), 0.05, 1.0)
+    assert held[7:] == (5.0, 10.0 * sign, 10.0 * sign)
+    assert torque_model(np.array([20.0, 60.0, 50.0, 10.0, 0.02, 5.0, 1.0, 0.0]), 0.05, 1.0).stiction_asymmetry == 0.0
 
 
 @pytest.mark.parametrize(("ratio", "alike"), [(1.0, True), (AGREEMENT[0] - 0.05, False), (AGREEMENT[1] + 0.05, False)])

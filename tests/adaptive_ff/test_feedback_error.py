@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, lay_course
 
-from adaptive_ff.lineup import true_model
 from adaptive_ff.rivals import FeedbackErrorLearning, ModelBased
+from adaptive_ff.truth import true_model
 
 GAINS = SCENARIO.feedback.gains
 TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05}

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.lineup import true_model
-from adaptive_ff.model import TorqueModel, model_friction
+from adaptive_ff.feedforward import FeedforwardState, exchange_model, initial_feedforward_state, step_feedforward
+from adaptive_ff.model import TorqueModel, directed_friction, model_friction
+from adaptive_ff.rivals import ModelBased
+from adaptive_ff.truth import true_model
 from plant import Stribeck, sliding_friction
 
 MODEL = true_model(SCENARIO)
@@ -154,7 +155,73 @@ def test_friction_of_the_model_is_that_of_the_plant(friction, speed):
 
 
 def test_model_has_the_fields_of_the_joint_in_its_table():
-    assert true_model(SCENARIO)._asdict() == SCENARIO.joint.model_dump(include=set(TorqueModel._fields))
+    joint = SCENARIO.joint.model_dump()
+    assert true_model(SCENARIO)._asdict() == {name: joint.get(name, 0.0) for name in TorqueModel._fields}
+
+
+FORWARD = MODEL._replace(coulomb=70.0, stiction=105.0, viscous=95.0)
+BACKWARD = MODEL._replace(coulomb=50.0, stiction=60.0, viscous=60.0)
+LOAD = -25.0
+UNEQUAL = TorqueModel.from_directions(20.0, (70.0, 50.0), (105.0, 60.0), (95.0, 60.0), 0.02, 0.05, 1.0, LOAD)
+
+
+def unequal_friction(velocity, direction):
+    """The paper's curve for each direction by itself, and the load."""
+    return static_friction(FORWARD if direction > 0.0 else BACKWARD, velocity, direction) + LOAD
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-4, 0.03, 0.4])
+def test_model_from_directions_has_the_friction_of_each(speed):
+    for direction in (1.0, -1.0):
+        found = directed_friction(UNEQUAL, speed, direction) + UNEQUAL.offset
+        assert found == pytest.approx(unequal_friction(speed, direction), rel=1e-12)
+    mean = 0.5 * (model_friction(FORWARD, speed) + model_friction(BACKWARD, speed))
+    assert model_friction(UNEQUAL, speed) == pytest.approx(mean, rel=1e-12)
+
+
+def test_coulomb_friction_that_differs_by_direction_is_an_offset_of_the_model():
+    assert UNEQUAL.offset == LOAD + 10.0
+    same = TorqueModel.from_directions(*MODEL[:1], *((value, value) for value in MODEL[1:4]), *MODEL[4:7])
+    assert same == MODEL
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+@pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
+def test_friction_that_differs_by_direction_is_lagged_as_a_whole(start, end, friction):
+    """Oracle: both directions and the load in one static curve, which the lag follows, integrated numerically."""
+
+    def between(model, first, last, share):
+        direction = first + last
+        return (1.0 - share) * unequal_friction(first, direction) + share * unequal_friction(last, direction)
+
+    expected = torque_by_runge_kutta(MODEL, friction, start, end, between)
+    state = FeedforwardState(friction - UNEQUAL.offset, 0.0, True)
+    torque, state = step_feedforward(UNEQUAL, state, start, end, PERIOD)
+    assert (torque, state.friction + UNEQUAL.offset) == pytest.approx(expected, rel=1e-8)
+
+
+def test_the_offset_is_fed_forward_at_rest_as_well_and_at_once():
+    torque, state = step_feedforward(UNEQUAL, initial_feedforward_state(), 0.0, 0.0, PERIOD)
+    assert torque == UNEQUAL.offset
+    assert state.friction == 0.0
+
+
+def test_friction_that_changes_leaves_the_load_as_it_is():
+    times = np.arange(0.0, 1.0, PERIOD)
+    reference = 0.2 * np.sin(10.0 * times)
+    halved = TorqueModel.from_directions(20.0, (35.0, 25.0), (52.5, 30.0), (47.5, 30.0), 0.02, 0.05, 1.0, LOAD)
+    controller, state = ModelBased(0.0, 0.0, PERIOD, UNEQUAL, [(0.495, 0.5)], load=LOAD), initial_feedforward_state()
+    for time, (now, following) in zip(times, itertools.pairwise(reference), strict=False):
+        found = controller.step(now, 0.0, next_reference=following)
+        expected, state = step_feedforward(halved if time > 0.485 else UNEQUAL, state, now, following, PERIOD)
+        assert found == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("reference", [0.2, -0.2])
+def test_exchanged_model_of_unequal_directions_leaves_the_friction_of_the_new_one(reference):
+    settled = FeedforwardState(directed_friction(MODEL, 0.2, reference), reference, True)
+    found = exchange_model(settled, MODEL, UNEQUAL, reference).friction
+    assert found == pytest.approx(directed_friction(UNEQUAL, 0.2, reference), rel=1e-12)
 
 
 def tracking_error(name, solver_period, substeps, **joint):

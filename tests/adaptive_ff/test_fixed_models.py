@@ -9,9 +9,10 @@ from closed_loops import SCENARIO
 from adaptive_ff import InputError, identify_torque_form, simulate
 from adaptive_ff.calibration import OTHER_SEED, identify_joint
 from adaptive_ff.fixed_models import SPREAD, fixed_model, nominal_source
-from adaptive_ff.lineup import CONTROLLERS, FIXED, true_model
+from adaptive_ff.lineup import CONTROLLERS, FIXED
 from adaptive_ff.model import model_friction
 from adaptive_ff.rivals import ModelBased
+from adaptive_ff.truth import true_model
 
 TRUTH = true_model(SCENARIO)
 FAST = SCENARIO.modified(sampling={"period": 0.001})

@@ -82,7 +82,7 @@ TABLES = [
     "variation",
     "sweep",
 ]
-OTHERS = ["seed", "joint.kind", "reference.kind", "velocity.method"]
+OTHERS = ["seed", "joint.kind", "reference.kind", "velocity.method", "adaptation.identify"]
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
     *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
@@ -106,7 +106,7 @@ KNOWN = {
     "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay",
     "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
     "feedback": "inertia, bandwidth, proportional, integral",
-    "adaptation": "stribeck_velocity, stribeck_shape, memory",
+    "adaptation": "stribeck_velocity, stribeck_shape, memory, identify",
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
     "change.0": "time, friction_scale",
     "variation": "warm_up_excess, warm_up_time, position_amplitude, position_period",

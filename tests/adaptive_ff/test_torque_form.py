@@ -13,11 +13,14 @@ from adaptive_ff.torque_form import (
     ADHESION,
     COULOMB,
     REGRESSORS,
+    SHARE,
+    SPEED,
     TORQUE,
     VELOCITY,
     TorqueForm,
     advance_signals,
     initial_signals,
+    regressor_names,
     settle_signals,
     write_regressors,
 )
@@ -128,7 +131,7 @@ def velocities_and_times(velocities, durations):
 
 
 def filters_after(velocities, durations):
-    signals = initial_signals()._replace(velocity=velocities[0])
+    signals = initial_signals(8)._replace(velocity=velocities[0])
     for velocity, duration in zip(velocities[1:], durations, strict=True):
         signals = advance_signals(FORM, signals, 0.0, velocity, duration)
     return signals.filters
@@ -154,6 +157,11 @@ def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(st
             lambda t, sizes=sizes: direction(t) * np.interp(t, times, sizes), times[-1], list(times[1:-1])
         )
         assert found[index, 0] == pytest.approx(expected, abs=1e-9)
+    for index, sizes in ((SHARE, shares), (SPEED, np.abs(nodes))):  # these do not jump
+        expected = impulse_response_integral(
+            lambda t, sizes=sizes: np.interp(t, times, sizes), times[-1], list(times[1:-1])
+        )
+        assert found[index, 0] == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("place", [0.1, 0.4, 0.9])
@@ -176,8 +184,21 @@ def test_joint_that_has_moved_for_long_starts_settled():
     assert signals.filters == pytest.approx(before, abs=1e-15)
     assert before[VELOCITY, 0] == -0.08
     assert before[[COULOMB, ADHESION], 0] == pytest.approx([-(1.0 - math.exp(-1.6)), -math.exp(-1.6)], rel=1e-12)
-    resting = settle_signals(FORM, initial_signals(), 0.0)
+    resting = settle_signals(FORM, initial_signals(8), 0.0)
     assert not np.any(resting.filters)
+
+
+def test_columns_of_an_offset_and_of_directions_are_there_where_they_are_asked_for():
+    signals, row = settle_signals(FORM, initial_signals(8), -0.08), np.empty(9)
+    before = signals.filters.copy()
+    signals = advance_signals(FORM, signals, 0.0, -0.08, 0.01)
+    assert signals.filters == pytest.approx(before, abs=1e-15)
+    write_regressors(FORM, signals, row)
+    share = math.exp(-1.6)
+    assert row[2:5] == pytest.approx([share - 1.0, -share, -0.08], rel=1e-12)
+    assert row[6:] == pytest.approx([1.0, share, 0.08], rel=1e-12)
+    assert initial_signals(6).filters.shape == initial_signals().filters.shape == (4, 2)
+    assert regressor_names(("inertia", "offset")) == ("inertia_lag", "inertia", "offset")
 
 
 def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_with_a_minus():

@@ -1,0 +1,36 @@
+"""Computation delay of a drive: which of the values computed so far belongs to the period that ends now.
+
+A drive with a delay of ``d`` sampling periods applies the torque computed at sample ``k`` from ``d`` periods later on,
+for a period. With ``d = m + r``, ``m`` whole and ``0 <= r < 1``, the period that ends at sample ``k`` began with the
+torque of ``k - 2 - m``, for the share ``r`` of it, and went on with that of ``k - 1 - m``. What is told of a period is
+the mean over it.
+
+What has been computed is kept in a tuple, the newest first, as long as the delay needs: its length is part of the type,
+so without a delay it costs no more than a number.
+"""
+
+import math
+
+from numba.extending import register_jitable
+
+
+def delay_line(delay: float) -> tuple[float, ...]:
+    """Return a line for a delay in periods, as if zero had been computed before the first sample."""
+    return (0.0,) * (math.ceil(delay) + 1)
+
+
+@register_jitable(forceinline=True)
+def delayed(line: tuple[float, ...], delay: float) -> float:
+    """Return the mean over the period that ends now of what the line held back, computed at earlier samples."""
+    whole = int(delay)
+    mean = line[whole]
+    if whole < delay:
+        rest = delay - whole
+        mean = (1.0 - rest) * mean + rest * line[whole + 1]
+    return mean
+
+
+@register_jitable(forceinline=True)
+def remember(line: tuple[float, ...], value: float) -> tuple[float, ...]:
+    """Return the line with what has been computed at this sample."""
+    return (value, *line[:-1])
