@@ -41,9 +41,7 @@ def identify_command(
     scale: Annotated[
         list[str] | None, typer.Option(help="NAME=FACTOR for a column in other units, such as q=pi/180 or u=-1/48.")
     ] = None,
-    bandwidth: Annotated[
-        float | None, typer.Option(help="Band of the regression, Hz; from the motion if not given.")
-    ] = None,
+    bandwidth: Annotated[float | None, typer.Option(help="Band of the regression, Hz; chosen if not given.")] = None,
     held_out: Annotated[float, typer.Option(help="Share of the log, at its end, to validate on.")] = HELD_OUT,
     validate: Annotated[
         Path | None, typer.Option(help="Another log, of the same columns, to validate on; all of LOG is then fitted.")

@@ -46,6 +46,9 @@ REST_REACH = 0.75
 WITHIN = 0.98
 """Keeps the corner of the wide filter below half the sampling frequency, where the band is a tenth of it."""
 
+NORMAL_MEDIAN = 0.6745
+"""Median size of a normal deviate."""
+
 STRIBECK_GRID = 16
 """Stribeck velocities for which the column of stiction is made; between them it is interpolated."""
 
@@ -198,6 +201,23 @@ def reference_velocity(log: Log, piece: Piece, bandwidth: float, period: float) 
     every = max(1, math.floor(1.0 / (REFERENCE_ROWS * bandwidth * period)))
     kept = slice(REACH, time.size - REACH, every)
     return time[kept] - time[REACH], velocity[kept]
+
+
+def velocity_noise(log: Log, piece: Piece, bandwidth: float, period: float) -> float:
+    """Return the scatter of the velocity as a controller would see it: unfiltered, around the wide filter, rad/s.
+
+    A position is differentiated by plain backward differences. The scatter is that of a normal distribution with the
+    same median of its size, which fast motion at reversals does not touch.
+    """
+    _, motion, _ = uniform(log, piece, period)
+    is_position = log.position is not None
+    smooth = wide_velocity(motion, bandwidth, period, is_position=is_position)
+    if is_position:
+        seen, smooth = np.diff(motion) / period, 0.5 * (smooth[1:] + smooth[:-1])
+    else:
+        seen = motion
+    inner = slice(REACH, seen.size - REACH)
+    return float(np.median(np.abs(seen[inner] - smooth[inner]))) / NORMAL_MEDIAN
 
 
 def _long_runs(mask: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.measured.columns import Problem
-from adaptive_ff.measured.conditioning import condition, reference_velocity, shortest_piece
+from adaptive_ff.measured.conditioning import condition, reference_velocity, shortest_piece, velocity_noise
 from adaptive_ff.measured.constant_speed import friction_curve
 from adaptive_ff.measured.defects import Piece, Skipped
 from adaptive_ff.measured.logs import Log
@@ -113,7 +113,7 @@ def identify_log(
         lag_errors=lag_profile(problem, selection.chosen, lags),
         rows=rows,
         held_out=unseen,
-        reference=Reference(*reference_velocity(log, _longest(prepared), prepared.bandwidth, prepared.period)),
+        reference=_reference(prepared),
     )
     check_plausible(found)
     return found
@@ -125,8 +125,11 @@ def rest_torque(problem: Problem, offset: float) -> float | None:
     return max(float(np.max(torque)) for torque in torques) if torques else None
 
 
-def _longest(prepared: Prepared) -> Piece:
-    return max(prepared.pieces, key=lambda piece: piece.size)
+def _reference(prepared: Prepared) -> Reference:
+    """Return the motion of the longest piece, and the noise of its velocity."""
+    longest = max(prepared.pieces, key=lambda piece: piece.size)
+    motion = prepared.log, longest, prepared.bandwidth, prepared.period
+    return Reference(*reference_velocity(*motion), velocity_noise(*motion))
 
 
 def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece], list[Skipped]]:

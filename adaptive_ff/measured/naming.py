@@ -83,11 +83,9 @@ def _factor(text: str, factor: str) -> float:
     for operator, operand in zip(*_terms(factor), strict=True):
         bare = operand.strip()
         try:
-            number = (
-                math.copysign(math.pi, -1.0 if bare[0] == "-" else 1.0) if bare.lstrip("+-") == "pi" else float(bare)
-            )
+            number = {"pi": math.pi, "-pi": -math.pi}.get(bare) or float(bare)
             value = value / number if operator == "/" else value * number
-        except (ValueError, IndexError, ZeroDivisionError):
+        except (ValueError, ZeroDivisionError):
             value = math.nan
     if not math.isfinite(value) or value == 0.0:
         raise InputError(

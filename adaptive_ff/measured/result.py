@@ -56,10 +56,11 @@ class Reported(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """The motion of a log: time from zero (s) and velocity (rad/s)."""
+    """The motion of a log: time from zero (s), velocity, and noise of a velocity that is not filtered (rad/s)."""
 
     time: Array
     velocity: Array
+    noise: float
 
 
 @dataclass(frozen=True, eq=False)

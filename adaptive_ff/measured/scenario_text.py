@@ -69,7 +69,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         _line("period", period, "as recorded"),
         "",
         "[sensor]",
-        _line("velocity_noise", 0.0, "assumed: what the log holds of noise is not told from the motion"),
+        _line("velocity_noise", found.reference.noise, "scatter of the log's velocity without a filter"),
         "",
         "[reference]",
         'kind = "csv"',

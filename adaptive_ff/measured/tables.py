@@ -14,13 +14,14 @@ def parameters_table(found: LogIdentification) -> Table:
     table = Table(title=title, box=SIMPLE, title_style="bold")
     table.add_column("parameter", no_wrap=True)
     table.add_column("value", justify="right")
-    table.add_column(f"{100.0 * found.confidence:g} % interval", justify="right")
-    table.add_column("")
+    table.add_column(f"{100.0 * found.confidence:g} % from", justify="right")
+    table.add_column("to", justify="right")
+    table.add_column("", no_wrap=True)
     for name, (estimate, told, used) in found.parameters.items():
-        remark = "" if told and used else "not in the model" if told else "not told by the log"
-        interval = f"{_shown(estimate.lower)} to {_shown(estimate.upper)}"
+        remark = "" if told and used else "not in the model" if told else "not told"
+        ends = _shown(estimate.lower), _shown(estimate.upper)
         style = None if told else "dim"
-        table.add_row(f"{name}, {found.units[name]}", _shown(estimate.value), interval, remark, style=style)
+        table.add_row(f"{name}, {found.units[name]}", _shown(estimate.value), *ends, remark, style=style)
     return table
 
 

@@ -29,12 +29,13 @@ def check_plausible(found: LogIdentification) -> None:
     values = found.selection.chosen.values
     friction = values["coulomb"] * np.sign(velocity) + values["viscous"] * velocity
     inertia, coulomb = (found.parameters[name].estimate for name in ("inertia", "coulomb"))
-    reversed_inertia = inertia.upper < 0.0
-    if float(np.mean(friction * velocity)) < 0.0 and (reversed_inertia or coulomb.upper < 0.0):
+    if float(np.mean(friction * velocity)) < 0.0 and (inertia.upper < 0.0 or coulomb.upper < 0.0):
+        shown = ", ".join(
+            f"{name} {values[name]:.3g} {found.units[name]}" for name in ("inertia", "coulomb", "viscous")
+        )
         raise InputError(
-            f"{found.name}: friction would drive the joint (coulomb {coulomb.value:.3g} {found.units['torque']}, viscous "
-            f"{values['viscous']:.3g} {found.units['viscous']}, inertia {inertia.value:.3g} {found.units['inertia']}); the torque or the motion has the "
-            "wrong sign, or their columns are exchanged: give one of them a scale of -1, or name the others"
+            f"{found.name}: friction would drive the joint ({shown}); the torque or the motion has the wrong sign, or "
+            "their columns are exchanged: scale one of them by -1, or name the others"
         )
 
 
@@ -47,6 +48,10 @@ def cautions(found: LogIdentification) -> list[str]:
             f"inertia comes out negative, {inertia.value:.3g}: the columns do not belong together, are shifted in "
             "time, or another torque acts on the joint"
         )
+    for name in ("coulomb", "viscous"):
+        estimate = found.parameters[name].estimate
+        if estimate.upper < 0.0:
+            said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
     peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
     if peak > FASTEST and found.units is ROTARY:
         said.append(f"the joint reaches {peak:.3g} rad/s: is the motion in degrees? Then scale it by pi/180")
@@ -107,10 +112,10 @@ def _of_lag(found: LogIdentification) -> list[str]:
     if lag == 0.0:
         return []
     inertia, viscous = (found.selection.chosen.values[name] for name in ("inertia", "viscous"))
+    less = inertia - viscous * lag
     return [
-        f"Friction lags by {1e3 * lag:.3g} ms; a delay between the columns of torque and motion would look alike. Without "
-        f"lag, inertia would come out at about {inertia - viscous * lag:.3g} instead of {inertia:.3g} "
-        f"{found.units['inertia']}."
+        f"Friction lags by {1e3 * lag:.3g} ms; a delay between the columns of torque and motion would look alike. "
+        f"Without lag, inertia would be about {less:.4g} instead of {inertia:.4g} {found.units['inertia']}."
     ]
 
 
@@ -140,8 +145,8 @@ def _of_missing(found: LogIdentification) -> list[str]:
         sentences.append(f"It does not tell {_words(term)}: {reason}.")
     if found.rest_torque is not None and found.rest_torque > found.parameters["coulomb"].estimate.upper:
         sentences.append(
-            f"At rest the torque reached {found.rest_torque:.3g} {found.units['torque']}: stiction is at least about that, as far as the "
-            "joint was at rest."
+            f"At rest the torque reached {found.rest_torque:.3g} {found.units['torque']}, more than Coulomb friction: "
+            "stiction is at least about that, if the joint did rest."
         )
     return sentences
 
@@ -160,11 +165,12 @@ def _of_asymmetry(found: LogIdentification) -> list[str]:
             f"{lower:.3g} to {upper:.3g}. Coulomb friction that differs by direction would be an offset."
         ]
     share = (fitted.squares / found.selection.chosen.squares) ** 0.5
+    offset = f"{fitted.values['offset']:.3g} {found.units['offset']}"
     return [
         f"Viscous friction differs by direction: {viscous + value:.3g} forward and {viscous - value:.3g} {unit} "
-        f"backward, with an offset of {fitted.values['offset']:.3g} {found.units['offset']}; the residual is then {share:.2f} times as "
-        "large. The simulated joint is the same both ways, so the model above does without. Coulomb friction that "
-        "differs by direction cannot be told from the offset."
+        f"backward, with an offset of {offset}; the residual is then {share:.2f} times as large. The simulated joint "
+        "is the same both ways, so the model above does without. Coulomb friction that differs by direction cannot "
+        "be told from the offset."
     ]
 
 
