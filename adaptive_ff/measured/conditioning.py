@@ -22,9 +22,6 @@ from adaptive_ff.measured.logs import Log
 ROWS_PER_CYCLE = 5.0
 """Rows in a second, over the band: what passes the filters at half that frequency is below -60 dB."""
 
-REFERENCE_ROWS = 10.0
-"""The same for a reference, which is interpolated afterwards."""
-
 EDGE = 1.5
 """Cycles of the band that are dropped at either end of a piece."""
 
@@ -45,9 +42,6 @@ REST_REACH = 0.75
 
 WITHIN = 0.98
 """Keeps the corner of the wide filter below half the sampling frequency, where the band is a tenth of it."""
-
-NORMAL_MEDIAN = 0.6745
-"""Median size of a normal deviate."""
 
 STRIBECK_GRID = 16
 """Stribeck velocities for which the column of stiction is made; between them it is interpolated."""
@@ -190,34 +184,6 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         ~_widened(~resting, reach)[kept],
         every * period,
     )
-
-
-def reference_velocity(log: Log, piece: Piece, bandwidth: float, period: float) -> tuple[Array, Array]:
-    """Return the motion of a piece as a reference: time from zero, s, and velocity in the band, rad/s."""
-    time, motion, _ = uniform(log, piece, period)
-    is_position = log.position is not None
-    smooth = lowpass(motion - motion[0] if is_position else motion, (bandwidth,), period)
-    velocity = differentiate(smooth, period) if is_position else smooth
-    every = max(1, math.floor(1.0 / (REFERENCE_ROWS * bandwidth * period)))
-    kept = slice(REACH, time.size - REACH, every)
-    return time[kept] - time[REACH], velocity[kept]
-
-
-def velocity_noise(log: Log, piece: Piece, bandwidth: float, period: float) -> float:
-    """Return the scatter of the velocity as a controller would see it: unfiltered, around the wide filter, rad/s.
-
-    A position is differentiated by plain backward differences. The scatter is that of a normal distribution with the
-    same median of its size, which fast motion at reversals does not touch.
-    """
-    _, motion, _ = uniform(log, piece, period)
-    is_position = log.position is not None
-    smooth = wide_velocity(motion, bandwidth, period, is_position=is_position)
-    if is_position:
-        seen, smooth = np.diff(motion) / period, 0.5 * (smooth[1:] + smooth[:-1])
-    else:
-        seen = motion
-    inner = slice(REACH, seen.size - REACH)
-    return float(np.median(np.abs(seen[inner] - smooth[inner]))) / NORMAL_MEDIAN
 
 
 def _long_runs(mask: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from adaptive_ff.stribeck_fit import StribeckFit, fit_stribeck
 from adaptive_ff.support_points import SPEED_TOLERANCE, SupportPoints, support_points
 
 CONSTANT = 0.02
-"""Largest deviation of the speed from its mean in a stretch, over that mean."""
+"""Largest deviation of the speed from its mean in a stretch, and largest change in a cycle of the band, over it."""
 
 INERTIAL_SHARE = 0.1
 """Largest torque of inertia in a stretch, over Coulomb friction."""
@@ -84,7 +84,9 @@ def _readings(predictions: Sequence[Prediction], coulomb: float, bandwidth: floa
     for rows in predictions:
         every = max(1, round(1.0 / (bandwidth * rows.period)))
         needed = SHORTEST / (bandwidth * rows.period)
-        steady = rows.slides & (np.abs(rows.inertial) < INERTIAL_SHARE * abs(coulomb))
+        change = np.abs(rows.acceleration)
+        steady = rows.slides & (change < CONSTANT * bandwidth * np.abs(rows.velocity))
+        steady &= np.abs(rows.inertia) * change < INERTIAL_SHARE * abs(coulomb)
         for start, stop in runs(steady):
             velocity = rows.velocity[start:stop]
             mean = float(np.mean(velocity))

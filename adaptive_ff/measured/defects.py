@@ -42,9 +42,9 @@ def median_step(log: Log) -> float:
     InputError
         The clock never goes forward.
     """
-    steps = np.diff(log.time)
-    forward = steps[steps > 0.0]  # false for what is no number
-    forward = forward[np.isfinite(forward)]
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.diff(log.time)
+        forward = steps[(steps > 0.0) & (steps < np.inf)]
     if forward.size == 0:
         raise InputError(f"{log.name}: the time never goes forward; it must ascend")
     return float(np.median(forward))
@@ -78,7 +78,7 @@ def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skippe
     for series in names.values():
         if series is not None:
             finite &= np.isfinite(series)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         steps = np.diff(log.time)
         broken = ~((steps > 0.0) & (steps <= GAP * step))
     skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]

@@ -1,5 +1,7 @@
 """Velocity and acceleration from samples, without delay: low-pass forward and backward, then central differences."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
@@ -9,13 +11,17 @@ Array = NDArray[np.float64]
 FIRST = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
 SECOND = (-205.0 / 72.0, 8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0)
 """Central differences of eighth order (B. Fornberg, Math. Comp. 51, 1988): at a tenth of the sampling frequency the
-error of the gain is 4e-5, where that of the usual two-point difference is 6 %."""
+error of the gain is 3.5e-5, where that of the usual two-point difference is 6 %."""
 
 REACH = len(FIRST)
 """Samples at either end where there is no difference."""
 
 ORDER = 4
 """Order of the Butterworth filter; run forward and backward it falls by 160 dB a decade, and delays nothing."""
+
+
+PADDING = 2.0
+"""Cycles of the lowest corner by which a series is continued at both ends, mirrored at its last point."""
 
 
 def lowpass(values: Array, corners: tuple[float, ...], period: float) -> Array:
@@ -31,7 +37,8 @@ def lowpass(values: Array, corners: tuple[float, ...], period: float) -> Array:
         Sample time, s.
     """
     sections = [signal.butter(ORDER, corner, fs=1.0 / period, output="sos") for corner in corners]
-    filtered: Array = signal.sosfiltfilt(np.vstack(sections), values)
+    padding = min(math.ceil(PADDING / (min(corners) * period)), values.size - 1)
+    filtered: Array = signal.sosfiltfilt(np.vstack(sections), values, padlen=padding)
     return filtered
 
 

@@ -20,8 +20,10 @@ class Prediction(NamedTuple):
         Time of the log and velocity in the band.
     torque, fitted : ndarray, shape (n,)
         Measured torque in the band, and the model's.
-    inertial : ndarray, shape (n,)
-        The model's torque of inertia in it.
+    acceleration : ndarray, shape (n,)
+        Acceleration in the band.
+    inertia : float
+        The model's inertia.
     slides : ndarray of bool, shape (n,)
         Rows that count; at rest friction is whatever torque there is.
     period : float
@@ -32,14 +34,15 @@ class Prediction(NamedTuple):
     velocity: Array
     torque: Array
     fitted: Array
-    inertial: Array
+    acceleration: Array
+    inertia: float
     slides: NDArray[np.bool_]
     period: float
 
     @property
     def friction(self) -> Array:
         """Measured torque without that of inertia."""
-        friction: Array = self.torque - self.inertial
+        friction: Array = self.torque - self.inertia * self.acceleration
         return friction
 
 
@@ -70,10 +73,17 @@ def predict(problem: Problem, fitted: Fitted) -> list[Prediction]:
     made = []
     for piece in problem.pieces:
         matrix = piece_columns(piece, problem.stribeck, fitted.linear, fitted.searched)
-        inertial = fitted.values["inertia"] * piece.acceleration
-        torque = piece_torque(piece, problem.torque_delay)
         made.append(
-            Prediction(piece.time, piece.velocity, torque, matrix @ values, inertial, piece.slides, piece.period)
+            Prediction(
+                piece.time,
+                piece.velocity,
+                piece_torque(piece, problem.torque_delay),
+                matrix @ values,
+                piece.acceleration,
+                fitted.values["inertia"],
+                piece.slides,
+                piece.period,
+            )
         )
     return made
 

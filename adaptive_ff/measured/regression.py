@@ -6,6 +6,7 @@ get a covariance that knows of correlated residuals (Newey and West, see :mod:`a
 """
 
 import math
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
@@ -107,11 +108,13 @@ def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fi
     rough = fit_least_squares(matrix, target, names=linear, confidence=confidence)
     slopes = [_slope(problem, linear, names, point, rough.values, place) for place in range(len(names))]
     full = np.column_stack([matrix, *slopes])
-    outputs = target + full[:, len(linear) :] @ point  # the linearised equation is then solved by the point itself
+    outputs = target + full[:, len(linear) :] @ point
     correlated = correlation_length(rough.residuals)
     regression = fit_least_squares(
         full, outputs, names=[*linear, *names], confidence=confidence, correlated_samples=correlated
     )
+    # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
+    regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
     values = {**dict(zip(linear, rough.values.tolist(), strict=True)), **_searched(names, point)}
     return Fitted(terms, values, regression)
 

@@ -11,6 +11,7 @@ from adaptive_ff.measured.constant_speed import FrictionCurve
 from adaptive_ff.measured.defects import Skipped
 from adaptive_ff.measured.derivatives import Array
 from adaptive_ff.measured.prediction import Prediction, TorqueError
+from adaptive_ff.measured.reference import Reference
 from adaptive_ff.measured.selection import Selection
 from adaptive_ff.model import UNITS
 
@@ -53,14 +54,6 @@ class Reported(NamedTuple):
     estimate: Estimate
     told: bool
     used: bool
-
-
-class Reference(NamedTuple):
-    """The motion of a log: time from zero (s), velocity, and noise of a velocity that is not filtered (rad/s)."""
-
-    time: Array
-    velocity: Array
-    noise: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,26 @@ SOLVER_STEP = 0.001
 """Longest solver period, s."""
 
 
+SEAM = 1e-3
+"""Difference of the velocities at both ends of the motion from which on they are joined, over the largest speed."""
+
+
 def reference_columns(found: LogIdentification) -> dict[str, Array]:
-    """Return the motion of a log as the columns of a recorded reference."""
-    return {"time": found.reference.time, "velocity": found.reference.velocity}
+    """Return the motion of a log as the columns of a recorded reference.
+
+    A short one is repeated by the simulation. So that it does not jump then, half a cosine leads from the velocity at
+    its end to that at its start, no steeper than the motion itself.
+    """
+    time, velocity = found.reference.time, found.reference.velocity
+    apart = float(velocity[0] - velocity[-1])
+    steepest = float(np.max(np.abs(np.diff(velocity) / np.diff(time))))
+    if abs(apart) > SEAM * float(np.max(np.abs(velocity))):
+        step = float(time[1] - time[0])
+        count = max(2, math.ceil(0.5 * math.pi * abs(apart) / (steepest * step)))
+        share = np.arange(1, count + 1) / count
+        time = np.concatenate([time, time[-1] + step * count * share])
+        velocity = np.concatenate([velocity, velocity[-1] + 0.5 * apart * (1.0 - np.cos(math.pi * share))])
+    return {"time": time, "velocity": velocity}
 
 
 def scenario_text(found: LogIdentification, reference: str) -> str:
@@ -51,7 +68,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         f"# Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
         "# Linear axes: read m, N and kg for rad, N m and kg m^2.",
         "# The simulated joint is the same in both directions and has no offset of the torque"
-        + (f": {' and '.join(left)} of the log are left out." if left else "."),
+        + (f"; left out of the log: {' and '.join(left)}." if left else "."),
         "",
         'controllers = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]',
         "",
@@ -73,7 +90,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         "",
         "[reference]",
         'kind = "csv"',
-        f'path = "{reference}"  # the motion of the log in the band of the identification',
+        f'path = "{reference}"  # the motion of the log in its band, its end led to its start, so that it repeats',
         "",
         "[feedback]",
         _line("inertia", inertia, "assumed: the designer knows it"),

@@ -62,7 +62,7 @@ def cautions(found: LogIdentification) -> list[str]:
             "joint (gravity, other axes, elasticity), or columns or units are not what they are named"
         )
     lag = found.parameters.get("friction_lag")
-    if lag is not None and lag.estimate.upper < 0.0:
+    if lag is not None and lag.estimate.upper < 0.0 and -lag.estimate.value > found.period:
         said.append(
             f"friction seems to lead the motion by {-1e3 * lag.estimate.value:.3g} ms: the motion is recorded later "
             "than the torque"
