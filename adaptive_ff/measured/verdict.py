@@ -10,8 +10,8 @@ from adaptive_ff.measured.selection import BESIDE
 WELL, POORLY = 0.1, 0.4
 """Relative errors of the torque up to which the model is said to explain it, and from which it is said not to."""
 
-LUMPED = 1.5
-"""Error of the validation over that of the fit from which the joint is said to be no lumped one."""
+WORSE = 1.5
+"""Error of the validation over that of the fit from which the former is said to be worse."""
 
 FASTEST = 100.0
 """Speed, rad/s, from which degrees are suspected."""
@@ -88,22 +88,29 @@ def verdict(found: LogIdentification) -> list[str]:
 def _of_fit(found: LogIdentification) -> str:
     error = found.fit.relative_error
     word = "explain" if error <= WELL else "explain most of" if error <= POORLY else "do not explain"
-    return (
+    sentence = (
         f"Inertia and friction {word} the torque: {100.0 * error:.3g} % of it are left in a band of "
         f"{found.bandwidth:.3g} Hz."
     )
+    if error > WELL:
+        sentence += (
+            " This is no lumped joint with one inertia, or not only friction acts on it (gravity, other axes, "
+            "elasticity, ripple); intervals do not cover that."
+        )
+    return sentence
 
 
 def _of_validation(found: LogIdentification) -> str:
     assert found.validation is not None
-    error, ratio = found.validation.relative_error, found.validation.relative_error / found.fit.relative_error
-    sentence = f"On {found.validated_on}, which was not fitted, {100.0 * error:.3g} % are left."
-    if error > WELL and ratio > LUMPED:
-        sentence += (
-            " That is much more: it is no lumped joint (an inertia that changes with the pose, gravity or other axes "
-            "act on it), or friction changed; intervals do not cover that."
-        )
-    return sentence
+    sentence = (
+        f"On {found.validated_on}, which was not fitted, {100.0 * found.validation.relative_error:.3g} % are left"
+    )
+    ratio = found.validation.rms_error / found.fit.rms_error
+    if ratio > WORSE:
+        return sentence + f": {ratio:.1f} times the error of the fit. Friction or inertia is another there."
+    if found.validation.relative_error > WORSE * found.fit.relative_error:
+        return sentence + ", of a torque that is smaller there: the error itself is like that of the fit."
+    return sentence + "."
 
 
 def _of_lag(found: LogIdentification) -> list[str]:

@@ -133,3 +133,20 @@ def test_joint_of_the_simulation_is_found_with_stiction_lag_and_stribeck_velocit
         assert abs(reported.estimate.value - getattr(joint, name)) < 1.5 * half, name
     assert abs(found.parameters["offset"].estimate.value) < 0.5
     assert abs(found.parameters["viscous_asymmetry"].estimate.value) < 0.1 * joint.viscous
+
+
+@pytest.mark.parametrize(("later", "told"), [(2.0, True), (-1.0, False)])
+def test_stiction_that_one_half_of_the_log_does_not_foretell_of_the_other_is_not_told(later, told):
+    log = make_log(noise=0.02)
+    _, velocity, _ = motion(log.time)
+    excess = np.where(log.time < 0.65 * log.time[-1], 2.0, later)
+    torque = log.torque + excess * np.sign(velocity) * np.exp(-np.abs(velocity) / 0.2)
+    found = identify_log(Log("log", log.time, torque, position=log.position), held_out=0.0)
+    assert found.parameters["stiction"].told == told
+    holding = found.selection.chosen if told else found.selection.tried["stiction_excess"]
+    assert holding.estimate("stiction_excess").lower > 0.0
+    if told:
+        assert found.value("stiction") == pytest.approx(5.0, rel=0.02)
+        assert found.value("stribeck_velocity") == pytest.approx(0.2, rel=0.05)
+    else:
+        assert any("one half of the log does not foretell the other" in sentence for sentence in found.verdict)

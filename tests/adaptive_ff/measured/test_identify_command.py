@@ -97,7 +97,7 @@ def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path):
     found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert found["validation"]["on"] == str(other)
     assert found["validation"]["relative_error"] > 10.0 * found["fit"]["relative_error"]
-    assert "it is no lumped joint" in " ".join(outcome.out.split())
+    assert "times the error of the fit" in " ".join(outcome.out.split())
 
 
 def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
