@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from adaptive_ff.cli_measured import register as register_measured
 from adaptive_ff.compare import Comparison, compare
 from adaptive_ff.errors import InputError
 from adaptive_ff.lineup import make_controller
@@ -35,6 +36,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+register_measured(app)
 
 
 @app.callback()

@@ -1,11 +1,9 @@
 """Pictures of a run and of a comparison.
 
-No ``pyplot``: figures open no window and leave no state behind. A long series is drawn as the smallest and largest
-value of each column of the picture, so no peak is lost; a curve that leaves its panel is named above it.
+No ``pyplot``: figures open no window and leave no state behind. A curve that leaves its panel is named above it.
 """
 
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle, product
 from pathlib import Path
@@ -15,12 +13,22 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
-from matplotlib.transforms import ScaledTranslation
-from numpy.typing import NDArray
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from adaptive_ff.compare import BASELINE, Comparison
+from adaptive_ff.drawing import (
+    INK,
+    LIFT,
+    QUIET,
+    STYLE,
+    Look,
+    Series,
+    draw_series,
+    explain_looks,
+    label_above,
+    make_panels,
+    write_figure,
+)
 from adaptive_ff.loop import scale_joint
 from adaptive_ff.metrics import settled_start
 from adaptive_ff.model import UNITS, TorqueModel, model_friction
@@ -28,18 +36,11 @@ from adaptive_ff.scenario import Scenario
 from adaptive_ff.simulate import Run
 from plant import sliding_friction
 
-Series = NDArray[np.float64]
-Look = Mapping[str, Any]
-
 CLOSE_UP = 6.0  # s, length of a close-up
 RMS_WINDOW = 2.0  # s, length of the running rms error; at least a hundredth of the run
 RMS_BLOCKS = 600  # that a run is divided into for the running rms error
 NEAR = 0.95  # of the torque limit
-COLUMNS = 2000  # that a long series is thinned to: more than a picture has pixels across
 
-WIDTH = 8.0  # inches of a figure
-LIFT = 5.0  # points between a panel and its label
-INK, QUIET = "#222222", "#8a8a8a"
 
 LOOKS: dict[str, Look] = {
     "pi": {"color": "#a6a6a6", "linewidth": 2.0},
@@ -63,15 +64,6 @@ LIMIT: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "
 
 FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
 
-STYLE: Any = {
-    **dict.fromkeys(("axes.edgecolor", "xtick.color", "ytick.color"), QUIET),
-    **dict.fromkeys(("axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor", "text.color"), INK),
-    **dict.fromkeys(("axes.spines.top", "axes.spines.right", "legend.frameon"), False),
-    **dict.fromkeys(("axes.grid", "axes.axisbelow"), True),
-    **{"grid.color": "#e6e6e6", "grid.linewidth": 0.6, "lines.linewidth": 1.0, "font.size": 9.0},
-    **{"axes.labelsize": 9.0, "xtick.labelsize": 9.0, "ytick.labelsize": 9.0, "legend.fontsize": 9.0},
-}
-
 
 def plot_run(run: Run, path: str | Path | None = None) -> Figure:
     """Draw one run: tracking, error, and torque with the feedforward in it.
@@ -91,19 +83,19 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
     look = {**_looks([run.name])[run.name], "linestyle": "-"}
     keys = [REFERENCE, {**look, "label": f"velocity with {look['label']}"}]
     with rc_context(STYLE):
-        figure, (tracking, error, torque) = _panels(3, 6.0)
-        _draw(tracking, run.solver_time, run.reference, REFERENCE)
-        _draw(tracking, run.solver_time, run.velocity, look)
-        _draw(error, run.solver_time, 1e3 * (run.reference - run.velocity), {**look, "linewidth": 0.8})
+        figure, (tracking, error, torque) = make_panels(3, 6.0)
+        draw_series(tracking, run.solver_time, run.reference, REFERENCE)
+        draw_series(tracking, run.solver_time, run.velocity, look)
+        draw_series(error, run.solver_time, 1e3 * (run.reference - run.velocity), {**look, "linewidth": 0.8})
         keys += _draw_torques(torque, run, slice(None), look)
         keys += _mark_changes([tracking, error, torque], run.scenario)
-        _label(tracking, "velocity (rad/s)")
-        _label(error, "error (mrad/s)")
-        _label(torque, "torque (N m)")
+        label_above(tracking, "velocity (rad/s)")
+        label_above(error, "error (mrad/s)")
+        label_above(torque, "torque (N m)")
         torque.set(xlabel="time (s)", xlim=(0.0, run.solver_time[-1]))
-        _legend(figure, keys)
+        explain_looks(figure, keys)
         if path is not None:
-            _write(figure, Path(path))
+            write_figure(figure, Path(path))
     return figure
 
 
@@ -141,44 +133,44 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
             figures["stribeck"] = _stribeck(comparison, looks)
         if folder is not None:
             for name, figure in figures.items():
-                _write(figure, Path(folder) / f"{name}.png")
+                write_figure(figure, Path(folder) / f"{name}.png")
     return figures
 
 
 def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
-    figure, (tracking, error, rms) = _panels(3, 7.2, shared=False)
+    figure, (tracking, error, rms) = make_panels(3, 7.2, shared=False)
     first = next(iter(runs.values()))
     part = _close_up(first)
     time, reference = first.solver_time[part], first.reference[part]
     shown = {name: runs[name].velocity[part] for name in _telling(runs)}
     near, window = {}, 0.0
-    _draw(tracking, time, reference, REFERENCE)
+    draw_series(tracking, time, reference, REFERENCE)
     for name, velocity in shown.items():
-        _draw(tracking, time, velocity, looks[name])
+        draw_series(tracking, time, velocity, looks[name])
     for name, run in runs.items():
         whole = 1e3 * (run.reference - run.velocity)
         near[name] = whole[part]
-        _draw(error, time, near[name], looks[name])
+        draw_series(error, time, near[name], looks[name])
         *curve, window = _running_rms(first.solver_time, whole)
         rms.plot(*curve, **looks[name])
     _frame([tracking], {"": reference, **shown}, 3.0 * _peak(reference) or 20.0 * _typical(shown))
     _frame([error], near, 20.0 * _typical(near))
     _make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
-    _label(tracking, "velocity (rad/s), close-up")
-    _label(error, "error (mrad/s), same close-up")
-    _label(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
+    label_above(tracking, "velocity (rad/s), close-up")
+    label_above(error, "error (mrad/s), same close-up")
+    label_above(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
     tracking.set(xlim=(time[0], time[-1]))
     tracking.tick_params(labelbottom=False)
     error.set(xlim=(time[0], time[-1]), xlabel="time (s)")
     rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
     rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
-    _legend(figure, [REFERENCE, *looks.values(), *_mark_changes([tracking, error, rms], first.scenario)])
+    explain_looks(figure, [REFERENCE, *looks.values(), *_mark_changes([tracking, error, rms], first.scenario)])
     return figure
 
 
 def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     shown = {name: run for name, run in runs.items() if np.any(run.feedforward)} or runs
-    figure, panels = _panels(len(shown), 0.8 + 1.2 * len(shown))
+    figure, panels = make_panels(len(shown), 0.8 + 1.2 * len(shown))
     first = next(iter(runs.values()))
     start, end = first.solver_time[_close_up(first)][[0, -1]]
     begin, stop = np.searchsorted(first.time, (start, end), side="right")
@@ -187,38 +179,38 @@ def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     for axes, (name, run) in zip(panels, shown.items(), strict=True):
         for key in _draw_torques(axes, run, part, looks[name]):
             keys[key["label"]] = {**key, "color": QUIET}  # what they have in common
-        _label(axes, f"torque (N m) with {looks[name]['label']}")
+        label_above(axes, f"torque (N m) with {looks[name]['label']}")
     torques = {name: run.torque[part] for name, run in shown.items()}
     parts = {f"feedforward of {name}": run.feedforward[part] for name, run in shown.items()}
     _frame(panels, {**torques, **parts}, 3.0 * _typical(torques))
     panels[-1].set(xlim=(start, end), xlabel="time (s)")
-    _legend(figure, keys.values())
+    explain_looks(figure, keys.values())
     return figure
 
 
 def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     names = list(dict.fromkeys(name for run in runs.values() for name in run.estimates))
-    figure, panels = _panels(len(names), 0.8 + 1.2 * len(names))
+    figure, panels = make_panels(len(names), 0.8 + 1.2 * len(names))
     first = next(iter(runs.values()))
     plan, end = first.scenario.plan, float(first.solver_time[-1])
     joints = [scale_joint(first.scenario.joint.parameters, scale) for scale in plan.scales]
     starts = [*(plan.starts * first.scenario.joint.solver_period), end]
     for axes, name in zip(panels, names, strict=True):
         known = {key: run for key, run in runs.items() if name in run.estimates}
-        curves = {key: _draw(axes, run.time, run.estimates[name], looks[key]) for key, run in known.items()}
+        curves = {key: draw_series(axes, run.time, run.estimates[name], looks[key]) for key, run in known.items()}
         true = [{**joint.friction._asdict(), **joint._asdict(), "friction": None}.get(name) for joint in joints]
         truth = np.array([value for value in true if value is not None])
         if truth.size:
             axes.plot(starts, [*truth, truth[-1]], drawstyle="steps-post", **TRUTH)
         _frame([axes], {"": np.append(truth, 0.0), **curves}, 2.0 * (_peak(truth) or _typical(curves)))
-        _label(axes, _text(name.replace("_", " ")) + (f" ({UNITS[name]})" if name in UNITS else ""))
+        label_above(axes, _text(name.replace("_", " ")) + (f" ({UNITS[name]})" if name in UNITS else ""))
     panels[-1].set(xlim=(0.0, end), xlabel="time (s)")
-    _legend(figure, [TRUTH, *(looks[name] for name in runs), *_mark_changes(panels, first.scenario)])
+    explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *_mark_changes(panels, first.scenario)])
     return figure
 
 
 def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
-    figure, (axes,) = _panels(1, 3.8)
+    figure, (axes,) = make_panels(1, 3.8)
     scenario, runs = comparison.scenario, comparison.runs
     first = next(iter(runs.values()))
     peak = _peak(first.reference) or 5.0 * scenario.joint.stribeck_velocity
@@ -233,9 +225,9 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
         axes.plot(speeds, curve, **looks[name])
     axes.plot(speeds, truth, **TRUTH)
     _frame([axes], {"": truth, **curves}, 2.0 * (_peak(truth) or _typical(curves)))
-    _label(axes, f"friction torque while sliding (N m), as identified after {first.solver_time[-1]:.4g} s")
+    label_above(axes, f"friction torque while sliding (N m), as identified after {first.solver_time[-1]:.4g} s")
     axes.set(xlabel="speed (rad/s)", xlim=(0.0, peak))
-    _legend(figure, [TRUTH, *(looks[name] for name in curves)])
+    explain_looks(figure, [TRUTH, *(looks[name] for name in curves)])
     return figure
 
 
@@ -280,26 +272,13 @@ def _running_rms(time: Series, error: Series) -> tuple[Series, Series, float]:
     return time[edges[1:] - 1], np.sqrt(squares / sizes), float(blocks * time[-1] / count)
 
 
-def _draw(axes: Axes, time: Series, values: Series, look: Look) -> Series:
-    """Draw a series, a long one as the extremes of each column in their order; return the values drawn."""
-    width = values.size // COLUMNS
-    if width > 3:
-        whole = values.size // width * width
-        columns = values[:whole].reshape(-1, width)
-        extremes = np.sort([columns.argmin(axis=1), columns.argmax(axis=1)], axis=0) + np.arange(0, whole, width)
-        kept = np.concatenate([extremes.T.ravel(), np.arange(whole, values.size)])
-        time, values = time[kept], values[kept]
-    axes.plot(time, values, **look)
-    return values
-
-
 def _draw_torques(axes: Axes, run: Run, part: slice, look: Look) -> list[Look]:
     """Draw the torque, the feedforward in it and the limit that it comes near; return what the legend shall explain."""
     keys: list[Look] = [{"color": look["color"], **TORQUE}]
-    _draw(axes, run.time[part], run.torque[part], keys[0])
+    draw_series(axes, run.time[part], run.torque[part], keys[0])
     if np.any(run.feedforward):
         keys.append({"color": look["color"], **FEEDFORWARD})
-        _draw(axes, run.time[part], run.feedforward[part], keys[1])
+        draw_series(axes, run.time[part], run.feedforward[part], keys[1])
     limit = run.scenario.actuator.torque_limit
     if limit is not None and _peak(run.torque[part]) > NEAR * limit:
         keys.append(LIMIT)
@@ -372,45 +351,3 @@ def _looks(names: Iterable[str]) -> dict[str, Look]:
 def _text(name: str) -> str:
     """Return a name in which matplotlib sees no mathematics, and which it does not hide for a leading underscore."""
     return (f" {name}" if name.startswith("_") else name).replace("$", r"\$")
-
-
-def _label(axes: Axes, text: str) -> None:
-    """Label the vertical axis, above it, where it is read without turning the head."""
-    axes.set_ylabel(text, rotation=0.0, horizontalalignment="left", verticalalignment="baseline")
-    lift = ScaledTranslation(0.0, LIFT / 72.0, axes.figure.dpi_scale_trans)
-    axes.yaxis.set_label_coords(0.0, 1.0, transform=axes.transAxes + lift)
-
-
-def _legend(figure: Figure, looks: Iterable[Look]) -> None:
-    """Explain looks above all panels, where no data are, in as many rows as it takes."""
-    handles = [Line2D([], [], **look) for look in looks]
-    widths = [0.5 + 0.075 * len(str(handle.get_label())) for handle in handles]  # roughly, in inches
-    rows = math.ceil(sum(widths) / WIDTH)
-    columns = len(handles) if rows == 1 else min(math.ceil(len(handles) / rows), int(WIDTH / max(widths)))
-    figure.legend(handles=handles, loc="outside upper center", ncols=max(1, columns), handlelength=1.7)
-
-
-def _panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figure, list[Axes]]:
-    """Make a figure of panels below each other; the height is in inches."""
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    panels = list(figure.subplots(rows, 1, sharex=shared, squeeze=False)[:, 0])
-    for axes in panels:
-        axes.yaxis.set_major_locator(MaxNLocator(5 if rows > 1 else 8, steps=[1, 2, 2.5, 5, 10]))
-        axes.ticklabel_format(style="plain", useOffset=False)
-    return figure, panels
-
-
-def _write(figure: Figure, path: Path) -> None:
-    """Write a picture, whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.unfinished")
-    engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.execute(figure)
-    figure.set_layout_engine("none")  # saving would lay out again, which takes twice the time
-    try:
-        figure.savefig(unfinished, format=path.suffix[1:].lower() or "png", dpi=150)
-        os.replace(unfinished, path)
-    finally:
-        figure.set_layout_engine(engine)
-        unfinished.unlink(missing_ok=True)

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from adaptive_ff.plots import INK, LIFT, LOOKS, QUIET, WIDTH
+from adaptive_ff.drawing import INK, LIFT, QUIET, WIDTH
+from adaptive_ff.plots import LOOKS
 
 Look = Mapping[str, Any]
 

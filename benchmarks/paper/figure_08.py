@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
+from adaptive_ff.drawing import INK, STYLE, WIDTH
 from adaptive_ff.model import model_friction
-from adaptive_ff.plots import INK, STYLE, WIDTH
 from adaptive_ff.stribeck_fit import StribeckFit
 from adaptive_ff.support_points import SupportPoints
 from benchmarks.paper.drawing import TORQUE_FORM, Look, label, legend

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from adaptive_ff.batch import Array
-from adaptive_ff.plots import STYLE
+from adaptive_ff.drawing import STYLE
 from benchmarks.paper.drawing import SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.robot import NOISE, Drive
 from benchmarks.paper.watching import FORGETTING, Form, Series

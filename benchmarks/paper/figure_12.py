@@ -6,8 +6,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from adaptive_ff.batch import Array
+from adaptive_ff.drawing import INK, STYLE, WIDTH
 from adaptive_ff.model import ESTIMATED
-from adaptive_ff.plots import INK, STYLE, UNITS, WIDTH
+from adaptive_ff.plots import UNITS
 from adaptive_ff.series import COEFFICIENTS, series_coefficients
 from benchmarks.paper.closed_loop_online import is_possible, physical_series
 from benchmarks.paper.drawing import SERIES, TORQUE_FORM, Look, label, legend

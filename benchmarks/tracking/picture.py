@@ -7,7 +7,7 @@ from matplotlib import rc_context
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from adaptive_ff.plots import STYLE
+from adaptive_ff.drawing import STYLE
 from benchmarks.tracking.summary import TOLD_THE_TRUTH, Cells
 
 WEAKEST, STRONGEST = 0.25, 64.0

@@ -5,8 +5,7 @@ from time import process_time
 import numpy as np
 import pytest
 
-import adaptive_ff.plots as plots
-from adaptive_ff import Comparison, compare, load_scenario, simulate
+from adaptive_ff import Comparison, compare, drawing, load_scenario, simulate
 from adaptive_ff.model import model_friction
 from adaptive_ff.plots import plot_comparison, plot_run
 from plant import sliding_friction
@@ -76,7 +75,7 @@ def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, 
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(plots.os, "replace", fail)
+    monkeypatch.setattr(drawing.os, "replace", fail)
     with pytest.raises(OSError, match="disk full"):
         plot_comparison(comparison, tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["tracking.png"]

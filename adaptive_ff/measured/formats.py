@@ -1,0 +1,185 @@
+"""Named arrays in the file formats that logs come in: CSV, NPZ, MAT, HDF5 and Parquet.
+
+Each reader takes a path and the wanted names. It returns the shapes of all arrays there are, and those arrays that are
+wanted: only these are read into memory.
+"""
+
+import csv
+import importlib
+import math
+import warnings
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import io
+
+from adaptive_ff.errors import InputError
+
+SEPARATORS = ",;\t"
+
+
+class Content(NamedTuple):
+    """What a file holds.
+
+    Attributes
+    ----------
+    shapes : dict of tuple of int
+        Shape of every array by name; that of a column of a CSV file is not counted and empty.
+    arrays : dict of ndarray
+        The wanted ones among them.
+    """
+
+    shapes: dict[str, tuple[int, ...]]
+    arrays: dict[str, NDArray[Any]]
+
+
+def read_content(path: Path, wanted: Collection[str]) -> Content:
+    """Read named arrays from a file; its ending tells the format.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    wanted : collection of str
+        Names of the arrays to be read; those that there are not are left out.
+
+    Raises
+    ------
+    InputError
+        The format is not known, the file cannot be read, or the format needs a library that is not installed.
+    """
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(f"{path}: the ending {path.suffix!r} is not known; allowed: {', '.join(READERS)}")
+    try:
+        return reader(path, wanted)
+    except InputError:
+        raise
+    except Exception as error:  # each format has its own kinds of damage
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
+
+
+def _read_csv(path: Path, wanted: Collection[str]) -> Content:
+    """Read columns of a text file with a header line; cells without a number become NaN."""
+    with path.open(newline="", encoding="utf-8-sig") as stream:
+        first = stream.readline()
+        separator = max(SEPARATORS, key=first.count)
+        header = [cell.strip() for cell in next(csv.reader([first], delimiter=separator), [])]
+        if not any(header):
+            raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
+        names = [name for name in wanted if name in header]
+        for name in names:
+            if header.count(name) > 1:
+                raise InputError(f"{path}: there are {header.count(name)} columns {name}; there must be one")
+        places = [header.index(name) for name in names]
+        table = np.empty((0, 0))
+        if places:
+            try:
+                with warnings.catch_warnings(action="ignore"):  # a file without rows is refused later
+                    table = np.loadtxt(stream, comments=None, delimiter=separator, usecols=places, ndmin=2)
+            except ValueError:
+                table = _read_cells(path, separator, places)
+    return Content(dict.fromkeys(header, ()), {name: table[:, place] for place, name in enumerate(names)})
+
+
+def _read_cells(path: Path, separator: str, places: list[int]) -> NDArray[np.float64]:
+    with path.open(newline="", encoding="utf-8-sig") as stream:
+        rows = csv.reader(stream, delimiter=separator)
+        next(rows)
+        values = [[_number(row[place] if place < len(row) else "") for place in places] for row in rows if row]
+    return np.array(values, dtype=np.float64).reshape(len(values), len(places))
+
+
+def _number(cell: str) -> float:
+    try:
+        return math.nan if "_" in cell else float(cell)
+    except ValueError:
+        return math.nan
+
+
+def _read_npz(path: Path, wanted: Collection[str]) -> Content:
+    with np.load(path, allow_pickle=False) as archive:
+        shapes = {name: _npz_shape(archive, name) for name in archive.files}
+        return Content(shapes, {name: archive[name] for name in wanted if name in shapes})
+
+
+def _npz_shape(archive: Any, name: str) -> tuple[int, ...]:
+    """Read the shape of a member from its header alone."""
+    member = name if name in archive.zip.namelist() else f"{name}.npy"
+    with archive.zip.open(member) as stream:
+        major = np.lib.format.read_magic(stream)[0]
+        read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
+        return tuple(read(stream)[0])
+
+
+def _read_mat(path: Path, wanted: Collection[str]) -> Content:
+    """Read a MAT file; members of a struct are named STRUCT.MEMBER. Version 7.3 is HDF5 with axes reversed."""
+    try:
+        content = io.loadmat(path, simplify_cells=True)
+    except NotImplementedError:
+        return _read_hdf5(path, wanted, transposed=True)
+    arrays = dict(_flatten(content))
+    return Content(
+        {name: array.shape for name, array in arrays.items()},
+        {name: arrays[name] for name in wanted if name in arrays},
+    )
+
+
+def _flatten(content: Mapping[str, Any], prefix: str = "") -> list[tuple[str, NDArray[Any]]]:
+    found: list[tuple[str, NDArray[Any]]] = []
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            found += _flatten(value, f"{prefix}{name}.")
+        elif not name.startswith("__") and np.asarray(value).dtype.kind in "iufb":
+            found.append((prefix + name, np.asarray(value)))
+    return found
+
+
+def _read_hdf5(path: Path, wanted: Collection[str], *, transposed: bool = False) -> Content:
+    """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET."""
+    h5py = _library("h5py", "hdf5", path)
+    with h5py.File(path, "r") as file:
+        sets: dict[str, Any] = {}
+        file.visititems(
+            lambda name, item: sets.update({name.replace("/", "."): item}) if isinstance(item, h5py.Dataset) else None
+        )
+        sets = {name: item for name, item in sets.items() if item.dtype.kind in "iufb" and not name.startswith("#")}
+        shapes = {name: tuple(item.shape[::-1] if transposed else item.shape) for name, item in sets.items()}
+        arrays = {name: sets[name][()] for name in wanted if name in sets}
+    return Content(shapes, {name: array.T if transposed else array for name, array in arrays.items()})
+
+
+def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
+    parquet = _library("pyarrow.parquet", "parquet", path)
+    with parquet.ParquetFile(path) as file:
+        rows, names = file.metadata.num_rows, file.schema_arrow.names
+        table = file.read(columns=[name for name in wanted if name in names])
+    arrays = {name: table.column(name).to_numpy() for name in table.column_names}
+    return Content(dict.fromkeys(names, (rows,)), arrays)
+
+
+def _library(name: str, extra: str, path: Path) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        package = name.partition(".")[0]
+        raise InputError(
+            f"{path}: to read it takes {package}, which is not installed; pip install 'adaptive-ff[{extra}]'"
+        ) from error
+
+
+READERS: dict[str, Callable[[Path, Collection[str]], Content]] = {
+    ".csv": _read_csv,
+    ".txt": _read_csv,
+    ".tsv": _read_csv,
+    ".npz": _read_npz,
+    ".mat": _read_mat,
+    ".h5": _read_hdf5,
+    ".hdf5": _read_hdf5,
+    ".parquet": _read_parquet,
+}
+"""Readers by the ending of the file's name."""
