@@ -23,7 +23,7 @@ class Inputs(NamedTuple):
     next_reference : float
         Reference velocity at the next sample, rad/s; not a number where it is not known.
     realised_torque : float
-        Torque that the drive gave in the last period, N m; not a number where it is not known.
+        Mean torque that the drive gave over the last period, N m; not a number where it is not known.
     feedforward : float
         Torque known from elsewhere, such as gravity, N m.
     dt : float
@@ -162,7 +162,7 @@ class Controller:
         next_reference : float, optional
             Reference velocity at the next sample, rad/s (preview).
         realised_torque : float, optional
-            Torque that the drive gave in the last period, N m. Without it the drive is taken to give what was
+            Mean torque that the drive gave over the last period, N m. Without it the drive is taken to give what was
             asked. A value that is not finite counts as not known.
         feedforward : float, optional
             Torque known from elsewhere, N m, added to the output.

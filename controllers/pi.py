@@ -9,7 +9,7 @@ from controllers.delay import delay_line, delayed, remember
 from controllers.design import design_pi
 from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
 
-LONGEST_DELAY = 100.0
+LONGEST_DELAY = 10.0
 """Longest computation delay that is believed, sampling periods."""
 
 

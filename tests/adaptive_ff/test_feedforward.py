@@ -136,6 +136,31 @@ def test_without_preview_the_first_sample_takes_the_reference_as_constant():
     assert first == step_feedforward(MODEL, initial_feedforward_state(), 0.1, 0.1, PERIOD)
 
 
+@pytest.mark.parametrize("delay", [0.5, 1.0, 2.3])
+@pytest.mark.parametrize("preview", [True, False])
+def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, preview):
+    """Along a straight line, through the reversal, continuing the slope is exact."""
+
+    def ramp(sample):
+        return 0.05 - 0.004 * sample
+
+    early, late = (FeedforwardState(90.0, ramp(-1.0), True) for _ in range(2))
+    for k in range(40):
+        following = ramp(k + 1.0) if preview else math.nan
+        found, early = step_feedforward(UNEQUAL, early, ramp(k), following, PERIOD, delay)
+        expected, late = step_feedforward(UNEQUAL, late, ramp(k + delay), ramp(k + 1.0 + delay), PERIOD)
+        assert found == pytest.approx(expected, rel=1e-9)
+        assert early.friction == pytest.approx(late.friction, rel=1e-9)
+        assert early.reference == ramp(k)
+
+
+@pytest.mark.parametrize(("delay", "first"), [(0.0, 50), (1.0, 49), (2.0, 48)])
+def test_model_that_changes_is_fed_forward_for_the_period_in_which_it_acts(delay, first):
+    controller = ModelBased(0.0, 0.0, PERIOD, MODEL._replace(friction_lag=0.0), [(0.5, 0.5)], delay=delay)
+    torques = [controller.step(0.2, 0.2, next_reference=0.2) for _ in range(60)]
+    assert np.flatnonzero(np.diff(torques)).tolist() == [first - 1]
+
+
 frictions = st.builds(
     lambda coulomb, excess, viscous, velocity, shape: Stribeck(coulomb, coulomb + excess, viscous, velocity, shape),
     st.floats(0.0, 200.0),

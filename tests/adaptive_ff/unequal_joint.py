@@ -1,6 +1,5 @@
 """A joint whose friction differs by direction, with a load, stepped by the plant's own step."""
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -58,34 +57,38 @@ class UnequalJoint:
         return velocities
 
 
-def delayed_torques(commands: Iterable[float], whole: int, rest: float) -> tuple[float, float]:
-    """Torques of the first part ``rest`` of a period and of what follows it, from commands, the newest last."""
-    queue = [0.0] * (whole + 2) + list(commands)
-    return (queue[-2 - whole], queue[-1 - whole]) if rest else (queue[-1 - whole], queue[-1 - whole])
+def applied(torques, whole, rest):
+    """Torque of the first part of a period, the share ``rest`` of it, and of what follows, from those asked for."""
+    queue = [0.0] * (whole + 2) + torques
+    late = queue[-1 - whole]
+    return (queue[-2 - whole] if rest else late), late
 
 
-def unequal_loop(controller, course, joint=EQUAL, *, delay=0.0, limit=400.0, tell=True):
+def unequal_loop(controller, course, joint=EQUAL, *, delay=0.0, limit=400.0, tell=True, known=None):
     """Run a controller's ``step`` around an unequal joint behind a drive with computation delay, in periods.
 
-    Return the error on the solver's grid, and the torques that acted over each period.
+    ``known`` are further loads, a sample each, told as ``feedforward``; each acts while the torque of its sample does.
+    Return the error on the solver's grid, and the torques that were asked for.
     """
     whole, rest = int(delay), delay - int(delay)
-    plant, realised, commands = UnequalJoint(joint, float(course.reference[0])), None, []
-    velocity, means = [np.array([course.reference[0]])], []
+    plant, realised, asked = UnequalJoint(joint, float(course.reference[0])), None, []
+    loads = np.zeros(course.noise.size) if known is None else known
+    velocity, held = [np.array([course.reference[0]])], []
     for k, (first, last) in enumerate(zip(course.samples[:-1], course.samples[1:], strict=True)):
         torque = controller.step(
             course.reference[first],
             plant.state.velocity + course.noise[k],
             next_reference=course.reference[last],
             realised_torque=realised if tell else None,
+            feedforward=loads[k],
         )
-        commands.append(min(max(torque, -limit), limit))
-        early, late = delayed_torques(commands[-3 - whole :], whole, rest)
+        asked.append(torque)
+        held.append(min(max(torque, -limit), limit))
+        (early, late), (early_load, late_load) = (applied(list(s), whole, rest) for s in (held, loads[: k + 1]))
         waiting = round(rest * (last - first))
-        velocity += [plant.step(early, waiting), plant.step(late, last - first - waiting)]
+        velocity += [plant.step(early - early_load, waiting), plant.step(late - late_load, last - first - waiting)]
         realised = (waiting * early + (last - first - waiting) * late) / (last - first)
-        means.append(realised)
-    return np.concatenate(velocity) - course.reference[: course.samples[-1] + 1], np.array(means)
+    return np.concatenate(velocity) - course.reference[: course.samples[-1] + 1], np.array(asked)
 
 
 def rms(error, seconds):

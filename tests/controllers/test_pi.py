@@ -143,6 +143,56 @@ def test_bad_gain_is_refused_by_name(name, gain):
         check_gains(**gains)
 
 
+@pytest.mark.parametrize("delay", [-0.5, 10.5, math.nan, math.inf])
+def test_bad_delay_is_refused(delay):
+    with pytest.raises(ValueError, match=rf"^delay = {delay} is not allowed: it must be from 0 to 10 sampling periods"):
+        PI(*GAINS, PERIOD, delay=delay)
+
+
+def behind_a_delay(controller, delay, limit=math.inf, samples=200):
+    """Step through a motion behind a drive that holds torques back; return the torques asked for, and the integrals.
+
+    The drive applies the torque of a sample from so many periods later on, for a period; what is told is the mean.
+    """
+    held, realised, torques, integrals = [], None, [], []
+    for k in range(samples):
+        torque = controller.step(math.sin(0.1 * k), math.sin(0.1 * k - 0.2), realised_torque=realised)
+        held.append(min(max(torque, -limit), limit))
+        edges = [max(0.0, min(1.0, age - delay)) for age in range(k + 2)]  # how much of a torque has been applied
+        shares = [edges[age + 1] - edges[age] for age in range(k + 1)]
+        realised = sum(share * held[k - age] for age, share in enumerate(shares))
+        torques.append(torque)
+        integrals.append(controller.state.integral)
+    return np.array(torques), np.array(integrals)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3, 1.0, 1.75, 3.0])
+def test_drive_that_gives_later_what_it_was_asked_for_leaves_the_integral_alone(delay):
+    expected, _ = behind_a_delay(PI(*GAINS, PERIOD), delay=0.0)
+    found, _ = behind_a_delay(PI(*GAINS, PERIOD, delay=delay), delay)
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    mistaken, _ = behind_a_delay(PI(*GAINS, PERIOD, delay=delay + 1.0), delay)
+    assert np.max(np.abs(mistaken - expected)) > 1.0
+
+
+@pytest.mark.parametrize("delay", [0.5, 1.0, 4.0])
+def test_behind_a_delay_back_calculation_settles_where_the_integral_is_the_torque_given(delay):
+    controller = PI(*GAINS, PERIOD, delay=delay)
+    for _ in range(2000):
+        controller.step(0.5, 0.0, realised_torque=50.0)
+    assert controller.state.integral == pytest.approx(50.0, rel=1e-9)
+
+
+def test_state_of_a_delayed_loop_is_restored_from_json_and_compiled_equals_plain():
+    loops = [PI(*GAINS, PERIOD, delay=1.5), PI(*GAINS, PERIOD, delay=1.5).run_uncompiled()]
+    torques = [behind_a_delay(loop, 1.5, limit=30.0)[0] for loop in loops]
+    assert np.array_equal(*torques)
+    assert len(loops[0].state.commands) == 3
+    loops[1].state_from_json(loops[0].state_to_json())
+    assert loops[1].state == loops[0].state
+    assert loops[1].step(0.3, 0.1, realised_torque=4.0) == loops[0].step(0.3, 0.1, realised_torque=4.0)
+
+
 @pytest.mark.parametrize("period", [0.0, -0.01, math.nan, math.inf])
 def test_bad_period_is_refused(period):
     with pytest.raises(ValueError, match=r"^period = .* is not allowed"):
@@ -180,7 +230,7 @@ def test_state_restored_from_json_goes_on_exactly():
 
 
 def altered(**fields):
-    state = {"integral": 1.0, "velocity": 0.1, "command": 2.0, "samples": 3, "rejected": 0}
+    state = {"integral": 1.0, "velocity": 0.1, "commands": [2.0], "samples": 3, "rejected": 0}
     return json.dumps({"controller": "PI", "state": {**state, **fields}})
 
 
@@ -192,13 +242,15 @@ WRONG_TEXTS = {
     "null": "null",
     "no state": '{"controller": "PI"}',
     "other controller": altered().replace('"PI"', '"DisturbanceObserver"'),
-    "state no object": '{"controller": "PI", "state": [1.0, 0.1, 2.0, 3, 0]}',
+    "state no object": '{"controller": "PI", "state": [1.0, 0.1, [2.0], 3, 0]}',
     "missing field": altered().replace('"integral": 1.0, ', ""),
     "unknown field": altered(gain=1.0),
     "not a number": altered(integral=math.nan),
     "infinite": altered(velocity=math.inf),
-    "null field": altered(command=None),
-    "list for a number": altered(command=[1.0]),
+    "null field": altered(commands=None),
+    "list for a number": altered(integral=[1.0]),
+    "number for a list": altered(commands=1.0),
+    "commands of a longer delay": altered(commands=[1.0, 2.0]),
     "word for a number": altered(integral="much"),
     "digits for a number": altered(integral="5"),
     "fractional count": altered(samples=1.5),
@@ -210,7 +262,7 @@ WRONG_TEXTS = {
 def test_unaltered_text_is_accepted():
     controller = PI(*GAINS, PERIOD)
     controller.state_from_json(altered())
-    assert controller.state == (1.0, 0.1, 2.0, 3, 0)
+    assert controller.state == (1.0, 0.1, (2.0,), 3, 0)
 
 
 @pytest.mark.parametrize("text", WRONG_TEXTS.values(), ids=WRONG_TEXTS)
