@@ -91,9 +91,11 @@ def predict(problem: Problem, fitted: Fitted) -> list[Prediction]:
 def torque_error(predictions: Sequence[Prediction]) -> TorqueError | None:
     """Return how well a model does; None where no row slides."""
     torque = np.concatenate([rows.torque[rows.slides] for rows in predictions]) if predictions else np.empty(0)
-    if torque.size == 0 or not np.any(torque):
+    if torque.size == 0:
         return None
     residual = torque - np.concatenate([rows.fitted[rows.slides] for rows in predictions])
-    size = float(np.linalg.norm(residual))
-    relative = size / float(np.linalg.norm(torque))
+    size, whole = float(np.linalg.norm(residual)), float(np.linalg.norm(torque))
+    if whole == 0.0:
+        return None
+    relative = size / whole
     return TorqueError(relative, size / torque.size**0.5, torque.size, torque.size * predictions[0].period)

@@ -15,6 +15,10 @@ FEWEST_SAMPLES = 50
 """Samples below which nothing is tried."""
 
 
+LARGEST = 1e30
+"""Largest value of a series; one over it is the smallest peak."""
+
+
 class Prepared(NamedTuple):
     """A log, ready to be filtered.
 
@@ -60,6 +64,7 @@ def prepare(log: Log, bandwidth: float | None = None) -> Prepared:
     if log.time.size < FEWEST_SAMPLES:
         raise InputError(f"{log.name}: {log.time.size} samples are not enough; there must be at least {FEWEST_SAMPLES}")
     period = median_step(log)
+    _check_sizes(log, period)
     smallest = 4 * REACH
     pieces, skipped = usable_pieces(log, smallest)
     if not pieces:
@@ -109,6 +114,17 @@ def split(pieces: list[Piece], share: float) -> tuple[list[Piece], list[Piece]]:
         first += [Piece(piece.start, middle)] if middle > piece.start else []
         second += [Piece(middle, piece.stop)] if piece.stop > middle else []
     return first, second
+
+
+def _check_sizes(log: Log, period: float) -> None:
+    """Refuse values with which squares would leave the range of numbers."""
+    series = {"sample time": np.array([period]), "torque": log.torque, "motion": log.motion}
+    for name, values in series.items():
+        peak = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+        if peak != 0.0 and not 1.0 / LARGEST <= peak <= LARGEST:
+            raise InputError(
+                f"{log.name}: the {name} reaches {peak:.3g}; it must be from {1.0 / LARGEST:g} to {LARGEST:g}"
+            )
 
 
 def _worst(skipped: list[Skipped]) -> str:
