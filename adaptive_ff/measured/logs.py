@@ -121,12 +121,7 @@ def read_log(
     bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
     content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
     series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
-    size = series["torque"].size
-    for role, values in series.items():
-        if values.size != size:
-            raise InputError(
-                f"{file}: {columns[role]} has {values.size} samples, {torque} has {size}; they must be alike"
-            )
+    size = _common_size(file, series, columns)
     if period is not None:
         series["time"] = period * np.arange(size, dtype=np.float64)
     named = {name: series[f"extra {name}"] for name in extra or {}}
@@ -140,6 +135,16 @@ def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[st
             raise InputError(f"{file}: scale: {name} is no column that is used; these are {used}")
         if not (math.isfinite(factor) and factor != 0.0):
             raise InputError(f"{file}: scale: {name} = {factor:g} is not allowed: it must be finite and not zero")
+
+
+def _common_size(file: Path, series: Mapping[str, Array], columns: Mapping[str, str]) -> int:
+    size = series["torque"].size
+    for role, values in series.items():
+        if values.size != size:
+            raise InputError(
+                f"{file}: {columns[role]} has {values.size} samples, {columns['torque']} has {size}; they must be alike"
+            )
+    return int(size)
 
 
 def _series(file: Path, content: Content, column: str, factor: float) -> Array:
