@@ -13,7 +13,16 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn, make_workspace
+from adaptive_ff.estimator import (
+    EstimatorParameters,
+    EstimatorState,
+    guess_friction,
+    has_learnt,
+    initial_estimator_state,
+    is_young,
+    learn,
+    make_workspace,
+)
 from adaptive_ff.feedforward import (
     FeedforwardState,
     ahead,
@@ -21,7 +30,7 @@ from adaptive_ff.feedforward import (
     initial_feedforward_state,
     step_feedforward,
 )
-from adaptive_ff.gate import sliding_time
+from adaptive_ff.gate import Gate, GateState, initial_gate_state, is_open, step_gate
 from adaptive_ff.identifying import IdentifyingController, check_parameters, check_positive
 from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.physical import LARGEST_LAG, torque_model, write_model
@@ -50,6 +59,9 @@ GATE_SHARE = 0.2
 GATE_HOLD = 3.0
 """Hold of the gate, in time constants of the filters."""
 
+MEMORY, MEMORY_PERIOD = 4.0, 0.01
+"""Default memory, s, at a sampling period, s."""
+
 VISCOUS_SHARE = 0.2
 """Unit of the viscous coefficient, as a share of the proportional gain."""
 
@@ -71,18 +83,18 @@ class AdaptiveParameters(NamedTuple):
         The PI loop.
     estimator : EstimatorParameters
         The estimator.
-    slowest : float
-        Speed of the gate, rad/s.
-    hold : float
-        Hold of the gate, s.
+    gate : Gate
+        Which samples may be learnt from.
+    velocity_lag : float
+        Time by which the measured velocity lags behind the joint's, s.
     period : float
         Nominal period, s.
     """
 
     feedback: PIParameters
     estimator: EstimatorParameters
-    slowest: float
-    hold: float
+    gate: Gate
+    velocity_lag: float
     period: float
 
 
@@ -101,8 +113,10 @@ class AdaptiveState(NamedTuple):
         Filters over the reference and the torque of the model.
     estimator : EstimatorState
         State of the estimator.
-    sliding : float
-        For how long the joint has been sliding, s.
+    gate : GateState
+        State of the gate.
+    lagged_torque : float
+        Torque behind a low-pass with the lag of the measured velocity, N m.
     model_torques, known_torques : tuple of float
         Torque of the model, and torque known from elsewhere, N m, the newest first, as far back as the drive may still
         apply them.
@@ -115,7 +129,8 @@ class AdaptiveState(NamedTuple):
     measured: Signals
     model: Signals
     estimator: EstimatorState
-    sliding: float
+    gate: GateState
+    lagged_torque: float
     model_torques: tuple[float, ...]
     known_torques: tuple[float, ...]
     enabled: bool
@@ -129,7 +144,8 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
         initial_signals(block.estimator.first.size),
         initial_signals(block.estimator.first.size),
         initial_estimator_state(block.estimator),
-        -block.hold,  # the filters start from a guess: hold twice as long
+        initial_gate_state(block.gate),
+        0.0,
         delay_line(block.feedback.delay),
         delay_line(block.feedback.delay),
         True,
@@ -144,10 +160,21 @@ def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueM
 
 
 @register_jitable(forceinline=True)
+def lag_torque(lag: float, lagged: float, torque: float, duration: float) -> tuple[float, float]:
+    """Return the mean over a period of a torque (N m) behind a low-pass with a lag (s), and its value at the end.
+
+    The torque is constant over the period; ``lagged`` is the value at its start.
+    """
+    share = -math.expm1(-duration / lag)
+    gap = lagged - torque
+    return torque + gap * share * lag / duration, torque + gap * (1.0 - share)
+
+
+@register_jitable(forceinline=True)
 def learn_bumpless(
-    block: AdaptiveParameters, state: AdaptiveState, measured: Signals, model: Signals, inputs: Inputs
+    block: AdaptiveParameters, state: AdaptiveState, measured: Signals, model: Signals, inputs: Inputs, learns: bool
 ) -> tuple[float, FeedforwardState, PIState]:
-    """Learn, and hand over from the integral to the feedforward what the new estimate adds to the latter.
+    """Learn, or guess before there is anything to learn, and hand over to the feedforward what that adds to it.
 
     The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
     """
@@ -155,7 +182,10 @@ def learn_bumpless(
     start, _ = ahead(state.feedforward, reference, following, delay)
     old = identified_model(block, state)
     before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay)
-    learn(block.estimator, state.estimator, measured, model, inputs.dt)
+    if learns:
+        learn(block.estimator, state.estimator, measured, model, inputs.dt)
+    else:
+        guess_friction(block.estimator, state.estimator, measured, model)
     new = identified_model(block, state)
     feedforward = exchange_model(state.feedforward, old, new, start)
     after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay)
@@ -178,12 +208,17 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     if state.feedback.samples == 0:
         measured = settle_signals(form, measured, velocity)
         model = settle_signals(form, model, inputs.reference)
-    measured = advance_signals(form, measured, realised - delayed(state.known_torques, delay), velocity, inputs.dt)
+    acting = realised - delayed(state.known_torques, delay)
+    lagged_torque = state.lagged_torque
+    if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
+        acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
+    measured = advance_signals(form, measured, acting, velocity, inputs.dt)
     model = advance_signals(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
-    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
-    feedback = state.feedback
-    if state.enabled and sliding > block.hold:
-        torque, feedforward, feedback = learn_bumpless(block, state, measured, model, inputs)
+    young = is_young(state.estimator)
+    gate = step_gate(block.gate, state.gate, velocity, inputs.reference, valid, young, inputs.dt)
+    feedback, learns = state.feedback, is_open(block.gate, gate)
+    if state.enabled and (learns or (valid and not has_learnt(state.estimator))):
+        torque, feedforward, feedback = learn_bumpless(block, state, measured, model, inputs, learns)
     else:
         torque, feedforward = step_feedforward(
             identified_model(block, state),
@@ -200,7 +235,8 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         measured,
         model,
         state.estimator,
-        sliding,
+        gate,
+        lagged_torque,
         remember(state.model_torques, torque),
         remember(state.known_torques, inputs.feedforward),
         state.enabled,
@@ -215,6 +251,14 @@ def write_adaptive(block: AdaptiveParameters, state: AdaptiveState, row: NDArray
 
 STEPS[AdaptiveParameters] = step_adaptive
 ESTIMATES[AdaptiveParameters] = write_adaptive
+
+
+def default_memory(period: float) -> float:
+    """Return the memory (s of sliding motion) that suits a sampling period (s).
+
+    The more samples a second average the noise, the shorter it may be.
+    """
+    return MEMORY * math.sqrt(period / MEMORY_PERIOD)
 
 
 class AdaptiveController(IdentifyingController):
@@ -236,7 +280,8 @@ class AdaptiveController(IdentifyingController):
     stribeck_shape : float, optional
         Stribeck shape factor, pre-estimated.
     memory : float, optional
-        Memory of the estimator, s of sliding motion: an equation counts ``exp(-age/memory)``.
+        Memory of the estimator, s of sliding motion: an equation counts ``exp(-age/memory)``. By default what
+        :func:`default_memory` says for the period.
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
@@ -245,6 +290,9 @@ class AdaptiveController(IdentifyingController):
     delay : float, optional
         Computation delay of the drive, sampling periods. What ``step`` is told as ``feedforward`` is, as the torque
         that it returns, of the period in which the drive will apply it.
+    velocity_lag : float, optional
+        Time by which the measured velocity lags behind the joint's, s, such as half a period of a difference of
+        positions plus the time constant of a low-pass behind it.
 
     Raises
     ------
@@ -273,12 +321,15 @@ class AdaptiveController(IdentifyingController):
         inertia: float,
         stribeck_velocity: float,
         stribeck_shape: float = 1.0,
-        memory: float = 5.0,
+        memory: float | None = None,
         filter_pole: float | None = None,
         parameters: Sequence[str] = ESTIMATED,
         delay: float = 0.0,
+        velocity_lag: float = 0.0,
     ) -> None:
         feedback = check_gains(proportional, integral, delay)
+        check_positive(period=period)
+        memory = default_memory(period) if memory is None else memory
         self.estimate_names = check_parameters(parameters)
         check_positive(
             proportional=proportional,
@@ -289,6 +340,8 @@ class AdaptiveController(IdentifyingController):
         )
         pole = proportional / inertia if filter_pole is None else filter_pole
         check_positive(filter_pole=pole)
+        if not 0.0 <= velocity_lag < math.inf:
+            raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
         torque_scale = proportional * stribeck_velocity
         response = inertia / proportional
         slope = VISCOUS_SHARE * proportional
@@ -304,6 +357,10 @@ class AdaptiveController(IdentifyingController):
             make_workspace(inertia, LARGEST_LAG * response, size),
         )
         block = AdaptiveParameters(
-            feedback, estimator, GATE_SHARE * float(stribeck_velocity), GATE_HOLD / float(pole), float(period)
+            feedback,
+            estimator,
+            Gate(GATE_SHARE * float(stribeck_velocity), GATE_HOLD / float(pole), float(period)),
+            float(velocity_lag),
+            float(period),
         )
         super().__init__(block, period, initial_adaptive_state)

@@ -25,9 +25,9 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, confine, limit_friction, possible_ranges
+from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, STICTION, confine, limit_friction, possible_ranges
 from adaptive_ff.resetting import move_parameter, update_resetting
-from adaptive_ff.torque_form import VELOCITY, Signals, TorqueForm, write_regressors
+from adaptive_ff.torque_form import TORQUE, VELOCITY, Signals, TorqueForm, write_regressors
 
 FLOOR = 0.2
 """Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
@@ -40,6 +40,15 @@ LARGEST_FLOOR = 1e-3
 
 PRIOR = 6e-4
 """Information at the start, in the same units."""
+
+LAG_PRIOR = 20.0
+"""The same of the friction lag, times that of the others: it is believed until reversals show it."""
+
+YOUTH = 10.0
+"""Time learnt from until which the estimator is young, s: see ``gate``."""
+
+GUESS = 0.9
+"""Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
 
 AGREEMENT = (0.7, 1.4)
 """Range of ``E z x / E z^2`` in which the gradient ``z`` of the model may stand for the measured one ``x``."""
@@ -114,8 +123,9 @@ class EstimatorState(NamedTuple):
         Information matrix of the scaled parameters.
     agreement : ndarray, shape (n, 2)
         Fading means of ``z^2`` and ``z x`` of each scaled gradient.
-    levels : ndarray, shape (3,)
-        Mean squared scaled prediction error; largest filtered torque (N m) and reference speed (rad/s) so far.
+    levels : ndarray, shape (4,)
+        Mean squared scaled prediction error; largest filtered torque (N m) and reference speed (rad/s) so far; for how
+        long there has been something to learn from, s.
     """
 
     estimate: NDArray[np.float64]
@@ -127,7 +137,21 @@ class EstimatorState(NamedTuple):
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     """Return the state of an estimator that has seen nothing."""
     size = estimator.first.size
-    return EstimatorState(estimator.first.copy(), PRIOR * np.eye(size), np.zeros((size, 2)), np.zeros(3))
+    information = PRIOR * np.eye(size)
+    information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
+    return EstimatorState(estimator.first.copy(), information, np.zeros((size, 2)), np.zeros(4))
+
+
+@register_jitable(forceinline=True)
+def has_learnt(state: EstimatorState) -> bool:
+    """Tell whether the estimator has learnt from any sample."""
+    return state.levels[3] > 0.0  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
+def is_young(state: EstimatorState) -> bool:
+    """Tell whether the estimator has learnt from little so far."""
+    return state.levels[3] < YOUTH  # type: ignore[no-any-return]
 
 
 @register_jitable(forceinline=True)
@@ -183,6 +207,26 @@ def gradients_agree(
 
 
 @register_jitable(forceinline=True)
+def guess_friction(estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals) -> None:
+    """Guess Coulomb friction and stiction from the largest friction torque so far, before there is anything to learn.
+
+    Whether the joint sticks or slides, the torque that does not accelerate it is friction; at rest it is less than the
+    stiction. So the guess is on the safe side, and better than none at the first reversals.
+    """
+    estimate, levels = state.estimate, state.levels
+    levels[2] = max(levels[2], abs(model.filters[VELOCITY, 0]))
+    if not abs(measured.filters[VELOCITY, 0]) < SPEED_FACTOR * levels[2]:
+        return
+    torque = measured.filters[TORQUE, 0]
+    levels[1] = max(levels[1], abs(torque))
+    friction = torque - estimate[INERTIA] * measured.filters[VELOCITY, 1]
+    guess = min(GUESS * math.copysign(friction, friction * model.velocity), PEAK_FACTOR * levels[1])
+    if guess > estimate[COULOMB]:
+        estimate[COULOMB] = guess
+        estimate[STICTION] = guess
+
+
+@register_jitable(forceinline=True)
 def learn(
     estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, duration: float
 ) -> None:
@@ -213,6 +257,7 @@ def learn(
     if not abs(measured.filters[VELOCITY, 0]) < SPEED_FACTOR * levels[2]:
         return
     levels[1] = max(levels[1], abs(torque))
+    levels[3] += duration
     peak = PEAK_FACTOR * levels[1]
     largest = peak / estimator.torque_scale
     keep = math.exp(-duration / estimator.memory)

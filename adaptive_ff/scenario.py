@@ -160,6 +160,11 @@ class Scenario(BaseModel):
         return direct_velocity(period) if resolution is None else self.velocity.estimator(resolution, period)
 
     @property
+    def velocity_lag(self) -> float:
+        """Time by which the velocity that the controllers see lags behind the joint's, s."""
+        return 0.0 if self.sensor.encoder_resolution is None else self.velocity.lag(self.sampling.period)
+
+    @property
     def velocity_noise(self) -> float:
         """Noise of the velocity that the controllers see, rad/s (standard deviation)."""
         resolution = self.sensor.encoder_resolution

@@ -76,6 +76,12 @@ class VelocityEstimate(BaseModel):
             return low_pass_velocity(self.cutoff, period)
         return kalman_velocity(resolution / math.sqrt(12.0), self.acceleration_walk, period)
 
+    def lag(self, period: float) -> float:
+        """Return by how much the velocity lags behind the joint's, s; that of the Kalman filter is taken as none."""
+        if self.method == "kalman":
+            return 0.0
+        return 0.5 * period + (1.0 / (2.0 * math.pi * self.cutoff) if self.method == "low_pass" else 0.0)
+
     def noise(self, resolution: float, period: float) -> float:
         """Return the noise that an encoder's resolution (rad) leaves in the velocity, rad/s (standard deviation).
 
@@ -143,7 +149,7 @@ class Adaptation(BaseModel):
     stribeck_velocity, stribeck_shape : float
         Pre-estimated ``Vs`` (rad/s) and ``delta``.
     memory : float, optional
-        Memory, s of sliding motion.
+        Memory, s of sliding motion; by default what suits each controller.
     identify : "symmetric", "offset" or "directions", optional
         What ``adaptive`` identifies: the paper's five parameters; an offset beside them; friction by direction, too.
     """
@@ -151,7 +157,7 @@ class Adaptation(BaseModel):
     model_config = STRICT
     stribeck_velocity: Positive
     stribeck_shape: Positive = 1.0
-    memory: Positive = 5.0
+    memory: Positive | None = None
     identify: Literal["symmetric", "offset", "directions"] = "symmetric"
 
     @property

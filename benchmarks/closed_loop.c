@@ -4,7 +4,8 @@
  * failed measurements, an unknown next reference, switching the adaptation off. Numbers of equations as in Python.
  *
  * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, INERTIA_RANGE, FLOOR,
- * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LEAST_AGREEMENT, MOST_AGREEMENT, PEAK_FACTOR, SPEED_FACTOR.
+ * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LAG_PRIOR, YOUTH, GUESS, LEAST_AGREEMENT, MOST_AGREEMENT, PEAK_FACTOR,
+ * SPEED_FACTOR, PATIENCE.
  */
 
 #include <math.h>
@@ -23,7 +24,7 @@ struct run {
     struct friction friction;
     double inertia, friction_lag, start_velocity, start_friction, solver_period, torque_limit;
     double proportional, integral;
-    double pole, stribeck_velocity, stribeck_shape, torque_scale, largest_lag, memory, slowest, hold, period;
+    double pole, stribeck_velocity, stribeck_shape, torque_scale, largest_lag, memory, slowest, hold, margin, period;
     int64_t adaptive, count, phases;
     const double *first, *scale;                               /* first estimate and unit of each parameter */
     const int64_t *starts;                                     /* first solver step of each phase of friction */
@@ -49,12 +50,14 @@ struct estimator {
     double information[PARAMETERS][PARAMETERS];
     double agreement[PARAMETERS][2]; /* fading means of z^2 and z x */
     double error, torque, speed;     /* mean squared prediction error; largest filtered torque and reference speed */
+    double learnt;                   /* for how long there has been something to learn from */
 };
 
 struct adaptive {
     struct signals measured, model;
     struct estimator estimator;
-    double sliding, model_torque, friction; /* friction: of the feedforward */
+    double sliding, slow, allowed;  /* gate */
+    double model_torque, friction;  /* friction: of the feedforward */
 };
 
 static double decay_of_stiction(double speed, double stribeck_velocity, double shape) {
@@ -312,6 +315,19 @@ static void correct(const struct run *run, double estimate[PARAMETERS], double c
         estimate[i] = least(most(estimate[i] + correction[i] * run->scale[i], low[i]), high[i]);
 }
 
+/* Guess friction from the largest friction torque so far, before there is anything to learn. */
+static void guess_friction(struct estimator *e, const struct signals *measured, const struct signals *model) {
+    e->speed = most(e->speed, fabs(model->filters[VELOCITY][0]));
+    if (!(fabs(measured->filters[VELOCITY][0]) < SPEED_FACTOR * e->speed))
+        return;
+    double torque = measured->filters[TORQUE][0];
+    e->torque = most(e->torque, fabs(torque));
+    double friction = torque - e->estimate[INERTIA] * measured->filters[VELOCITY][1];
+    double guess = least(GUESS * copysign(friction, friction * model->velocity), PEAK_FACTOR * e->torque);
+    if (guess > e->estimate[COULOMB])
+        e->estimate[COULOMB] = e->estimate[STICTION] = guess;
+}
+
 /* Take one sample of sliding motion into account. */
 static void learn(const struct run *run, struct estimator *e, const struct signals *measured,
                   const struct signals *model, double duration) {
@@ -325,6 +341,7 @@ static void learn(const struct run *run, struct estimator *e, const struct signa
     if (!(fabs(measured->filters[VELOCITY][0]) < SPEED_FACTOR * e->speed))
         return;
     e->torque = most(e->torque, fabs(torque));
+    e->learnt += duration;
     double friction = PEAK_FACTOR * e->torque, largest = friction / run->torque_scale, inertia = run->first[INERTIA];
     double keep = exp(-duration / run->memory);
     double floor = least(FLOOR * e->error + SMALLEST_FLOOR, LARGEST_FLOOR);
@@ -380,6 +397,22 @@ static void write_model(const struct estimator *e, double model[PARAMETERS]) {
     model[STICTION] = most(model[STICTION], model[COULOMB]);
 }
 
+/* Sliding gate; while the estimator is young, reversals passed as fast as the reference do not close it. */
+static void step_gate(const struct run *run, struct adaptive *a, double velocity, double reference, double dt) {
+    int turning = fabs(reference) < run->slowest, young = a->estimator.learnt < YOUTH;
+    if (turning)
+        a->allowed += dt;
+    if (fabs(velocity) >= run->slowest && velocity * reference > 0.0) {
+        int passed = a->slow == 0.0 || (young && a->slow <= PATIENCE * a->allowed + run->margin);
+        a->sliding = passed ? a->sliding + dt : dt;
+        a->slow = 0.0;
+        if (!turning)
+            a->allowed = 0.0;
+    } else {
+        a->slow += dt;
+    }
+}
+
 /* Learn from the period that ends and return the feedforward of the one that begins. */
 static double step_adaptive(const struct run *run, struct adaptive *a, struct pi *pi, double reference,
                             double velocity, double next_reference, double realised, double dt, double *model) {
@@ -390,12 +423,16 @@ static double step_adaptive(const struct run *run, struct adaptive *a, struct pi
     }
     advance_signals(run, &a->measured, realised, velocity, dt);
     advance_signals(run, &a->model, a->model_torque, reference, dt);
-    a->sliding = fabs(velocity) >= run->slowest && velocity * reference > 0.0 ? a->sliding + dt : 0.0;
+    step_gate(run, a, velocity, reference, dt);
+    int learns = a->slow == 0.0 && a->sliding > run->hold;
     write_model(&a->estimator, model);
-    if (a->sliding > run->hold) { /* what the new estimate adds to the feedforward is taken out of the integral */
+    if (learns || !(a->estimator.learnt > 0.0)) { /* what the new estimate adds to the feedforward is taken out of the integral */
         double friction = a->friction, speed = fabs(reference), old = model_friction(run, model, speed);
         double before = step_feedforward(run, model, &friction, reference, next_reference);
-        learn(run, &a->estimator, &a->measured, &a->model, dt);
+        if (learns)
+            learn(run, &a->estimator, &a->measured, &a->model, dt);
+        else
+            guess_friction(&a->estimator, &a->measured, &a->model);
         write_model(&a->estimator, model);
         if (reference != 0.0)
             a->friction += copysign(1.0, reference) * (model_friction(run, model, speed) - old);
@@ -412,7 +449,7 @@ static void start_adaptive(const struct run *run, struct adaptive *a) {
     memset(a, 0, sizeof *a);
     memcpy(a->estimator.estimate, run->first, sizeof a->estimator.estimate);
     for (int i = 0; i < PARAMETERS; i++)
-        a->estimator.information[i][i] = PRIOR;
+        a->estimator.information[i][i] = i == FRICTION_LAG ? PRIOR * LAG_PRIOR : PRIOR;
     a->sliding = -run->hold;
 }
 

@@ -76,14 +76,18 @@ def ratios_table(values_by_name: dict[str, np.ndarray], label: str) -> Table:
 
 def main(
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds.")] = 20,
-    memory: Annotated[float, typer.Option(min=0.1, help="Memory of both identifying controllers, s.")] = 5.0,
+    memory: Annotated[
+        float | None, typer.Option(min=0.1, help="Memory of both identifying controllers, s; by default their own.")
+    ] = None,
     json: Annotated[Path | None, typer.Option(help="Write all errors there, rad/s.")] = None,
 ) -> None:
     """Print the errors of all controllers of the main job and how they stand to their targets."""
     console = Console()
     result: dict[str, Any] = {}
     for label, period in RATES.items():
-        scenario = load_scenario().modified(sampling={"period": period}, adaptation={"memory": memory})
+        scenario = load_scenario().modified(sampling={"period": period})
+        if memory is not None:
+            scenario = scenario.modified(adaptation={"memory": memory})
         settled, start = run_seeds(scenario, seeds, label)
         console.print(errors_table(settled, label, seeds))
         console.print(ratios_table(ratios(settled, start), label))

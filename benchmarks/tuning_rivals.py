@@ -46,7 +46,6 @@ def canudas(controller: Any, dead_zone: float, share: float) -> Maker:
             inertia=scenario.feedback.inertia,
             dead_zone=dead_zone * scenario.adaptation.stribeck_velocity,
             share=share,
-            memory=scenario.adaptation.memory,
         )
 
     return make

@@ -1,6 +1,8 @@
 """Identification of a joint from a log: the steps from the samples to the result."""
 
 import math
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -92,35 +94,53 @@ def identify_log(
     else:
         other = prepare(validation, prepared.bandwidth)
         held, name = _problem(other._replace(rest=prepared.rest), other.pieces, torque_delay), validation.name
-    rows, unseen = predict(problem, selection.chosen), predict(held, selection.chosen)
+    used = Used(sum(piece.size for piece in [*fitting, *holding]), sorted([*prepared.skipped, *short]))
+    found = _assemble(prepared, used, problem, selection, held, confidence)
+    found = replace(found, units=LINEAR if linear else ROTARY, validated_on=name)
+    check_plausible(found)
+    return found
+
+
+class Used(NamedTuple):
+    """Number of samples that were used, and what was not."""
+
+    samples: int
+    skipped: list[Skipped]
+
+
+def _assemble(
+    prepared: Prepared, used: Used, problem: Problem, selection: Selection, held: Problem, confidence: float
+) -> LogIdentification:
+    """Return the result of a fit; its units and the name of the validation are the caller's."""
+    chosen, log = selection.chosen, prepared.log
+    rows, unseen = predict(problem, chosen), predict(held, chosen)
     fit = torque_error(rows)
-    assert fit is not None  # there are rows that slide
+    if fit is None:
+        raise InputError(f"{log.name}: there is no torque while the joint slides; it must be that of the drive")
     longest = max(prepared.pieces, key=lambda piece: piece.size)
     lags = np.linspace(-problem.longest_lag, problem.longest_lag, LAG_POINTS)
-    found = LogIdentification(
+    return LogIdentification(
         name=log.name,
-        units=LINEAR if linear else ROTARY,
+        units=ROTARY,
         parameters=reported(selection),
         selection=selection,
         confidence=confidence,
         bandwidth=prepared.bandwidth,
         period=prepared.period,
         samples=log.time.size,
-        used=sum(piece.size for piece in [*fitting, *holding]),
-        skipped=sorted([*prepared.skipped, *short]),
+        used=used.samples,
+        skipped=used.skipped,
         fit=fit,
         validation=torque_error(unseen),
-        validated_on=name,
-        curve=friction_curve(rows, selection.chosen.values["coulomb"], prepared.bandwidth, confidence),
-        rest_torque=rest_torque(problem, selection.chosen.values.get("offset", 0.0)),
+        validated_on="",
+        curve=friction_curve(rows, chosen.values["coulomb"], prepared.bandwidth, confidence),
+        rest_torque=rest_torque(problem, chosen.values.get("offset", 0.0)),
         lags=lags,
-        lag_errors=lag_profile(problem, selection.chosen, lags),
+        lag_errors=lag_profile(problem, chosen, lags),
         rows=rows,
         held_out=unseen,
         reference=reference_of(log, longest, prepared.bandwidth, prepared.period),
     )
-    check_plausible(found)
-    return found
 
 
 def rest_torque(problem: Problem, offset: float) -> float | None:

@@ -114,28 +114,37 @@ def read_log(
     if period is not None and not (math.isfinite(period) and period > 0.0):
         raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
     chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity}
-    columns = {**{role: column for role, column in chosen.items() if column is not None}}
+    columns = {role: column for role, column in chosen.items() if column is not None}
     columns.update({f"extra {name}": column for name, column in (extra or {}).items()})
     factors = dict(scale or {})
+    _check_factors(file, factors, columns)
+    bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
+    content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
+    series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
+    size = _common_size(file, series, columns)
+    if period is not None:
+        series["time"] = period * np.arange(size, dtype=np.float64)
+    named = {name: series[f"extra {name}"] for name in extra or {}}
+    return Log(str(file), series["time"], series["torque"], series.get("position"), series.get("velocity"), named)
+
+
+def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[str, str]) -> None:
     for name, factor in factors.items():
         if name not in columns.values():
             used = ", ".join(dict.fromkeys(columns.values()))
             raise InputError(f"{file}: scale: {name} is no column that is used; these are {used}")
         if not (math.isfinite(factor) and factor != 0.0):
             raise InputError(f"{file}: scale: {name} = {factor:g} is not allowed: it must be finite and not zero")
-    bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
-    content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
-    series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
+
+
+def _common_size(file: Path, series: Mapping[str, Array], columns: Mapping[str, str]) -> int:
     size = series["torque"].size
     for role, values in series.items():
         if values.size != size:
             raise InputError(
-                f"{file}: {columns[role]} has {values.size} samples, {torque} has {size}; they must be alike"
+                f"{file}: {columns[role]} has {values.size} samples, {columns['torque']} has {size}; they must be alike"
             )
-    if period is not None:
-        series["time"] = period * np.arange(size, dtype=np.float64)
-    named = {name: series[f"extra {name}"] for name in extra or {}}
-    return Log(str(file), series["time"], series["torque"], series.get("position"), series.get("velocity"), named)
+    return int(size)
 
 
 def _series(file: Path, content: Content, column: str, factor: float) -> Array:

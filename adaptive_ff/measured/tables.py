@@ -18,12 +18,8 @@ def parameters_table(found: LogIdentification) -> Table:
     table.add_column("to", justify="right")
     table.add_column("", no_wrap=True)
     for name, (estimate, told, used) in found.parameters.items():
-        remark = "" if told and used else "not in the model" if told else "not told"
-        ends = _shown(estimate.lower), _shown(estimate.upper)
+        remark = "" if told and used else "not used" if told else "not told"
+        ends = (f"{end:.3g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
         style = None if told else "dim"
-        table.add_row(f"{name}, {found.units[name]}", _shown(estimate.value), *ends, remark, style=style)
+        table.add_row(f"{name}, {found.units[name]}", f"{estimate.value:.4g}", *ends, remark, style=style)
     return table
-
-
-def _shown(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else "∞"

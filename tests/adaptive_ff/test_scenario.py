@@ -36,7 +36,7 @@ DESIGNED = {
         "fade_in": 2.0,
     },
     "feedback": {"inertia": 20.0, "bandwidth": 10.0},
-    "adaptation": {"stribeck_velocity": 0.05, "stribeck_shape": 1.0, "memory": 5.0},
+    "adaptation": {"stribeck_velocity": 0.05, "stribeck_shape": 1.0},
     "fixed": {"inertia": 20.0, "coulomb": 60.0, "viscous": 80.0},
 }
 
@@ -76,7 +76,7 @@ def test_what_may_be_left_out_has_the_stated_value(tmp_path):
     assert scenario.actuator.torque_limit is None
     assert scenario.actuator.parameters.torque_limit == math.inf
     assert scenario.reference == Multisine(**DESIGNED["reference"])
-    assert (scenario.adaptation.stribeck_shape, scenario.adaptation.memory) == (1.0, 5.0)
+    assert (scenario.adaptation.stribeck_shape, scenario.adaptation.memory) == (1.0, None)
     assert scenario.fixed.model == TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
     assert scenario.change == []
 
