@@ -19,7 +19,6 @@ from adaptive_ff.estimator import (
     guess_friction,
     has_learnt,
     initial_estimator_state,
-    is_young,
     learn,
     make_workspace,
 )
@@ -30,7 +29,7 @@ from adaptive_ff.feedforward import (
     initial_feedforward_state,
     step_feedforward,
 )
-from adaptive_ff.gate import Gate, GateState, initial_gate_state, is_open, step_gate
+from adaptive_ff.gate import sliding_time
 from adaptive_ff.identifying import IdentifyingController, check_parameters, check_positive
 from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.physical import LARGEST_LAG, torque_model, write_model
@@ -59,8 +58,8 @@ GATE_SHARE = 0.2
 GATE_HOLD = 3.0
 """Hold of the gate, in time constants of the filters."""
 
-MEMORY, MEMORY_PERIOD = 4.0, 0.01
-"""Default memory, s, at a sampling period, s."""
+MEMORY = 320.0
+"""Default memory, in geometric means of the sampling period and the time constant of the filters."""
 
 VISCOUS_SHARE = 0.2
 """Unit of the viscous coefficient, as a share of the proportional gain."""
@@ -83,8 +82,10 @@ class AdaptiveParameters(NamedTuple):
         The PI loop.
     estimator : EstimatorParameters
         The estimator.
-    gate : Gate
-        Which samples may be learnt from.
+    slowest : float
+        Speed of the gate, rad/s.
+    hold : float
+        Hold of the gate, s.
     velocity_lag : float
         Time by which the measured velocity lags behind the joint's, s.
     period : float
@@ -93,7 +94,8 @@ class AdaptiveParameters(NamedTuple):
 
     feedback: PIParameters
     estimator: EstimatorParameters
-    gate: Gate
+    slowest: float
+    hold: float
     velocity_lag: float
     period: float
 
@@ -113,8 +115,8 @@ class AdaptiveState(NamedTuple):
         Filters over the reference and the torque of the model.
     estimator : EstimatorState
         State of the estimator.
-    gate : GateState
-        State of the gate.
+    sliding : float
+        For how long the joint has been sliding, s.
     lagged_torque : float
         Torque behind a low-pass with the lag of the measured velocity, N m.
     model_torques, known_torques : tuple of float
@@ -129,7 +131,7 @@ class AdaptiveState(NamedTuple):
     measured: Signals
     model: Signals
     estimator: EstimatorState
-    gate: GateState
+    sliding: float
     lagged_torque: float
     model_torques: tuple[float, ...]
     known_torques: tuple[float, ...]
@@ -144,7 +146,7 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
         initial_signals(block.estimator.first.size),
         initial_signals(block.estimator.first.size),
         initial_estimator_state(block.estimator),
-        initial_gate_state(block.gate),
+        -block.hold,  # the filters start from a guess: hold twice as long
         0.0,
         delay_line(block.feedback.delay),
         delay_line(block.feedback.delay),
@@ -214,9 +216,8 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
     measured = advance_signals(form, measured, acting, velocity, inputs.dt)
     model = advance_signals(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
-    young = is_young(state.estimator)
-    gate = step_gate(block.gate, state.gate, velocity, inputs.reference, valid, young, inputs.dt)
-    feedback, learns = state.feedback, is_open(block.gate, gate)
+    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
+    feedback, learns = state.feedback, sliding > block.hold
     if state.enabled and (learns or (valid and not has_learnt(state.estimator))):
         torque, feedforward, feedback = learn_bumpless(block, state, measured, model, inputs, learns)
     else:
@@ -235,7 +236,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         measured,
         model,
         state.estimator,
-        gate,
+        sliding,
         lagged_torque,
         remember(state.model_torques, torque),
         remember(state.known_torques, inputs.feedforward),
@@ -253,12 +254,13 @@ STEPS[AdaptiveParameters] = step_adaptive
 ESTIMATES[AdaptiveParameters] = write_adaptive
 
 
-def default_memory(period: float) -> float:
-    """Return the memory (s of sliding motion) that suits a sampling period (s).
+def default_memory(period: float, pole: float) -> float:
+    """Return the memory (s of sliding motion) that suits a sampling period (s) and a pole of the filters (rad/s).
 
-    The more samples a second average the noise, the shorter it may be.
+    The more samples there are in a second and the faster the filters, the more equations average the noise. The factor
+    suited loops of 5 and 10 Hz at 1 kHz, 100 Hz and 22 ms (seeds from 101 on).
     """
-    return MEMORY * math.sqrt(period / MEMORY_PERIOD)
+    return MEMORY * math.sqrt(period / pole)
 
 
 class AdaptiveController(IdentifyingController):
@@ -281,7 +283,7 @@ class AdaptiveController(IdentifyingController):
         Stribeck shape factor, pre-estimated.
     memory : float, optional
         Memory of the estimator, s of sliding motion: an equation counts ``exp(-age/memory)``. By default what
-        :func:`default_memory` says for the period.
+        :func:`default_memory` says.
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
@@ -328,18 +330,18 @@ class AdaptiveController(IdentifyingController):
         velocity_lag: float = 0.0,
     ) -> None:
         feedback = check_gains(proportional, integral, delay)
-        check_positive(period=period)
-        memory = default_memory(period) if memory is None else memory
         self.estimate_names = check_parameters(parameters)
         check_positive(
             proportional=proportional,
             inertia=inertia,
             stribeck_velocity=stribeck_velocity,
             stribeck_shape=stribeck_shape,
-            memory=memory,
+            period=period,
         )
         pole = proportional / inertia if filter_pole is None else filter_pole
         check_positive(filter_pole=pole)
+        memory = default_memory(period, pole) if memory is None else memory
+        check_positive(memory=memory)
         if not 0.0 <= velocity_lag < math.inf:
             raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
         torque_scale = proportional * stribeck_velocity
@@ -359,7 +361,8 @@ class AdaptiveController(IdentifyingController):
         block = AdaptiveParameters(
             feedback,
             estimator,
-            Gate(GATE_SHARE * float(stribeck_velocity), GATE_HOLD / float(pole), float(period)),
+            GATE_SHARE * float(stribeck_velocity),
+            GATE_HOLD / float(pole),
             float(velocity_lag),
             float(period),
         )

@@ -40,7 +40,7 @@ def _torque_form_rows(
     for k in range(1, time.size):
         duration = time[k] - time[k - 1]
         signals = advance_signals(form, signals, torque[k], velocity[k], duration)
-        sliding = sliding_time(sliding, velocity[k], gate[0], duration)
+        sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], duration)
         outputs[k] = write_regressors(form, signals, rows[k])
         used[k] = sliding > gate[1]
 

@@ -44,14 +44,17 @@ PRIOR = 6e-4
 LAG_PRIOR = 20.0
 """The same of the friction lag, times that of the others: it is believed until reversals show it."""
 
-YOUTH = 10.0
-"""Time learnt from until which the estimator is young, s: see ``gate``."""
-
 GUESS = 0.9
 """Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
 
 AGREEMENT = (0.7, 1.4)
 """Range of ``E z x / E z^2`` in which the gradient ``z`` of the model may stand for the measured one ``x``."""
+
+EXCITED = 1e-3
+"""Mean of ``z^2``, times the floor of the information, below which a gradient of the model tells nothing.
+
+What is left of it then is the model's own change, which follows the noise: over an hour it would move the parameter.
+"""
 
 PEAK_FACTOR = 2.0
 """Friction, and an error of its prediction, is believed to be at most this many times the largest torque seen."""
@@ -149,12 +152,6 @@ def has_learnt(state: EstimatorState) -> bool:
 
 
 @register_jitable(forceinline=True)
-def is_young(state: EstimatorState) -> bool:
-    """Tell whether the estimator has learnt from little so far."""
-    return state.levels[3] < YOUTH  # type: ignore[no-any-return]
-
-
-@register_jitable(forceinline=True)
 def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
     """Return the filtered torque (N m) that an estimate predicts from a row of regressors."""
     lag = estimate[FRICTION_LAG]
@@ -192,6 +189,8 @@ def gradients_agree(
 ) -> bool:
     """Update the fading means and tell whether the model's gradient resembles the measured one in every parameter.
 
+    Where the model's tells nothing of a parameter, it is set to zero.
+
     Means that differ by less than ``unexcited`` count as alike: without excitation both are small, and noise in the
     measured one must not pass for a signal that the model lacks.
     """
@@ -203,6 +202,8 @@ def gradients_agree(
         high = AGREEMENT[1] * agreement[i, 0] + unexcited
         if agreement[i, 1] < low or agreement[i, 1] > high:
             alike = False
+        if agreement[i, 0] < EXCITED * unexcited:
+            model[i] = 0.0
     return alike
 
 

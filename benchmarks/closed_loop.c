@@ -4,8 +4,8 @@
  * failed measurements, an unknown next reference, switching the adaptation off. Numbers of equations as in Python.
  *
  * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, INERTIA_RANGE, FLOOR,
- * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LAG_PRIOR, YOUTH, GUESS, LEAST_AGREEMENT, MOST_AGREEMENT, PEAK_FACTOR,
- * SPEED_FACTOR, PATIENCE.
+ * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LAG_PRIOR, GUESS, LEAST_AGREEMENT, MOST_AGREEMENT, EXCITED,
+ * PEAK_FACTOR, SPEED_FACTOR.
  */
 
 #include <math.h>
@@ -24,7 +24,7 @@ struct run {
     struct friction friction;
     double inertia, friction_lag, start_velocity, start_friction, solver_period, torque_limit;
     double proportional, integral;
-    double pole, stribeck_velocity, stribeck_shape, torque_scale, largest_lag, memory, slowest, hold, margin, period;
+    double pole, stribeck_velocity, stribeck_shape, torque_scale, largest_lag, memory, slowest, hold, period;
     int64_t adaptive, count, phases;
     const double *first, *scale;                               /* first estimate and unit of each parameter */
     const int64_t *starts;                                     /* first solver step of each phase of friction */
@@ -56,8 +56,7 @@ struct estimator {
 struct adaptive {
     struct signals measured, model;
     struct estimator estimator;
-    double sliding, slow, allowed;  /* gate */
-    double model_torque, friction;  /* friction: of the feedforward */
+    double sliding, model_torque, friction; /* friction: of the feedforward */
 };
 
 static double decay_of_stiction(double speed, double stribeck_velocity, double shape) {
@@ -288,7 +287,7 @@ static void write_gradient(const struct run *run, const double estimate[PARAMETE
         gradient[i] *= run->scale[i] / run->torque_scale;
 }
 
-static int gradients_agree(double agreement[PARAMETERS][2], const double model[PARAMETERS],
+static int gradients_agree(double agreement[PARAMETERS][2], double model[PARAMETERS],
                            const double measured[PARAMETERS], double keep, double unexcited) {
     int alike = 1;
     for (int i = 0; i < PARAMETERS; i++) {
@@ -297,6 +296,8 @@ static int gradients_agree(double agreement[PARAMETERS][2], const double model[P
         if (agreement[i][1] < LEAST_AGREEMENT * agreement[i][0] - unexcited
             || agreement[i][1] > MOST_AGREEMENT * agreement[i][0] + unexcited)
             alike = 0;
+        if (agreement[i][0] < EXCITED * unexcited)
+            model[i] = 0.0;
     }
     return alike;
 }
@@ -397,22 +398,6 @@ static void write_model(const struct estimator *e, double model[PARAMETERS]) {
     model[STICTION] = most(model[STICTION], model[COULOMB]);
 }
 
-/* Sliding gate; while the estimator is young, reversals passed as fast as the reference do not close it. */
-static void step_gate(const struct run *run, struct adaptive *a, double velocity, double reference, double dt) {
-    int turning = fabs(reference) < run->slowest, young = a->estimator.learnt < YOUTH;
-    if (turning)
-        a->allowed += dt;
-    if (fabs(velocity) >= run->slowest && velocity * reference > 0.0) {
-        int passed = a->slow == 0.0 || (young && a->slow <= PATIENCE * a->allowed + run->margin);
-        a->sliding = passed ? a->sliding + dt : dt;
-        a->slow = 0.0;
-        if (!turning)
-            a->allowed = 0.0;
-    } else {
-        a->slow += dt;
-    }
-}
-
 /* Learn from the period that ends and return the feedforward of the one that begins. */
 static double step_adaptive(const struct run *run, struct adaptive *a, struct pi *pi, double reference,
                             double velocity, double next_reference, double realised, double dt, double *model) {
@@ -423,8 +408,8 @@ static double step_adaptive(const struct run *run, struct adaptive *a, struct pi
     }
     advance_signals(run, &a->measured, realised, velocity, dt);
     advance_signals(run, &a->model, a->model_torque, reference, dt);
-    step_gate(run, a, velocity, reference, dt);
-    int learns = a->slow == 0.0 && a->sliding > run->hold;
+    a->sliding = fabs(velocity) >= run->slowest && velocity * reference > 0.0 ? a->sliding + dt : 0.0;
+    int learns = a->sliding > run->hold;
     write_model(&a->estimator, model);
     if (learns || !(a->estimator.learnt > 0.0)) { /* what the new estimate adds to the feedforward is taken out of the integral */
         double friction = a->friction, speed = fabs(reference), old = model_friction(run, model, speed);

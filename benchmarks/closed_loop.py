@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff import Scenario, estimator, gate, physical
+from adaptive_ff import Scenario, estimator, physical
 from adaptive_ff.course import empty_record, lay_course
 from adaptive_ff.lineup import make_controller
 from adaptive_ff.loop import run_compiled, start_position
@@ -59,7 +59,7 @@ class OwnLoop:
         return CLOCK() - begin
 
 
-Numbers = ctypes.c_double * 23
+Numbers = ctypes.c_double * 22
 Counts = ctypes.c_int64 * 3
 Pointers = ctypes.c_void_p * 14
 
@@ -95,11 +95,10 @@ def compile_loop(folder: Path) -> ctypes.CDLL:
         "LARGEST_FLOOR": estimator.LARGEST_FLOOR,
         "PRIOR": estimator.PRIOR,
         "LAG_PRIOR": estimator.LAG_PRIOR,
-        "YOUTH": estimator.YOUTH,
         "GUESS": estimator.GUESS,
-        "PATIENCE": gate.PATIENCE,
         "LEAST_AGREEMENT": estimator.AGREEMENT[0],
         "MOST_AGREEMENT": estimator.AGREEMENT[1],
+        "EXCITED": estimator.EXCITED,
         "PEAK_FACTOR": estimator.PEAK_FACTOR,
         "SPEED_FACTOR": estimator.SPEED_FACTOR,
     }
@@ -135,7 +134,7 @@ class CLoop:
             told = block.estimator
             first, scale = np.array(told.first, dtype=float), np.array(told.scale, dtype=float)
             numbers += [*told.form, told.torque_scale, told.work.ranges[physical.FRICTION_LAG, 1], told.memory]
-            numbers += [*block.gate, block.period]
+            numbers += [block.slowest, block.hold, block.period]
         counts = (adaptive, course.noise.size, plan.starts.size)
         record = empty_record(course, own.record.estimates.shape[1])
         self.record = record._replace(given=record.torque)  # without delay they are one

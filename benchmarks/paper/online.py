@@ -51,7 +51,7 @@ def identify_online(data: Data) -> Online:
         stribeck_shape=TRUE.stribeck_shape,
     )
     block = controller.parameters
-    form = run_torque_form(block.estimator, (block.gate.slowest, block.gate.hold), data.velocity, data.acting, PERIOD)
+    form = run_torque_form(block.estimator, (block.slowest, block.hold), data.velocity, data.acting, PERIOD)
     return Online(
         np.append(np.zeros(FIRST), recursion.errors),
         series_free_run(recursion.estimates[-1], data.velocity, data.acting) - data.velocity,

@@ -106,7 +106,7 @@ def _torque_form_loop(
     sliding = -gate[1]
     for k in range(1, velocity.size):
         signals = advance_signals(estimator.form, signals, torque[k], velocity[k], period)
-        sliding = sliding_time(sliding, velocity[k], gate[0], period)
+        sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], period)
         if sliding > gate[1]:
             learn(estimator, state, signals, signals, period)
         estimates[k] = state.estimate

@@ -101,12 +101,21 @@ def test_instrument_must_resemble_the_measured_gradient(ratio, alike):
 
 def test_noise_without_excitation_is_no_disagreement():
     generator, agreement = np.random.default_rng(0), np.zeros((5, 2))
-    quiet = 1e-6 * np.ones(5)
-    answers = [gradients_agree(agreement, quiet, 1e-2 * generator.standard_normal(5), 0.99, 1e-5) for _ in range(1000)]
-    assert all(answers)
+
+    def answers(unexcited):
+        noise = 1e-2 * generator.standard_normal((1000, 5))
+        return [gradients_agree(agreement, 1e-6 * np.ones(5), one, 0.99, unexcited) for one in noise]
+
+    assert all(answers(1e-5))
     agreement[:] = 0.0
-    answers = [gradients_agree(agreement, quiet, 1e-2 * generator.standard_normal(5), 0.99, 0.0) for _ in range(1000)]
-    assert not all(answers)
+    assert not all(answers(0.0))
+
+
+def test_instrument_that_tells_nothing_of_a_parameter_moves_it_no_more():
+    agreement = np.array([[1.0, 1.0], [1e-9, 1e-9]])
+    model = np.array([0.5, 1e-4])
+    gradients_agree(agreement, model, model.copy(), 0.99, 1e-4)
+    assert model.tolist() == [0.5, 0.0]
 
 
 def test_exchanged_model_leaves_the_lagged_friction_of_the_new_one():
@@ -146,7 +155,7 @@ def test_learning_does_not_make_the_torque_jump():
     else:
         pytest.fail("nothing was learnt")
     assert first == pytest.approx(second, rel=1e-9)
-    assert abs(first) > 50.0
+    assert abs(first) > 20.0
 
 
 @pytest.mark.parametrize("size", [1e1, 1e3, 1e5, 1e8])

@@ -52,7 +52,7 @@ def parameters_by_least_squares(log, slowest, hold):
     sliding, rows, outputs = 0.0, [], []
     for torque, velocity in zip(torques, velocities, strict=True):
         signals = advance_signals(FORM, signals, torque, velocity, 1e-3)
-        sliding = sliding_time(sliding, velocity, slowest, 1e-3)
+        sliding = sliding_time(sliding, velocity, velocity, True, slowest, 1e-3)
         if sliding * FORM.pole >= hold:
             rows.append(np.zeros(6))
             outputs.append(write_regressors(FORM, signals, rows[-1]))
