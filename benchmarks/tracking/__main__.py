@@ -24,6 +24,7 @@ from benchmarks.tracking.cells import cell_scenario, scenario_names
 from benchmarks.tracking.matrix import Job, Results, run_matrix
 from benchmarks.tracking.picture import draw_matrix
 from benchmarks.tracking.summary import collect, ranking_markdown, ranking_table, standstill_rows
+from benchmarks.tracking.targets import targets_table
 
 LEFT_OUT = frozenset({"fixed"})
 """Its parameters stand in a table that these scenarios do not have; the fixed feedforwards are there by other names."""
@@ -64,6 +65,9 @@ def main(
         text += f"{TITLES[fast]}\n\n{ranking_markdown(cells)}\n"
         draw_matrix(cells, controllers, out / f"matrix_{'fastest' if fast else 'own'}_loop.png", TITLES[fast])
     _print_standstill(console, {job: found for job, found in results.items() if not job.fastest})
+    targets = targets_table(results)
+    if targets is not None:
+        console.print(targets)
     (out / "matrix.md").write_text(text, encoding="utf-8")
     _write_runs(results, out)
     if json is not None:

@@ -12,7 +12,8 @@ from adaptive_ff.output import write_json
 from benchmarks.tracking.cells import SCENARIOS, Figures, run_cell
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-SOURCES = ("adaptive_ff", "plant", "controllers", "benchmarks/tracking")
+SOURCES = ("adaptive_ff/**/*.py", "plant/**/*.py", "controllers/**/*.py", "benchmarks/tracking/cells.py")
+"""What a result depends on, beside the scenario."""
 
 
 @dataclass(frozen=True)
@@ -125,8 +126,8 @@ def _mark(job: Job, sources: bytes) -> str:
 
 def _hash_sources() -> bytes:
     digest = hashlib.sha256()
-    for name in SOURCES:
-        for path in sorted((ROOT / name).rglob("*.py")):
+    for pattern in SOURCES:
+        for path in sorted(ROOT.glob(pattern)):
             digest.update(str(path.relative_to(ROOT)).encode())
             digest.update(path.read_bytes())
     return digest.digest()

@@ -1,17 +1,21 @@
 """Who wins where: a picture of the whole matrix, controllers by scenarios."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.colors import LogNorm
+from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
-from adaptive_ff.drawing import STYLE
-from benchmarks.tracking.summary import TOLD_THE_TRUTH, Cells
+from adaptive_ff.drawing import INK, STYLE
+from benchmarks.tracking.summary import OURS, TOLD_THE_TRUTH, Cell, Cells
 
-WEAKEST, STRONGEST = 0.25, 64.0
-"""Range of improvement over PI that the colours show."""
+WEAKEST, STRONGEST = -2.0, 6.0
+"""Range of improvement over PI that the colours show, powers of two; PI itself is in the middle of the colours."""
+
+DARK = 4.0
+"""Power of two from which the colour is too dark for dark letters."""
 
 
 def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) -> None:
@@ -29,29 +33,33 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
         Heading.
     """
     scenarios = list(cells)
-    gains = np.full((len(scenarios), len(controllers)), np.nan)
-    for i, scenario in enumerate(scenarios):
-        for j, name in enumerate(controllers):
-            if name in cells[scenario]:
-                gains[i, j] = np.median(cells[scenario][name].gain)
+    ordered = [name for name in controllers if name not in TOLD_THE_TRUTH and name != OURS]
+    ordered += [name for name in (OURS, *sorted(TOLD_THE_TRUTH)) if name in controllers]
+    gains = np.array([[_gain(cells[scenario], name) for name in ordered] for scenario in scenarios])
     with rc_context(STYLE):
-        figure = Figure(figsize=(1.8 + 0.46 * len(controllers), 1.9 + 0.3 * len(scenarios)), layout="constrained")
+        figure = Figure(figsize=(1.8 + 0.46 * len(ordered), 1.9 + 0.3 * len(scenarios)), layout="constrained")
         axes = figure.add_subplot()
-        norm = LogNorm(WEAKEST, STRONGEST)
-        image = axes.imshow(np.clip(gains, WEAKEST, STRONGEST), cmap="RdYlGn", norm=norm, aspect="auto")
+        levels = np.clip(np.log2(gains), WEAKEST, STRONGEST)
+        image = axes.imshow(levels, cmap="RdYlGn", norm=TwoSlopeNorm(0.0, WEAKEST, STRONGEST), aspect="auto")
+        rivals = [place for place, name in enumerate(ordered) if name not in TOLD_THE_TRUTH]
         for i in range(len(scenarios)):
-            rivals = [
-                j for j, name in enumerate(controllers) if name not in TOLD_THE_TRUTH and np.isfinite(gains[i, j])
-            ]
-            best = max(rivals, key=lambda j: gains[i, j]) if rivals else -1
-            for j in range(len(controllers)):
-                text = f"{gains[i, j]:.2g}" if np.isfinite(gains[i, j]) else "x"
-                axes.text(j, i, text, ha="center", va="center", size=7.0, weight="bold" if j == best else "normal")
-        axes.set_xticks(range(len(controllers)), controllers, rotation=60.0, ha="right", rotation_mode="anchor")
+            best = max(rivals, key=lambda j, row=gains[i]: np.nan_to_num(row[j]))
+            for j, gain in enumerate(gains[i]):
+                axes.text(
+                    *(j, i, f"{gain:.2g}" if np.isfinite(gain) else "x"),
+                    **{"ha": "center", "va": "center", "size": 7.0, "weight": "bold" if j == best else "normal"},
+                    color="white" if abs(levels[i, j]) > DARK or levels[i, j] < -1.5 else INK,
+                )
+        axes.axvline(len(rivals) - 0.5, color=INK, linewidth=1.0)
+        axes.set_xticks(range(len(ordered)), ordered, rotation=60.0, ha="right", rotation_mode="anchor")
         axes.set_yticks(range(len(scenarios)), scenarios)
         axes.grid(False)
-        axes.set_title(title, size=9.0, loc="left")
-        bar = figure.colorbar(image, ax=axes, shrink=0.5, pad=0.01, format="%g", ticks=[0.25, 1.0, 4.0, 16.0, 64.0])
+        axes.set_title(f"{title} (bold: best; right of the line: told the truth)", size=9.0, loc="left")
+        bar = figure.colorbar(image, ax=axes, shrink=0.5, pad=0.01, ticks=range(-2, 7, 2))
+        bar.ax.set_yticklabels([f"{2.0**power:g}" for power in range(-2, 7, 2)])
         bar.set_label("error of pi / own")
-        bar.ax.minorticks_off()
         figure.savefig(path, dpi=150)
+
+
+def _gain(row: dict[str, Cell], name: str) -> float:
+    return float(np.median(row[name].gain)) if name in row else math.nan

@@ -24,6 +24,7 @@ from benchmarks.tracking.cells import (
 )
 from benchmarks.tracking.matrix import Job, run_matrix
 from benchmarks.tracking.summary import TOLD_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_rows
+from benchmarks.tracking.targets import SETTLED, TARGETS, targets_table
 from controllers import fastest_bandwidth
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -187,6 +188,22 @@ def test_ranking_names_the_best_rival_and_shows_a_loss_as_a_loss():
     won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
     assert ranking_rows(won)[0][-1] == "won, 0.50"
     assert "oracle" in TOLD_THE_TRUTH
+
+
+def test_targets_compare_the_right_figures_and_say_what_was_missed():
+    results = made_up(pi=(8, 8), oracle=(1, 1), adaptive=(2, 4))
+    renamed = {Job("paper_100hz", job.seed, False): found for job, found in results.items()}
+    against_oracle, against_pi = (
+        target for target in TARGETS if target.scenario == "paper_100hz" and target.figure == SETTLED
+    )
+    assert against_oracle.values(renamed).tolist() == [2.0, 4.0]
+    assert against_pi.values(renamed).tolist() == [4.0, 2.0]
+    assert against_pi.values(results) is None
+    table = targets_table(renamed)
+    assert list(table.columns[0].cells) == ["paper_100hz", "paper_100hz"]
+    assert list(table.columns[3].cells) == ["3", "3"]
+    assert list(table.columns[4].cells) == ["no", "no"]
+    assert targets_table(results) is None
 
 
 def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
