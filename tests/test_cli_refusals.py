@@ -9,6 +9,7 @@ from scenario_files import changed, short, write_scenario
 
 import adaptive_ff.cli as cli
 from adaptive_ff import Comparison
+from adaptive_ff.lineup import CONTROLLERS
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -35,9 +36,7 @@ def test_unknown_controller(tmp_path, refused, out, known):
     path = write_scenario(tmp_path, {**short(), "controllers": ["pi", "pid"]})
     with patch.object(cli, "is_cached", lambda _: known):  # where nothing is compiled yet, it still says one thing
         line = refused("compare", path, "--out", out, "--json", "new/copy.json")
-    assert line == (
-        f"{path}: controllers = 'pid' is not known; there are pi, pi_inertia, fixed, oracle, adaptive_paper, adaptive"
-    )
+    assert line == f"{path}: controllers = 'pid' is not known; there are {', '.join(CONTROLLERS)}"
 
 
 @pytest.mark.parametrize(
