@@ -18,6 +18,7 @@ within the torque limit unless a delay makes the realised torque differ from the
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,6 +126,7 @@ def open_loop(loop: SampledLoop, compensation: Compensation) -> tuple[Polynomial
     return np.pad(numerator, (size - numerator.size, 0))[::-1], np.pad(denominator, (size - denominator.size, 0))[::-1]
 
 
+@cache
 def design_observer(
     inertia: float,
     period: float,
