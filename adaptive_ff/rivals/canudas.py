@@ -369,9 +369,9 @@ class CanudasController(IdentifyingController):
 class CanudasMeasuredController(IdentifyingController):
     """The same, with friction compensated at the measured velocity.
 
-    Parameters are those of ``CanudasController``. In the same search a share of 0.7 came within 2 % of the best mean, which
-    0.8 has, with a smaller worst case; on one joint at 1 kHz it is worse than ``pi`` all the same, as is any share from
-    0.6 on.
+    Parameters are those of ``CanudasController``. In the same search a share of 0.7 came within 2 % of the best mean,
+    which 0.8 has, with a smaller worst case; on one joint at 1 kHz it is worse than ``pi`` all the same, as is any
+    share from 0.6 on.
     """
 
     estimate_names = NAMES
