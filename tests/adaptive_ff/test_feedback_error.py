@@ -83,6 +83,14 @@ def test_learning_hands_over_the_feedback_torque_at_its_rate(rate, reference):
     assert gained == pytest.approx(-math.expm1(-rate * 0.02) * feedback, rel=1e-12)
 
 
+def test_the_feedback_torque_is_laid_to_the_features_of_the_period_that_it_answers_to():
+    """The reference reverses between two samples; the error at the second comes from the motion before."""
+    learning = with_lags([0.0])
+    learning.step(0.1, 0.1, next_reference=0.1)
+    learning.step(-0.1, -0.2, next_reference=-0.1)  # positive feedback torque
+    assert min(learning.estimates["coulomb"], learning.estimates["stiction"], learning.estimates["viscous"]) > 0.0
+
+
 @pytest.mark.parametrize(
     "pause",
     [

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO
 
-from adaptive_ff import InputError, identify_torque_form, simulate
+from adaptive_ff import InputError, simulate
+from adaptive_ff.batch_rows import torque_form_rows
 from adaptive_ff.calibration import OTHER_SEED, identify_joint
 from adaptive_ff.fixed_models import SPREAD, fixed_model, nominal_source
 from adaptive_ff.lineup import CONTROLLERS, FIXED
 from adaptive_ff.model import model_friction
 from adaptive_ff.rivals import ModelBased
+from adaptive_ff.torque_form import TorqueForm, initial_signals, settle_signals
 from adaptive_ff.truth import true_model
 
 TRUTH = true_model(SCENARIO)
@@ -116,23 +118,19 @@ def test_without_noise_batch_identification_is_exact():
     assert found == pytest.approx(TRUTH, rel=5e-3)
 
 
-def test_the_curve_is_that_of_the_torque_form_with_its_gate():
-    """Oracle: the batch fit of the torque form on the same record, which the lag is taken from."""
-    scenario = FAST.modified(joint={"friction_lag": 0.0}, sensor={"velocity_noise": 0.0})
-    run = simulate(scenario.modified(seed=1 + OTHER_SEED, duration=120.0), "pi")
-    pole = 0.5 * scenario.feedback.gains[0] / scenario.feedback.inertia
-    expected = identify_torque_form(
-        run.time,
-        run.measured,
-        np.roll(run.torque, 1),
-        stribeck_velocity=0.05,
-        filter_pole=pole,
-        slowest=0.02,
-        hold=3.0 / pole,
-    ).model
-    found = identify_joint(scenario, "stribeck")
-    for name in ESTIMATED:
-        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=0.01), name
+def test_the_curve_is_the_least_squares_fit_of_the_torque_form_with_its_gate():
+    """Oracle: numpy's least squares on the form's rows of the same run, where no bound is touched."""
+    run = simulate(SCENARIO.modified(seed=1 + OTHER_SEED, duration=120.0), "pi")
+    form = TorqueForm(0.5 * SCENARIO.feedback.gains[0] / SCENARIO.feedback.inertia, 0.05, 1.0)
+    rows, torques, used = np.zeros((12_000, 6)), np.zeros(12_000), np.zeros(12_000, dtype=bool)
+    acted = np.append(0.0, run.torque[:-1])
+    signals = settle_signals(form, initial_signals(), run.measured[0])
+    torque_form_rows(form, signals, run.time, run.measured, acted, (0.02, 3.0 / form.pole), rows, torques, used)
+    _, inertia, coulomb, stiction, viscous, _ = rows[used].T
+    curve = np.linalg.lstsq(np.column_stack([inertia, coulomb, stiction, viscous]), torques[used], rcond=None)[0]
+    flat = np.linalg.lstsq(np.column_stack([inertia, coulomb + stiction, viscous]), torques[used], rcond=None)[0]
+    assert identify_joint(SCENARIO, "stribeck")[:4] == pytest.approx(curve, rel=1e-6)
+    assert np.array(identify_joint(SCENARIO, "coulomb"))[[0, 1, 3]] == pytest.approx(flat, rel=1e-6)
 
 
 def test_changes_of_friction_are_not_in_the_calibration_run_and_the_seed_is():
