@@ -35,10 +35,13 @@ class InstrumentalParameters(NamedTuple):
         What it is told.
     resetting : ResettingParameters
         The recursion, which is told the same.
+    instrument : ndarray, shape (n,)
+        Scratch.
     """
 
     settings: Settings
     resetting: ResettingParameters
+    instrument: NDArray[np.float64]
 
 
 class InstrumentalState(NamedTuple):
@@ -77,10 +80,12 @@ def correct_instrumental(
     """Correct the estimate with the instruments while they resemble the regressors, and fill in the gain."""
     keep = math.exp(-duration / block.settings.memory)
     inner = ResettingState(state.progress, state.information)
-    if gradients_agree(state.agreement, instruments, regressors, keep, 0.0):
-        correct_resetting(block.resetting, inner, regressors, instruments, output, error, duration)
-    else:
-        correct_resetting(block.resetting, inner, regressors, regressors, output, error, duration)
+    for i in range(regressors.size):
+        block.instrument[i] = instruments[i]  # the check may change what it is given
+    if not gradients_agree(state.agreement, block.instrument, regressors, keep, 0.0):
+        for i in range(regressors.size):
+            block.instrument[i] = regressors[i]
+    correct_resetting(block.resetting, inner, regressors, block.instrument, output, error, duration)
 
 
 CORRECTIONS[InstrumentalParameters] = correct_instrumental
@@ -122,5 +127,5 @@ class InstrumentalVariable(RecursiveEstimator):
     ) -> None:
         check_positive(period=period, memory=memory)
         settings = make_settings(first, first_deviation, noise, memory)
-        block = InstrumentalParameters(settings, make_resetting(settings, period))
+        block = InstrumentalParameters(settings, make_resetting(settings, period), np.zeros(settings.first.size))
         super().__init__(block, period, initial_instrumental_state)

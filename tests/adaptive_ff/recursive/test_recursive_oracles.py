@@ -143,7 +143,9 @@ def test_instruments_that_do_not_resemble_the_regressors_are_not_believed(factor
     """Used, the first would drive the estimate away, exponentially."""
     rows, outputs = data(5000, seed=29)
     estimator = InstrumentalVariable(FIRST, PERIOD, first_deviation=DEVIATION, noise=0.3, memory=2.0)
-    estimator.run(rows, outputs, instruments=factor * rows)
+    given = factor * rows
+    estimator.run(rows, outputs, instruments=given)
+    assert np.array_equal(given, factor * rows)
     plain = ExponentialResetting(FIRST, PERIOD, first_deviation=DEVIATION, noise=0.3, memory=2.0)
     plain.run(rows, outputs)
     assert estimator.estimate == pytest.approx(plain.estimate, rel=1e-12)
