@@ -2,6 +2,7 @@
 
 import json
 import math
+import platform
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from adaptive_ff.recursive import ExponentialResetting, InstrumentalVariable, KalmanRandomWalk, LeastSquares
+from adaptive_ff.recursive.kernel import single_update
 
 TRUE = np.array([20.0, 60.0, 0.5])
 PERIOD, NOISE = 0.001, 2.0
@@ -55,6 +57,19 @@ def test_whole_series_is_a_loop_of_update_bit_for_bit(make):
         assert np.array_equal(single.estimate, result.estimates[k])
     assert single.state_to_json() == whole.state_to_json()
     assert (single.taken, single.rejected) == (398, 2)
+
+
+@estimators
+def test_plain_python_equals_compiled_bit_for_bit(make):
+    rows, outputs = data(100, seed=9)
+    plain, fast = make(), make()
+    feed(fast, rows, outputs)
+    for row, output in zip(rows, outputs, strict=True):
+        single_update.py_func(plain.parameters, plain.state, row, row, float(output), PERIOD)
+    found, expected = json.loads(fast.state_to_json()), json.loads(plain.state_to_json())
+    if platform.machine() in ("x86_64", "AMD64"):
+        assert found == expected
+    assert fast.estimate == pytest.approx(plain.estimate, rel=1e-12)
 
 
 @estimators
