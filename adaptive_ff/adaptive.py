@@ -13,6 +13,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.confidence import assess
+from adaptive_ff.diagnosis import Diagnosis, Recorded, diagnose
 from adaptive_ff.estimator import (
     EstimatorParameters,
     EstimatorState,
@@ -367,3 +369,13 @@ class AdaptiveController(IdentifyingController):
             float(period),
         )
         super().__init__(block, period, initial_adaptive_state)
+
+    @property
+    def uncertainties(self) -> dict[str, float]:
+        """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
+        errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
+        return dict(zip(self.estimate_names, errors.tolist(), strict=True))
+
+    def diagnose(self, run: Recorded | None = None) -> Diagnosis:
+        """Tell what the controller learns and how sure it is, for a terminal; see :func:`diagnosis.diagnose`."""
+        return diagnose(self, run)

@@ -22,6 +22,7 @@ from controllers.interface import (
 from controllers.kalman_disturbance import KalmanDisturbance
 from controllers.observer_design import ObserverDesign
 from controllers.pi import PI, PIParameters, PIState, asked_torque, check_gains, hand_over, initial_pi_state, step_pi
+from controllers.saving import plain_state, rebuilt_state
 from controllers.torques import acting_torque, slope_torque
 from controllers.velocity import (
     INITIAL_VELOCITY_STATES,
@@ -77,6 +78,8 @@ __all__ = [
     "kalman_velocity",
     "low_pass_velocity",
     "pi_gains",
+    "plain_state",
+    "rebuilt_state",
     "remember",
     "slope_torque",
     "step",

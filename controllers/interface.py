@@ -9,6 +9,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from controllers.compiled import compiled_in_place, dispatched
+from controllers.saving import plain_state, rebuilt_state
 
 
 class Inputs(NamedTuple):
@@ -219,7 +220,7 @@ class Controller:
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly."""
-        return json.dumps({"controller": type(self).__name__, "state": _plain(self.state)}, indent=1)
+        return json.dumps({"controller": type(self).__name__, "state": plain_state(self.state)}, indent=1)
 
     def state_from_json(self, text: str) -> None:
         """Restore a state saved by a controller of the same class.
@@ -237,7 +238,7 @@ class Controller:
             raise ValueError(f"text = {str(text)[:40]!r} is no saved controller state: {error}") from error
         if name != type(self).__name__:
             raise ValueError(f"controller = {name!r} is not allowed: this is a {type(self).__name__!r}")
-        self.state = _rebuilt(self._initial_state(self.parameters), content, "state")
+        self.state = rebuilt_state(self._initial_state(self.parameters), content, "state")
 
     def run_uncompiled(self) -> Self:
         """Make this controller step in plain Python, for debugging; returns itself."""
@@ -257,34 +258,3 @@ def _finite(name: str, value: float) -> float:
     if not math.isfinite(number):
         raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")
     return number
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "_asdict"):
-        return {key: _plain(item) for key, item in value._asdict().items()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return value
-
-
-def _rebuilt(template: Any, content: Any, where: str) -> Any:
-    """Rebuild a state like the template from plain JSON content."""
-    if hasattr(template, "_asdict"):
-        if not isinstance(content, dict) or set(content) != set(template._fields):
-            raise ValueError(f"{where} must have the fields {', '.join(template._fields)}")
-        items = template._asdict().items()
-        return type(template)(**{key: _rebuilt(item, content[key], f"{where}.{key}") for key, item in items})
-    kind = np.asarray(template).dtype.type
-    try:
-        array = np.array(content)
-        allowed = {"f": "if", "i": "i", "b": "b"}[np.dtype(kind).kind]
-        if array.size and array.dtype.kind not in allowed:
-            raise ValueError(f"it must hold numbers of type {kind.__name__}")
-        array = array.astype(kind)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{where} = {content!r} is not allowed: {error}") from error
-    if array.shape != np.shape(template) or not np.all(np.isfinite(array)):
-        raise ValueError(f"{where} must be finite and of shape {np.shape(template)}, not {content!r}")
-    if isinstance(template, tuple):
-        return tuple(array.tolist())
-    return array if isinstance(template, np.ndarray) else array.item()
