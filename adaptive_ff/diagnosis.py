@@ -18,8 +18,6 @@ from rich.text import Text
 
 from adaptive_ff.confidence import Confidence, assess
 from adaptive_ff.diagnosis_warnings import NOT_TOLD, find_warnings
-from adaptive_ff.estimator import YOUTH
-from adaptive_ff.gate import is_open
 from adaptive_ff.model import UNITS
 
 WIDTH = 120
@@ -27,6 +25,10 @@ WIDTH = 120
 
 if TYPE_CHECKING:
     from adaptive_ff.adaptive import AdaptiveController, AdaptiveParameters, AdaptiveState
+
+
+YOUTH = 10.0
+"""Sliding motion, s, before which the uncertainty is too small."""
 
 
 class Recorded(Protocol):
@@ -264,15 +266,14 @@ def _learning(block: "AdaptiveParameters", state: "AdaptiveState") -> tuple[bool
         return False, "Holds its estimates: enabled is False."
     if state.feedback.samples == 0:
         return False, "Has not made a step yet."
-    if is_open(block.gate, state.gate):
+    if state.sliding > block.hold:
         return True, "Learns: the joint slides."
-    if state.gate.slow > 0.0:
+    if state.sliding == 0.0:
         return False, (
-            f"Holds its estimates: for {state.gate.slow:.2g} s the joint has been slower than {block.gate.slowest:.2g} "
-            "rad/s or moved against its reference."
+            f"Holds its estimates: the joint is slower than {block.slowest:.2g} rad/s or moves against its reference."
         )
     return False, (
-        f"Holds its estimates: the joint slides, but must do so for {block.gate.hold - state.gate.sliding:.2g} s more "
+        f"Holds its estimates: the joint slides, but must do so for {block.hold - state.sliding:.2g} s more "
         "until the filters have forgotten that it may have stuck."
     )
 

@@ -52,7 +52,7 @@ def find_warnings(controller: "AdaptiveController", confidence: Confidence, unex
         if running > LONG_WITHOUT:
             yield (
                 f"in {running:.3g} s there was nothing to learn from: the joint never slid faster than "
-                f"{block.gate.slowest:.2g} rad/s along its reference for {block.gate.hold:.2g} s."
+                f"{block.slowest:.2g} rad/s along its reference for {block.hold:.2g} s."
             )
         return
     yield from _bounds(controller)

@@ -82,9 +82,7 @@ def test_it_says_why_it_holds_its_estimates():
     controller.enabled = False
     assert controller.diagnose().learning_words == "Holds its estimates: enabled is False."
     slow = along(np.zeros(20_001))
-    assert slow.diagnose().learning_words.startswith(
-        "Holds its estimates: for 20 s the joint has been slower than 0.01"
-    )
+    assert slow.diagnose().learning_words.startswith("Holds its estimates: the joint is slower than 0.01 rad/s")
     soon = along(np.full(21, 0.1))
     assert "must do so for 0.0" in soon.diagnose().learning_words
     assert not any(one.diagnose().learning for one in (controller, slow, soon))
