@@ -25,6 +25,7 @@ from adaptive_ff.scenario import Scenario, load_scenario
 from adaptive_ff.scenario_file import to_toml
 from adaptive_ff.sweep import draw_scenario, summary, sweep
 from adaptive_ff.tables import estimates_table, sweep_table, tracking_table
+from adaptive_ff.terminal import Printer
 from controllers import is_cached
 
 WORSE = 1
@@ -129,7 +130,7 @@ def sweep_command(
         write_json(stage / "sweep.json", result)
         if json is not None and beside is not None:
             write_json(beside / json.name, result)
-    console = _Printer()
+    console = Printer()
     console.print(sweep_table(result))
     console.print(
         f"Whole run more than 5 % worse than pi: {100 * result['worse_than_pi']:.2g} % of the joints that ran"
@@ -165,16 +166,8 @@ def _progress(errors: Console) -> Progress:
     return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)
 
 
-class _Printer(Console):
-    """Standard output; a reader that has seen enough is no error."""
-
-    def on_broken_pipe(self) -> None:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(0)
-
-
 def _print(comparison: Comparison, out: Path) -> None:
-    console = _Printer()
+    console = Printer()
     console.print(tracking_table(comparison))
     estimates = estimates_table(comparison)
     if estimates is not None:
