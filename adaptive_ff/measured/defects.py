@@ -73,9 +73,8 @@ def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skippe
         The clock never goes forward.
     """
     step = median_step(log)
-    names = {"time": log.time, "torque": log.torque, "position": log.position, "velocity": log.velocity}
     finite = np.ones(log.time.size, dtype=np.bool_)
-    for series in names.values():
+    for series in (log.time, log.torque, log.position, log.velocity, *log.extra.values()):
         if series is not None:
             finite &= np.isfinite(series)
     with np.errstate(invalid="ignore", over="ignore"):
