@@ -47,7 +47,7 @@ def fit_fixed(log: Log, bandwidth: float | None, torque_delay: float) -> tuple[T
         max(found.value("stiction"), coulomb),
         found.value("viscous"),
         found.value("friction_lag"),
-        told if told > 0.0 else float("inf"),
+        told if told > 0.0 else 1.0,  # of no consequence where stiction is Coulomb friction
         1.0,
         found.value("offset"),
     )

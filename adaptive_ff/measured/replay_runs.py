@@ -98,7 +98,7 @@ class Tape:
         """Return the thinned series."""
         judge = self.judge
         return ReplaySeries(
-            self._log.time[:: self._width],
+            self._log.time[:: self._width].copy(),
             judge.needed.series(),
             {name: extremes.series() for name, extremes in zip(judge.names, judge.feedforwards, strict=True)},
             {name: extremes.series() for name, extremes in zip(judge.names, judge.left, strict=True)},
