@@ -24,6 +24,9 @@ PART = 50_000
 REFERENCE_VELOCITY, REFERENCE_POSITION, RECORDED = "reference_velocity", "reference_position", "feedforward"
 """Names in ``Log.extra`` of the reference and of the feedforward that the machine itself had."""
 
+START = 0.01
+"""Speed from which on a reference that speeds up counts as moving, over that of rest; found on KUKA KR300, record A."""
+
 SETTLING = 20.0
 """Cycles of a filter's corner after which its start is forgotten (to 1e-20)."""
 
@@ -78,8 +81,9 @@ def split_log(log: Log, pieces: list[Piece], settings: ReplaySettings, band: flo
         for start in range(piece.start, piece.stop, size):
             stop = min(start + size, piece.stop)
             torque = mean_torque(log.torque, piece, start, stop + 1, shift)
-            reference = reference_velocity(log, piece, start, stop + 1, settings.period, band)
-            reference[np.abs(reference) < settings.rest_speed] = 0.0
+            before = max(piece.start, start - 1)
+            reference = reference_velocity(log, piece, before, stop + 1, settings.period, band)
+            reference = with_rest(reference, settings.rest_speed)[start - before :]
             elapsed = np.full(stop - start, settings.period)
             first = max(start, piece.start + 1)
             elapsed[first - start :] = np.diff(log.time[first - 1 : stop])
@@ -133,6 +137,18 @@ def reference_velocity(log: Log, piece: Piece, start: int, stop: int, period: fl
         values = np.gradient(values, time)
     result[:count] = values[start - first : start - first + count]
     return result
+
+
+def with_rest(reference: Array, rest_speed: float) -> Array:
+    """Return a reference (rad/s) that stands still where it is slow, but for where it starts.
+
+    A machine that comes to rest may then push either way. One that starts needs the torque to break away before it
+    moves, so a reference that speeds up counts from a much lower speed on.
+    """
+    speed = np.abs(reference)
+    starting = np.diff(speed, prepend=speed[0]) > 0.0
+    rests = speed < np.where(starting, START * rest_speed, rest_speed)
+    return np.where(rests, 0.0, reference)
 
 
 def largest_reference(log: Log, pieces: list[Piece], period: float, band: float) -> float:

@@ -42,8 +42,8 @@ class ReplaySettings:
         Crossover of the loop, Hz. The loop's torque goes nowhere, but its gain gives the estimator its scales, the
         pole of its filters and the first guess of the friction lag.
     rest_speed : float
-        The reference counts as standstill below this speed, rad/s. A machine that should stand may push either way;
-        the sign of what is left of the reference there says nothing.
+        A reference that slows down counts as standstill below this speed, rad/s. A machine that should stand may push
+        either way; the sign of what is left of the reference there says nothing. See ``replay_parts.with_rest``.
     memory : float
         Memory of the estimator, s of sliding motion.
     identify : str

@@ -14,8 +14,8 @@ from adaptive_ff.output import write_csv
 
 ASSUMED = (
     "Assumed in the closed loops: a PI loop of 10 Hz, designed for the identified inertia, which every controller is "
-    "told as well; where the log does not tell them, stiction as Coulomb friction and a Stribeck velocity of 0.05 of the "
-    "largest speed; a sensor of velocity, as noisy as the log's velocity; the same friction in both directions, no "
+    "told as well; where the log does not tell them, stiction as Coulomb friction and a Stribeck velocity of 0.05 of "
+    "the largest speed; a sensor of velocity, as noisy as the log's velocity; the same friction in both directions, no "
     "offset; a drive without limit; the reference repeats until 60 s."
 )
 
