@@ -27,6 +27,9 @@ REFERENCE_VELOCITY, REFERENCE_POSITION, RECORDED = "reference_velocity", "refere
 START = 0.01
 """Speed from which on a reference that speeds up counts as moving, over that of rest; found on KUKA KR300, record A."""
 
+SHARP = 1e-6
+"""Share of a period within which a time is that of a sample: clocks are rounded."""
+
 SETTLING = 20.0
 """Cycles of a filter's corner after which its start is forgotten (to 1e-20)."""
 
@@ -103,9 +106,9 @@ def mean_torque(torque: Array, piece: Piece, start: int, stop: int, shift: float
 
     It is not a number where it is not in the piece.
     """
-    place = start - 0.5 - shift
-    whole = math.floor(place)
-    rest = place - whole
+    whole = math.floor(start - 0.5 - shift + SHARP)
+    rest = max(0.0, start - 0.5 - shift - whole)
+    rest = 0.0 if rest < SHARP else rest
     low = max(0, piece.start - whole)
     high = min(stop - start, piece.stop - whole - (1 if rest > 0.0 else 0))
     mean = np.full(stop - start, np.nan)

@@ -21,6 +21,10 @@ from benchmarks.measured.machines import DATA, JOBS
 from benchmarks.measured.results import Result, measure, results_table
 
 
+WIDTH = 150
+"""Columns of the table in a file."""
+
+
 def main(
     data: Annotated[Path, typer.Option(help="Folder of the data sets, one folder a machine.")] = DATA,
     out: Annotated[Path, typer.Option(help="Folder for a figure a machine.")] = Path("results"),
@@ -30,6 +34,8 @@ def main(
 ) -> None:
     """Print one table, and draw one figure a machine."""
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDTH)
     if long:
         console.print(long_table(measure_long(samples)))
         return
@@ -38,7 +44,11 @@ def main(
         missing = machine.missing(data)
         if missing:
             files = ", ".join(str(data / machine.folder / file) for file in missing)
-            console.print(f"{machine.name} is left out: {files} not there. Source: {machine.origin}.", highlight=False)
+            console.print(
+                f"{machine.name} is left out: {files} not there. Source: {machine.origin}.",
+                highlight=False,
+                soft_wrap=True,
+            )
             continue
         done = [measure(job, data) for job in JOBS if job.data is machine]
         out.mkdir(parents=True, exist_ok=True)
@@ -50,9 +60,10 @@ def main(
             "Feedforwards: none; the machine's own; fixed, fitted to the first half of the log; adaptive from a cold "
             "start; from the state saved at the end of the first log.",
             highlight=False,
+            soft_wrap=True,
         )
-        console.print(ASSUMED, highlight=False)
-        console.print(f"Figures are in {out}", highlight=False)
+        console.print(ASSUMED, highlight=False, soft_wrap=True)
+        console.print(f"Figures are in {out}", highlight=False, soft_wrap=True)
     if json is not None:
         write_json(json, {result.job.name: result.to_dict() for result in results})
 
