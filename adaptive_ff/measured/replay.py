@@ -12,6 +12,7 @@ from adaptive_ff.measured.replay_parts import (
     PART,
     REFERENCE_POSITION,
     REFERENCE_VELOCITY,
+    has_reference,
     largest_reference,
     split_log,
 )
@@ -194,7 +195,7 @@ def _notes(
         if chosen:
             shown = ", ".join(f"{name} {getattr(settings, name):.3g}" for name in chosen)
             notes.append(f"Not told, but taken from the log, which on the machine was to come: {shown}.")
-    if REFERENCE_VELOCITY not in log.extra and REFERENCE_POSITION not in log.extra:
+    if not has_reference(log):
         notes.append(
             f"The log has no reference: the measured motion stands for it, filtered without delay in a band of "
             f"{reference_band:.3g} Hz, so the feedforward knows what the machine could not know."

@@ -80,13 +80,14 @@ def split_log(log: Log, pieces: list[Piece], settings: ReplaySettings, band: flo
     """
     shift = settings.torque_delay / settings.period
     recorded = log.extra.get(RECORDED)
+    start_speed = settings.rest_speed * (START if has_reference(log) else 1.0)  # what is slow in a motion is noise
     for piece in pieces:
         for start in range(piece.start, piece.stop, size):
             stop = min(start + size, piece.stop)
             torque = mean_torque(log.torque, piece, start, stop + 1, shift)
             before = max(piece.start, start - 1)
             reference = reference_velocity(log, piece, before, stop + 1, settings.period, band)
-            reference = with_rest(reference, settings.rest_speed)[start - before :]
+            reference = with_rest(reference, settings.rest_speed, start_speed)[start - before :]
             elapsed = np.full(stop - start, settings.period)
             first = max(start, piece.start + 1)
             elapsed[first - start :] = np.diff(log.time[first - 1 : stop])
@@ -142,15 +143,27 @@ def reference_velocity(log: Log, piece: Piece, start: int, stop: int, period: fl
     return result
 
 
-def with_rest(reference: Array, rest_speed: float) -> Array:
-    """Return a reference (rad/s) that stands still where it is slow, but for where it starts.
+def has_reference(log: Log) -> bool:
+    """Tell whether a log has a reference of its own."""
+    return REFERENCE_VELOCITY in log.extra or REFERENCE_POSITION in log.extra
+
+
+def with_rest(reference: Array, rest_speed: float, start_speed: float) -> Array:
+    """Return a reference that stands still where it is slow, but for where it starts.
 
     A machine that comes to rest may then push either way. One that starts needs the torque to break away before it
     moves, so a reference that speeds up counts from a much lower speed on.
+
+    Parameters
+    ----------
+    reference : ndarray, shape (n,)
+        Reference, rad/s; the one before the first is taken to be equal.
+    rest_speed, start_speed : float
+        Speed below which it rests while it slows down, and while it speeds up, rad/s.
     """
     speed = np.abs(reference)
     starting = np.diff(speed, prepend=speed[0]) > 0.0
-    rests = speed < np.where(starting, START * rest_speed, rest_speed)
+    rests = speed < np.where(starting, start_speed, rest_speed)
     return np.where(rests, 0.0, reference)
 
 

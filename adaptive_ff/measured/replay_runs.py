@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.adaptive import AdaptiveController, initial_adaptive_state
+from adaptive_ff.errors import InputError
 from adaptive_ff.measured.derivatives import Array
 from adaptive_ff.measured.judging import Judge
 from adaptive_ff.measured.logs import Log
@@ -85,6 +86,8 @@ class Tape:
         place = (part.start + np.arange(part.time.size)) // self._width
         for name, runner in self._runners.items():
             feedforward, estimates = runner.run(part)
+            if not np.all(np.isfinite(feedforward)):
+                raise _diverged(self._log, name, part, feedforward)
             feedforwards.append(feedforward)
             self._estimates[name][place] = estimates  # of several in a bin the last one stays
         self.judge.add(part.start, part.needed, feedforwards, part.seen.reference != 0.0, last=part.ends)
@@ -107,3 +110,13 @@ class Tape:
                 for name, controller in self.adaptive().items()
             },
         )
+
+
+def _diverged(log: Log, name: str, part: Part, feedforward: Array) -> InputError:
+    """Return the error of values that are finite, but absurd."""
+    place = int(np.flatnonzero(~np.isfinite(feedforward))[0])
+    speed, torque = (float(np.nanmax(np.abs(values))) for values in (part.seen.reference, part.needed))
+    return InputError(
+        f"{log.name}: the feedforward {name} does not stay finite at sample {part.start + place}, where the reference "
+        f"reaches {speed:.3g} rad/s and the torque {torque:.3g} N m; such values must be taken out of the log"
+    )

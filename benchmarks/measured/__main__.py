@@ -20,7 +20,6 @@ from benchmarks.measured.long_log import table as long_table
 from benchmarks.measured.machines import DATA, JOBS
 from benchmarks.measured.results import Result, measure, results_table
 
-
 WIDTH = 150
 """Columns of the table in a file."""
 

@@ -70,11 +70,12 @@ def results_table(results: list[Result]) -> Table:
     """Return one row for each log."""
     table = Table(
         title="Identification: torque left unexplained. Replay: torque left to the feedback, rms in N m (N), 20 Hz, "
-        "whole log | while the reference moves. Closed loop: settled error of pi over that of adaptive.",
+        "whole log | while the reference moves. Closed loop: settled error of "
+        "pi | pi_inertia | oracle over that of adaptive.",
         box=SIMPLE,
         title_style="bold",
     )
-    for heading in ("log", "fit", "validation", *COLUMNS.values(), "pi / adaptive"):
+    for heading in ("log", "fit", "validation", *COLUMNS.values(), "closed loop"):
         table.add_column(heading, justify="left" if heading == "log" else "right", no_wrap=heading == "log")
     for result in results:
         for place, (record, replay) in enumerate(zip(result.job.records, result.replays, strict=True)):
@@ -87,9 +88,16 @@ def results_table(results: list[Result]) -> Table:
                 f"{100.0 * found.fit.relative_error:.1f} %" if first else "",
                 f"{100.0 * valid.relative_error:.1f} %" if first and valid is not None else "",
                 *(_shown(replay, name) for name in COLUMNS),
-                f"{loop.improvement['adaptive']:.3g}" if first and loop is not None else "",
+                _improvements(loop) if first and loop is not None else "",
             )
     return table
+
+
+def _improvements(loop: Comparison) -> str:
+    """Return by how much the error of others is larger than that of adaptive."""
+    errors = {name: run.metrics.rms_error_settled for name, run in loop.runs.items()}
+    others = ("pi", "pi_inertia", "oracle")
+    return " | ".join(f"{errors[name] / errors['adaptive']:.3g}" for name in others)
 
 
 def _shown(replay: Replay, name: str) -> str:

@@ -49,10 +49,10 @@ def test_reference_from_a_position_and_from_the_motion_is_the_velocity():
 
 def test_reference_rests_when_it_has_slowed_down_but_not_when_it_starts():
     speeds = np.array([0.0, 0.0, 0.5, 2.0, 20.0, 60.0, 110.0, 150.0, 99.0, 40.0, 5.0, 0.0, -1.5, -3.0, -120.0])
-    rests = with_rest(1e-4 * speeds, 0.01) == 0.0
+    rests = with_rest(1e-4 * speeds, 0.01, 1e-4) == 0.0
     expected = [True] * 3 + [False] * 5 + [True] * 4 + [False] * 3
     assert rests.tolist() == expected
-    assert np.array_equal(with_rest(speeds, 0.0), speeds)
+    assert np.array_equal(with_rest(speeds, 0.0, 0.0), speeds)
 
 
 @pytest.mark.parametrize("band", [5.0, 40.0, None])
