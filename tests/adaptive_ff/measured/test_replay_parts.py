@@ -8,10 +8,10 @@ import pytest
 from synthetic_logs import make_log, motion
 
 from adaptive_ff import AdaptiveController
-from adaptive_ff.measured import Log, Piece
+from adaptive_ff.measured import Log, Piece, ReplaySettings
 from adaptive_ff.measured.derivatives import lowpass
 from adaptive_ff.measured.judging import BINS, Extremes, Judge, Stretch
-from adaptive_ff.measured.replay_parts import mean_torque, reference_velocity, with_rest
+from adaptive_ff.measured.replay_parts import mean_torque, reference_velocity, split_log, with_rest
 from adaptive_ff.measured.watching import Seen, watch
 from controllers import difference_velocity, initial_velocity_state
 
@@ -53,6 +53,43 @@ def test_reference_rests_when_it_has_slowed_down_but_not_when_it_starts():
     expected = [True] * 3 + [False] * 5 + [True] * 4 + [False] * 3
     assert rests.tolist() == expected
     assert np.array_equal(with_rest(speeds, 0.0, 0.0), speeds)
+
+
+def test_motion_that_stands_for_a_reference_is_filtered_without_delay():
+    time = 0.002 * np.arange(5000)
+    position, velocity, _ = motion(time)
+    noisy = position + 1e-4 * np.random.default_rng(108).standard_normal(5000)
+    found = reference_velocity(Log("log", time, time, position=noisy), Piece(0, 5000), 1000, 4000, 0.002, 20.0)
+    differences = np.gradient(noisy, time)[1000:4000]
+    assert np.std(found - velocity[1000:4000]) < 0.1 * np.std(differences - velocity[1000:4000])
+
+
+def test_parts_follow_a_jittered_clock_and_join_without_a_seam():
+    generator = np.random.default_rng(109)
+    time = np.cumsum(0.01 * generator.uniform(0.5, 1.5, 300))
+    velocity = 1e-3 * np.cumsum(generator.standard_normal(300))
+    extra = {"reference_velocity": velocity, "feedforward": 2.0 * time}
+    log = Log("log", time, time.copy(), velocity=velocity, extra=extra)
+    settings = ReplaySettings(0.01, 1.0, 0.05, 10.0, rest_speed=5e-3)
+    pieces = [Piece(3, 120), Piece(120, 300)]
+    parts = {size: list(split_log(log, pieces, settings, 20.0, size)) for size in (1000, 7)}
+    for get in (
+        lambda part: part.seen.reference,
+        lambda part: part.seen.coming,
+        lambda part: part.seen.realised,
+        lambda part: part.seen.elapsed,
+        lambda part: part.needed,
+        lambda part: part.recorded,
+    ):
+        whole, parted = (np.concatenate([get(part) for part in parts[size]]) for size in (1000, 7))
+        assert np.array_equal(whole, parted, equal_nan=True)
+    elapsed = np.concatenate([part.seen.elapsed for part in parts[7]])
+    expected = np.diff(time, prepend=0.0)[3:]
+    expected[[0, 117]] = 0.01  # nothing is known of what was before a piece
+    assert elapsed == pytest.approx(expected, rel=1e-12)
+    assert [part.start for part in parts[1000]] == [3, 120]
+    assert {part.begins for part in parts[1000]} == {part.ends for part in parts[1000]} == {True}
+    assert sum(part.begins for part in parts[7]) == sum(part.ends for part in parts[7]) == 2
 
 
 @pytest.mark.parametrize("band", [5.0, 40.0, None])
