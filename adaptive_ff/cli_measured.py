@@ -1,4 +1,4 @@
-"""Commands for recorded data: ``adaptive-ff identify``."""
+"""Commands for recorded data: ``adaptive-ff identify``, and beside it ``adaptive-ff replay``."""
 
 import os
 import warnings
@@ -9,10 +9,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from adaptive_ff.cli_columns import chosen_columns, read_columns
+from adaptive_ff.cli_replay import replay_command
 from adaptive_ff.errors import InputError
-from adaptive_ff.measured import Log, LogIdentification, identify_log, read_log
+from adaptive_ff.measured import LogIdentification, identify_log
 from adaptive_ff.measured.identification import HELD_OUT
-from adaptive_ff.measured.naming import column_names, read_scales, usual_column
+from adaptive_ff.measured.naming import read_scales
 from adaptive_ff.measured.scenario_text import reference_columns, scenario_text
 from adaptive_ff.measured.tables import parameters_table
 from adaptive_ff.output import staged, write_csv, write_json
@@ -29,6 +31,7 @@ LONGEST_LIST = 10
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     app.command("identify")(identify_command)
+    app.command("replay")(replay_command)
 
 
 def identify_command(
@@ -55,9 +58,9 @@ def identify_command(
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
     scales = read_scales(scale or [])
-    columns = _columns(log, time, period, position, velocity, torque)
-    given = _read(log, columns, period, scales)
-    other = None if validate is None else _read(validate, columns, period, scales)
+    columns = chosen_columns(log, time, period, position, velocity, torque)
+    given = read_columns(log, columns, period, scales)
+    other = None if validate is None else read_columns(validate, columns, period, scales)
     with ExitStack() as stack:
         beside = None if json is None else stack.enter_context(staged(json.parent))
         stage = stack.enter_context(staged(out))
@@ -78,43 +81,6 @@ def identify_command(
         if json is not None and beside is not None:
             write_json(beside / json.name, result)
     _print(found, out, refused)
-
-
-def _columns(
-    log: Path,
-    time: str | None,
-    period: float | None,
-    position: str | None,
-    velocity: str | None,
-    torque: str | None,
-) -> dict[str, str]:
-    """Return the column of each role; where none is named, the one of a usual name."""
-    if time is not None and period is not None:
-        raise InputError("--time and --period are both given; give one of them")
-    if position is not None and velocity is not None:
-        raise InputError("--position and --velocity are both given; give one of them")
-    chosen = {"time": time, "position": position, "velocity": velocity, "torque": torque}
-    columns = {role: column for role, column in chosen.items() if column is not None}
-    names: list[str] | None = None
-    for roles in (("time",), ("position", "velocity"), ("torque",)):
-        if any(role in columns for role in roles) or (roles == ("time",) and period is not None):
-            continue
-        names = column_names(log) if names is None else names
-        role, column = usual_column(log, names, roles)
-        columns[role] = column
-    return columns
-
-
-def _read(path: Path, columns: dict[str, str], period: float | None, scales: dict[str, float]) -> Log:
-    return read_log(
-        path,
-        torque=columns["torque"],
-        position=columns.get("position"),
-        velocity=columns.get("velocity"),
-        time=columns.get("time"),
-        period=period,
-        scale=scales,
-    )
 
 
 def _write_scenario(found: LogIdentification, stage: Path) -> str | None:

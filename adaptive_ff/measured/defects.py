@@ -1,5 +1,6 @@
 """Defects of a log, and the pieces between them that can be used."""
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,6 +13,10 @@ from adaptive_ff.measured.logs import Array, Log
 
 GAP = 5.5
 """A step of the clock longer than this many median steps is a gap: nothing is known of what was between."""
+
+
+MANY = 1_000_000
+"""Samples of a long log that are looked at together."""
 
 
 class Piece(NamedTuple):
@@ -35,15 +40,16 @@ class Skipped(NamedTuple):
 
 
 def median_step(log: Log) -> float:
-    """Return the median step of the clock, s, of those that go forward.
+    """Return the median step of the clock, s, of those that go forward; of a long log, of a million of them.
 
     Raises
     ------
     InputError
         The clock never goes forward.
     """
+    every = max(1, math.ceil(log.time.size / MANY))
     with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.diff(log.time)
+        steps = log.time[1::every] - log.time[:-1:every]
         forward = steps[(steps > 0.0) & (steps < np.inf)]
     if forward.size == 0:
         raise InputError(f"{log.name}: the time never goes forward; it must ascend")
@@ -73,14 +79,15 @@ def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skippe
         The clock never goes forward.
     """
     step = median_step(log)
-    names = {"time": log.time, "torque": log.torque, "position": log.position, "velocity": log.velocity}
     finite = np.ones(log.time.size, dtype=np.bool_)
-    for series in names.values():
+    for series in (log.time, log.torque, log.position, log.velocity, *log.extra.values()):
         if series is not None:
             finite &= np.isfinite(series)
+    broken = np.empty(max(0, log.time.size - 1), dtype=np.bool_)
     with np.errstate(invalid="ignore", over="ignore"):
-        steps = np.diff(log.time)
-        broken = ~((steps > 0.0) & (steps <= GAP * step))
+        for start in range(0, broken.size, MANY):  # no second copy of a long clock
+            steps = np.diff(log.time[start : start + MANY + 1])
+            broken[start : start + MANY] = ~((steps > 0.0) & (steps <= GAP * step))
     skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
     for place in np.flatnonzero(broken & finite[1:] & finite[:-1]) + 1:
         before, after = log.time[place - 1], log.time[place]
@@ -101,7 +108,7 @@ def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skippe
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Return start and stop of each run of true values."""
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
+    edges = np.flatnonzero(np.diff(mask.view(np.int8), prepend=np.int8(0), append=np.int8(0)))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
 

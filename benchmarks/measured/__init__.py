@@ -1,0 +1,1 @@
+"""Measured machines: identification, replay and closed loop over recorded data."""
