@@ -34,7 +34,7 @@ from adaptive_ff.feedforward import (
 from adaptive_ff.gate import sliding_time
 from adaptive_ff.identifying import IdentifyingController, check_parameters, check_positive
 from adaptive_ff.model import ESTIMATED, TorqueModel
-from adaptive_ff.physical import LARGEST_LAG, torque_model, write_model
+from adaptive_ff.physical import largest_lag, torque_model, write_model
 from adaptive_ff.torque_form import Signals, TorqueForm, advance_signals, initial_signals, settle_signals
 from controllers import (
     ESTIMATES,
@@ -66,6 +66,9 @@ MEMORY = 320.0
 VISCOUS_SHARE = 0.2
 """Unit of the viscous coefficient, as a share of the proportional gain."""
 
+
+LAG_UNIT = 0.01
+"""Least unit of the friction lag, s: the time constant of a fast loop would be too small a unit to find the lag in."""
 
 ONE_SIDED_SHARE = 0.1
 """Units of the offset and of what differs by direction, as a share of those of friction itself.
@@ -351,14 +354,14 @@ class AdaptiveController(IdentifyingController):
         slope = VISCOUS_SHARE * proportional
         size = len(self.estimate_names)
         one_sided = [ONE_SIDED_SHARE * unit for unit in (torque_scale, torque_scale, slope)]
-        scale = [inertia, torque_scale, torque_scale, slope, response, *one_sided]
+        scale = [inertia, torque_scale, torque_scale, slope, max(response, LAG_UNIT), *one_sided]
         estimator = EstimatorParameters(
             TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
             np.array([inertia, 0.0, 0.0, 0.0, response, 0.0, 0.0, 0.0])[:size],
             np.array(scale)[:size],
             float(torque_scale),
             float(memory),
-            make_workspace(inertia, LARGEST_LAG * response, size),
+            make_workspace(inertia, largest_lag(response), size),
         )
         block = AdaptiveParameters(
             feedback,

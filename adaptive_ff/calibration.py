@@ -29,7 +29,7 @@ from adaptive_ff.course import Course, Record, empty_record, lay_course
 from adaptive_ff.errors import InputError
 from adaptive_ff.loop import run_compiled, start_position
 from adaptive_ff.model import TorqueModel
-from adaptive_ff.physical import INERTIA_RANGE, LARGEST_LAG
+from adaptive_ff.physical import INERTIA_RANGE, largest_lag
 from adaptive_ff.scenario import Scenario
 from adaptive_ff.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals
 from controllers import PI
@@ -168,9 +168,11 @@ def _units(scenario: Scenario) -> Array:
     return np.array([inertia, torque, VISCOUS_SHARE * proportional, torque, inertia / proportional])
 
 
-LOWER = np.array([1.0 / INERTIA_RANGE, 0.0, 0.0, 0.0, 0.0])
-UPPER = np.array([INERTIA_RANGE, np.inf, np.inf, np.inf, LARGEST_LAG])
-"""What is possible, in those units; adhesion is stiction beyond Coulomb friction."""
+def _possible(scenario: Scenario) -> tuple[Array, Array]:
+    """Return the least and the largest of what is possible, in those units; adhesion is stiction beyond Coulomb's."""
+    response = scenario.feedback.inertia / scenario.feedback.gains[0]
+    least = np.array([1.0 / INERTIA_RANGE, 0.0, 0.0, 0.0, 0.0])
+    return least, np.array([INERTIA_RANGE, np.inf, np.inf, np.inf, largest_lag(response) / response])
 
 
 def _fit_curve(calibration: Calibration, count: int, lag: float) -> Array:
@@ -184,11 +186,12 @@ def _fit_curve(calibration: Calibration, count: int, lag: float) -> Array:
         column["stiction"],
     ]
     units = _units(calibration.scenario)[:count]
+    least, most = _possible(calibration.scenario)
     matrix = np.column_stack(columns[:count]) * units
     size = np.linalg.norm(matrix)
     goal = factor[:, -1] - lag * column["friction_lag"]
     found = np.zeros(len(columns))
-    found[:count] = units * lsq_linear(matrix / size, goal / size, bounds=(LOWER[:count], UPPER[:count])).x
+    found[:count] = units * lsq_linear(matrix / size, goal / size, bounds=(least[:count], most[:count])).x
     return found
 
 
@@ -207,6 +210,7 @@ def _model(scenario: Scenario, curve: Array, lag: float) -> TorqueModel:
 def _fit_output(calibration: Calibration) -> TorqueModel:
     """Fit all parameters so that the simulated loop moves as measured."""
     scenario, units = calibration.scenario, _units(calibration.scenario)
+    possible = _possible(scenario)
 
     def error(parameters: Array) -> Array:
         """Return the error of the simulated velocity, in units of the Stribeck velocity."""
@@ -223,11 +227,11 @@ def _fit_output(calibration: Calibration) -> TorqueModel:
         method="bounded",
         options={"xatol": LAG_STEP},
     )
-    first = np.clip(with_lag(float(search.x)) / units, LOWER, UPPER)
+    first = np.clip(with_lag(float(search.x)) / units, *possible)
     fit = least_squares(
         lambda scaled: error(scaled * units),
         first,
-        bounds=(LOWER, UPPER),
+        bounds=possible,
         x_scale=np.maximum(first, 0.1),
         **OUTPUT_ERROR,
     )

@@ -15,7 +15,10 @@ INERTIA_RANGE = 10.0
 """The inertia is believed to lie within this factor of the one that the feedback was designed for."""
 
 LARGEST_LAG = 10.0
-"""Largest friction lag that is believed, in time constants ``J/Kp`` of the feedback."""
+"""Largest friction lag that is believed, in time constants ``J/Kp`` of the feedback ..."""
+
+LARGEST_LAG_AT_LEAST = 0.1
+"""... but at least this, s: with a fast loop, even the lag of a common joint is many of its time constants."""
 
 
 def possible_ranges(inertia: float, largest_lag: float, size: int) -> NDArray[np.float64]:
@@ -39,6 +42,11 @@ def possible_ranges(inertia: float, largest_lag: float, size: int) -> NDArray[np
     ranges[INERTIA] = inertia / INERTIA_RANGE, inertia * INERTIA_RANGE
     ranges[FRICTION_LAG] = 0.0, largest_lag
     return ranges
+
+
+def largest_lag(response: float) -> float:
+    """Return the largest friction lag (s) that is believed, for a time constant ``J/Kp`` (s) of the feedback."""
+    return max(LARGEST_LAG * response, LARGEST_LAG_AT_LEAST)
 
 
 @register_jitable(forceinline=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.identifying import IdentifyingController, check_positive
 from adaptive_ff.model import ESTIMATED
-from adaptive_ff.physical import LARGEST_LAG, confine, possible_ranges, torque_model, write_model
+from adaptive_ff.physical import confine, largest_lag, possible_ranges, torque_model, write_model
 from adaptive_ff.rls import update_rls_within
 from adaptive_ff.series import COEFFICIENTS, series_regressors, write_physical
 from controllers import (
@@ -229,7 +229,7 @@ class PaperController(IdentifyingController):
             float(stribeck_velocity),
             float(stribeck_shape),
             float(inertia),
-            possible_ranges(inertia, LARGEST_LAG * inertia / proportional, len(ESTIMATED)),
+            possible_ranges(inertia, largest_lag(inertia / proportional), len(ESTIMATED)),
             math.exp(-period / memory),
             float(period),
             np.zeros(len(COEFFICIENTS)),

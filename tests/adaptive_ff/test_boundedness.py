@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from adaptive_ff import AdaptiveController
 from adaptive_ff.estimator import FLOOR, PEAK_FACTOR, SMALLEST_FLOOR
 from adaptive_ff.model import ESTIMATED, PER_DIRECTION
-from adaptive_ff.physical import INERTIA_RANGE, LARGEST_LAG
+from adaptive_ff.physical import INERTIA_RANGE, largest_lag
 from adaptive_ff.resetting import update_resetting
 from controllers import pi_gains
 
@@ -101,7 +101,7 @@ class Watch:
         assert INERTIA / INERTIA_RANGE <= inertia <= INERTIA * INERTIA_RANGE
         assert 0.0 <= coulomb <= torque
         assert 0.0 <= stiction <= torque
-        assert 0.0 <= lag <= LARGEST_LAG * RESPONSE * (1.0 + 1e-12)
+        assert 0.0 <= lag <= largest_lag(RESPONSE) * (1.0 + 1e-12)
         assert 0.0 <= viscous * self.speed <= torque
         for value, unit in zip(one_sided, (1.0, 1.0, self.speed), strict=False):
             assert abs(value) * unit <= torque
@@ -119,7 +119,7 @@ class Watch:
         if "offset" in estimates:
             static *= 2.0  # what differs by direction is at most as large in the model
         self.friction = max(self.friction, static)
-        kept = math.exp(-controller.period / (LARGEST_LAG * RESPONSE))
+        kept = math.exp(-controller.period / (largest_lag(RESPONSE)))
         bound = INERTIA * INERTIA_RANGE * abs(following - reference) / controller.period
         bound += self.friction * (1.0 + 2.0 / (1.0 - kept)) + abs(estimates.get("offset", 0.0))
         assert abs(model_torque) <= bound * (1.0 + 1e-9) + 1e-9
