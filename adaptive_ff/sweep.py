@@ -73,14 +73,18 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
         return float(np.exp(generator.uniform(math.log(bounds[0]), math.log(bounds[1]))))
 
     inertia = joint.inertia * logarithmic(ranges.inertia)
-    coulomb = joint.coulomb * logarithmic(ranges.coulomb)
-    table = {
-        "inertia": inertia,
-        "coulomb": coulomb,
-        "viscous": joint.viscous * logarithmic(ranges.viscous),
-        "stiction": coulomb * even(ranges.stiction),
-        "friction_lag": even(ranges.friction_lag),
-    }
+    coulomb, viscous = logarithmic(ranges.coulomb), logarithmic(ranges.viscous)
+    stiction, lag = even(ranges.stiction), even(ranges.friction_lag)
+    table = {"inertia": inertia}
+    curves = {"": joint.friction, "_backward": joint.friction_backward}
+    if curves["_backward"] == curves[""]:
+        del curves["_backward"]
+    for ending, curve in curves.items():
+        table[f"coulomb{ending}"] = curve.coulomb * coulomb
+        table[f"viscous{ending}"] = curve.viscous * viscous
+        table[f"stiction{ending}"] = curve.coulomb * coulomb * stiction
+    if "friction_lag" in type(joint).model_fields:
+        table["friction_lag"] = lag
     noise = even(ranges.velocity_noise)
     told_velocity = joint.stribeck_velocity * logarithmic(ranges.told_stribeck_velocity)
     told_inertia = inertia * logarithmic(ranges.told_inertia)
@@ -99,7 +103,8 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
         feedback=feedback,
         adaptation={"stribeck_velocity": told_velocity},
     )
-    if steepest_fall(drawn.joint.friction) > STEEPEST_FALL * proportional:
+    steepest = max(map(steepest_fall, (drawn.joint.friction, drawn.joint.friction_backward)))
+    if steepest > STEEPEST_FALL * proportional:
         raise InputError(f"draw {draw}: the friction curve falls too steeply for PI")
     limit = scenario.actuator.torque_limit
     if limit is None:

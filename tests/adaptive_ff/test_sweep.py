@@ -13,7 +13,8 @@ from scenario_files import write_scenario
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.scenario_file import to_toml
 from adaptive_ff.simulate import simulate
-from adaptive_ff.sweep import QUANTITIES, draw_scenario, needed_torque, quantities, summary, sweep
+from adaptive_ff.sweep import QUANTITIES, draw_scenario, needed_torque, quantities, run_draw, summary, sweep
+from benchmarks.tracking.cells import SCENARIOS
 from plant import steepest_fall
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})
@@ -98,3 +99,18 @@ def test_bad_input_is_refused(tmp_path):
     for table in ({"inertia": [2.0, 1.0]}, {"stiction": [0.5, 2.0]}, {"inertia": [1.0]}, {"inertia": [-1.0, 1.0]}):
         with pytest.raises(InputError, match=rf"sweep\.{next(iter(table))}"):
             SHORT.modified(sweep=table)
+
+
+@pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic"])
+def test_joints_of_every_kind_are_drawn(name):
+    scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
+    outcomes = [run_draw(scenario, 101, draw) for draw in range(6)]
+    ran = [outcome for outcome in outcomes if not outcome.refused]
+    assert ran
+    for outcome in ran:
+        drawn = draw_scenario(scenario, 101, outcome.draw).joint
+        assert drawn.kind == scenario.joint.kind
+        forward, backward = drawn.friction, drawn.friction_backward
+        before = scenario.joint.friction_backward.coulomb / scenario.joint.coulomb
+        assert backward.coulomb / forward.coulomb == pytest.approx(before, rel=1e-12)
+        assert backward.stiction / forward.stiction == pytest.approx(before, rel=1e-12)
