@@ -41,13 +41,29 @@ def write_log(path: Path, samples: int) -> None:
     np.savez(path, **series)
 
 
+def peak_memory() -> int:
+    """Return the largest memory that this process has had, bytes.
+
+    Linux says it in a file; the number of ``getrusage`` there is that of the process which started this one, where that
+    was larger.
+    """
+    try:
+        lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    except OSError:
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+
+
 def replay_in_process(path: Path) -> dict[str, Any]:
     """Replay a log with the command in a process of its own; return its time (s) and peak memory (bytes)."""
     code = (
-        "import json, resource, sys\n"
+        "import json, sys\n"
         "from adaptive_ff.cli import app\n"
+        "from benchmarks.measured.long_log import peak_memory\n"
         "app(sys.argv[1:], standalone_mode=False)\n"
-        "print(json.dumps(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024))\n"
+        "print(json.dumps(peak_memory()))\n"
     )
     options = ["--reference-velocity", "velocity", "--out", str(path.parent / "out")]
     begin = time.perf_counter()
