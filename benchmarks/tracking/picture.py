@@ -46,7 +46,7 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
             best = max(rivals, key=lambda j, row=gains[i]: np.nan_to_num(row[j]))
             for j, gain in enumerate(gains[i]):
                 axes.text(
-                    *(j, i, f"{gain:.2g}" if np.isfinite(gain) else "x"),
+                    *(j, i, _shown(gain)),
                     **{"ha": "center", "va": "center", "size": 7.0, "weight": "bold" if j == best else "normal"},
                     color="white" if abs(levels[i, j]) > DARK or levels[i, j] < -1.5 else INK,
                 )
@@ -59,6 +59,12 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
         bar.ax.set_yticklabels([f"{2.0**power:g}" for power in range(-2, 7, 2)])
         bar.set_label("error of pi / own")
         figure.savefig(path, dpi=150)
+
+
+def _shown(gain: float) -> str:
+    if not math.isfinite(gain):
+        return "x"
+    return f"{gain:.0f}" if gain >= 10.0 else f"{gain:.2g}"
 
 
 def _gain(row: dict[str, Cell], name: str) -> float:

@@ -17,7 +17,7 @@ TOLD_THE_TRUTH = frozenset({"oracle", "coulomb_true", "stribeck_true"})
 """Controllers that know what nobody knows; they are no rivals."""
 
 ALIKE = 1.02
-"""Two medians that differ by less than this factor count as equal."""
+"""A median ratio nearer to one than this factor counts as equal."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
 
 
 def best_rival(row: dict[str, Cell]) -> str:
-    """Return the rival with the smallest median error in a scenario; PI where there is no other."""
+    """Return the rival that improves most on PI in the median of a scenario; PI where there is no other."""
     rivals = {name: cell for name, cell in row.items() if name != OURS and name not in TOLD_THE_TRUTH}
-    return min(rivals, key=lambda name: rivals[name].median)
+    return max(rivals, key=lambda name: float(np.median(rivals[name].gain)))
 
 
 def ranking_rows(cells: Cells) -> list[list[str]]:
@@ -76,7 +76,7 @@ def ranking_rows(cells: Cells) -> list[list[str]]:
         shown += [f"{np.median(row[TRUTH].gain):.3g}" if TRUTH in row else "-"]
         if OURS in row:
             ours = row[OURS]
-            ratio = ours.median / row[rival].median
+            ratio = float(np.median(ours.error / row[rival].error))  # seed by seed
             outcome = "won" if ratio < 1.0 / ALIKE else "lost" if ratio > ALIKE else "equal"
             spread = f"{np.median(ours.gain):.3g} ({ours.gain.min():.3g} to {ours.gain.max():.3g})"
             share = f"{np.median(ours.error / row[TRUTH].error):.3g}" if TRUTH in row else "-"
