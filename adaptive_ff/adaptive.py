@@ -32,7 +32,7 @@ from adaptive_ff.feedforward import (
     step_feedforward,
 )
 from adaptive_ff.gate import sliding_time
-from adaptive_ff.identifying import IdentifyingController, check_parameters, check_positive
+from adaptive_ff.identifying import IdentifyingController, check_parameters
 from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.physical import largest_lag, torque_model, write_model
 from adaptive_ff.torque_form import Signals, TorqueForm, advance_signals, initial_signals, settle_signals
@@ -43,8 +43,10 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    acting_torque,
     asked_torque,
     check_gains,
+    check_positive,
     delay_line,
     delayed,
     hand_over,
@@ -208,14 +210,12 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     """
     valid, delay = math.isfinite(inputs.velocity), block.feedback.delay
     velocity = inputs.velocity if valid else state.feedback.velocity
-    known = math.isfinite(inputs.realised_torque)
-    realised = inputs.realised_torque if known else asked_torque(block.feedback, state.feedback)
     form = block.estimator.form
     measured, model = state.measured, state.model
     if state.feedback.samples == 0:
         measured = settle_signals(form, measured, velocity)
         model = settle_signals(form, model, inputs.reference)
-    acting = realised - delayed(state.known_torques, delay)
+    acting = acting_torque(inputs, asked_torque(block.feedback, state.feedback), delayed(state.known_torques, delay))
     lagged_torque = state.lagged_torque
     if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)

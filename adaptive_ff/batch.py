@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from adaptive_ff.batch_rows import Mask, series_rows, torque_form_rows
-from adaptive_ff.identifying import check_parameters, check_positive
+from adaptive_ff.identifying import check_parameters
 from adaptive_ff.least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
 from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.series import COEFFICIENTS, write_physical
 from adaptive_ff.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals
+from controllers import check_positive
 
 FILTER_MEMORY = 6.0
 """Time constants of the filters after which they have forgotten an error: the equations are correlated that long."""

@@ -3,9 +3,7 @@
 from collections.abc import Sequence
 
 from adaptive_ff.model import ESTIMATED, PER_DIRECTION, WITH_OFFSET
-from controllers import Controller, check_positive
-
-__all__ = ["IdentifyingController", "check_parameters", "check_positive"]
+from controllers import Controller
 
 
 class IdentifyingController(Controller):

@@ -78,12 +78,13 @@ def _adaptive_paper(scenario: Scenario) -> PaperController:
 
 
 def _canudas_told(scenario: Scenario) -> dict[str, Any]:
-    return {
+    told = {
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
         "dead_zone": DEAD_ZONE * scenario.adaptation.stribeck_velocity,
         "delay": scenario.delay,
     }
+    return _with_memory(told, scenario.adaptation.memory)
 
 
 def _canudas(scenario: Scenario) -> CanudasController:

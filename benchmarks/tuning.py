@@ -28,6 +28,7 @@ from adaptive_ff.lineup import (
     make_extended_state,
     make_kalman_disturbance,
 )
+from benchmarks.tuning_rivals import candidates
 
 FIRST_SEED = 101
 
@@ -105,6 +106,7 @@ CANDIDATES: dict[str, dict[str, Maker]] = {
         **_by_balance(_without_integral(make_kalman_disturbance), [2.0, 2.8], ", P"),
         **_by_crossover(make_kalman_disturbance, [1.0, 3.0, 6.0, 8.0]),
     },
+    **candidates(),
 }
 """Makers by controller and label."""
 

@@ -31,7 +31,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.identifying import IdentifyingController, check_positive
+from adaptive_ff.identifying import IdentifyingController
 from adaptive_ff.physical import INERTIA_RANGE
 from adaptive_ff.rls import update_rls_within
 from controllers import (
@@ -41,8 +41,10 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    acting_torque,
     asked_torque,
     check_gains,
+    check_positive,
     initial_pi_state,
     step_pi,
     with_feedforward,
@@ -216,11 +218,10 @@ def step_identified(block: CanudasParameters, state: CanudasState, inputs: Input
     """Learn from the period that ends; return the velocity, the next reference (rad/s) and the inertia torque (N m)."""
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
-    asked = asked_torque(block.feedback, state.feedback)
-    realised = inputs.realised_torque if math.isfinite(inputs.realised_torque) else asked
     slides = min(abs(velocity), abs(state.velocity)) >= block.dead_zone and velocity * state.velocity > 0.0
     if state.enabled and finite and state.valid > 0 and slides:
-        learn_canudas(block, state, realised - state.known_torque, velocity, inputs.dt)
+        torque = acting_torque(inputs, asked_torque(block.feedback, state.feedback), state.known_torque)
+        learn_canudas(block, state, torque, velocity, inputs.dt)
     following = inputs.next_reference
     if not math.isfinite(following):
         started = state.feedback.samples > 0

@@ -34,7 +34,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.feedforward import FeedforwardState, step_feedforward
-from adaptive_ff.identifying import IdentifyingController, check_positive
+from adaptive_ff.identifying import IdentifyingController
 from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.physical import INERTIA_RANGE
 from controllers import (
@@ -46,6 +46,7 @@ from controllers import (
     PIState,
     asked_torque,
     check_gains,
+    check_positive,
     initial_pi_state,
     step_pi,
     with_feedforward,

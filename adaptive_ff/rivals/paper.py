@@ -14,7 +14,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.identifying import IdentifyingController, check_positive
+from adaptive_ff.identifying import IdentifyingController
 from adaptive_ff.model import ESTIMATED
 from adaptive_ff.physical import confine, largest_lag, possible_ranges, torque_model, write_model
 from adaptive_ff.rls import update_rls_within
@@ -26,8 +26,10 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    acting_torque,
     asked_torque,
     check_gains,
+    check_positive,
     delay_line,
     delayed,
     initial_pi_state,
@@ -134,9 +136,8 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
-    known, delay = math.isfinite(inputs.realised_torque), block.feedback.delay
-    realised = inputs.realised_torque if known else asked_torque(block.feedback, state.feedback)
-    torque = realised - delayed(state.known_torques, delay)
+    delay = block.feedback.delay
+    torque = acting_torque(inputs, asked_torque(block.feedback, state.feedback), delayed(state.known_torques, delay))
     valid = state.valid + 1 if finite else 0
     if state.enabled and valid > 2:
         series_regressors(

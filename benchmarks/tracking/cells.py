@@ -61,11 +61,12 @@ def run_cell(name: str, seed: int, fastest: bool, controllers: list[str]) -> dic
     """
     scenario = cell_scenario(name, seed, fastest)
     course = lay_course(scenario)
-    base = windows(simulate(scenario, BASELINE, course=course))
+    pi = simulate(scenario, BASELINE, course=course)
+    base = windows(pi)
     found: dict[str, Figures] = {}
     for controller in controllers:
         try:
-            run = simulate(scenario, controller, course=course)
+            run = pi if controller == BASELINE else simulate(scenario, controller, course=course)
         except (ArithmeticError, ValueError):
             found[controller] = {}
         else:

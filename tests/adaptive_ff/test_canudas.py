@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO, course_along, drive, lay_course, make
 
+from adaptive_ff.lineup import CONTROLLERS
 from adaptive_ff.rivals.canudas import (
     INITIAL_COVARIANCE,
     CanudasController,
@@ -176,3 +177,13 @@ def test_it_follows_a_real_joint_better_than_pi():
 def test_wrong_values_are_refused_by_name(controller, wrong):
     with pytest.raises(ValueError, match=f"{next(iter(wrong))} = "):
         controller(*GAINS, PERIOD, **{"inertia": 20.0, "dead_zone": 0.01, **wrong})
+
+
+@pytest.mark.parametrize("name", ["canudas", "canudas_measured"])
+def test_memory_that_a_scenario_tells_reaches_the_controller(name):
+    def memory(scenario):
+        block = CONTROLLERS[name](scenario).parameters
+        return getattr(block, "adaptation", block).memory
+
+    assert memory(SCENARIO.modified(adaptation={"memory": 7.0})) == 7.0
+    assert memory(SCENARIO) == 5.0
