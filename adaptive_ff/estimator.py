@@ -25,6 +25,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.jump import JUMP, JUMP_WINDOW, LEAST_ERROR, forget_friction, note_surprise, predict_friction
 from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, STICTION, confine, limit_friction, possible_ranges
 from adaptive_ff.resetting import move_parameter, update_resetting
 from adaptive_ff.torque_form import TORQUE, VELOCITY, Signals, TorqueForm, write_regressors
@@ -129,12 +130,15 @@ class EstimatorState(NamedTuple):
     levels : ndarray, shape (4,)
         Mean squared scaled prediction error; largest filtered torque (N m) and reference speed (rad/s) so far; for how
         long there has been something to learn from, s.
+    surprise : ndarray, shape (2,)
+        Means over a short window of prediction error times predicted friction and of the latter squared, scaled.
     """
 
     estimate: NDArray[np.float64]
     information: NDArray[np.float64]
     agreement: NDArray[np.float64]
     levels: NDArray[np.float64]
+    surprise: NDArray[np.float64]
 
 
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
@@ -142,7 +146,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     size = estimator.first.size
     information = PRIOR * np.eye(size)
     information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
-    return EstimatorState(estimator.first.copy(), information, np.zeros((size, 2)), np.zeros(4))
+    return EstimatorState(estimator.first.copy(), information, np.zeros((size, 2)), np.zeros(4), np.zeros(2))
 
 
 @register_jitable(forceinline=True)
@@ -268,7 +272,15 @@ def learn(
             instrument[i] = gradient[i]
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
-    levels[0] = keep * levels[0] + (1.0 - keep) * error * error
+    friction = predict_friction(estimate, row) / estimator.torque_scale
+    window = JUMP_WINDOW / estimator.form.pole
+    explained = note_surprise(state.surprise, friction, error, duration, window)
+    squared, usual = error * error, JUMP * (levels[0] + LEAST_ERROR)
+    if levels[3] > estimator.memory and explained > usual:
+        squared = min(squared, usual)  # what a change of friction explains does not make errors usual
+        known, share = state.surprise[1], window / estimator.memory
+        forget_friction(state.information, estimate, estimator.scale, known, estimator.torque_scale, share, factor)
+    levels[0] = keep * levels[0] + (1.0 - keep) * squared
     update_resetting(state.information, floor, keep, instrument, error, gradient, factor)
     limit_friction(ranges, peak, levels[2])
     correct(estimator.scale, estimate, gradient, factor, ranges, instrument)
