@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from adaptive_ff.confidence import assess
 from adaptive_ff.diagnosis import Diagnosis, Recorded, diagnose
 from adaptive_ff.estimator import (
+    SPEED_FACTOR,
     EstimatorParameters,
     EstimatorState,
     guess_friction,
@@ -34,7 +35,17 @@ from adaptive_ff.feedforward import (
 from adaptive_ff.gate import sliding_time
 from adaptive_ff.identifying import IdentifyingController, check_parameters
 from adaptive_ff.model import ESTIMATED, TorqueModel
-from adaptive_ff.physical import largest_lag, torque_model, write_model
+from adaptive_ff.physical import FRICTION_LAG, INERTIA, largest_lag, torque_model, write_model
+from adaptive_ff.timing import (
+    FIRST,
+    TimingState,
+    advance_response,
+    best_lag,
+    initial_timing_state,
+    lag_torque,
+    learn_timing,
+    note_friction,
+)
 from adaptive_ff.torque_form import Signals, TorqueForm, advance_signals, initial_signals, settle_signals
 from controllers import (
     ESTIMATES,
@@ -97,6 +108,8 @@ class AdaptiveParameters(NamedTuple):
         Time by which the measured velocity lags behind the joint's, s.
     period : float
         Nominal period, s.
+    tunes_lag : bool
+        Whether the lag of the feedforward is tuned by the tracking error.
     """
 
     feedback: PIParameters
@@ -105,6 +118,7 @@ class AdaptiveParameters(NamedTuple):
     hold: float
     velocity_lag: float
     period: float
+    tunes_lag: bool
 
 
 class AdaptiveState(NamedTuple):
@@ -129,6 +143,8 @@ class AdaptiveState(NamedTuple):
     model_torques, known_torques : tuple of float
         Torque of the model, and torque known from elsewhere, N m, the newest first, as far back as the drive may still
         apply them.
+    timing : TimingState
+        State of the tuning of the feedforward's lag.
     enabled : bool
         Whether the estimates adapt.
     """
@@ -142,6 +158,7 @@ class AdaptiveState(NamedTuple):
     lagged_torque: float
     model_torques: tuple[float, ...]
     known_torques: tuple[float, ...]
+    timing: TimingState
     enabled: bool
 
 
@@ -157,48 +174,66 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
         0.0,
         delay_line(block.feedback.delay),
         delay_line(block.feedback.delay),
+        initial_timing_state(block.feedback, float(block.estimator.first[FRICTION_LAG])),
         True,
     )
 
 
 @register_jitable(forceinline=True)
-def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueModel:
-    """Return the model as it is identified now."""
+def fed_model(block: AdaptiveParameters, state: AdaptiveState, lag: float) -> TorqueModel:
+    """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form = block.estimator.form
-    return torque_model(state.estimator.estimate, form.stribeck_velocity, form.stribeck_shape)
+    return torque_model(state.estimator.estimate, lag, form.stribeck_velocity, form.stribeck_shape)
 
 
 @register_jitable(forceinline=True)
-def lag_torque(lag: float, lagged: float, torque: float, duration: float) -> tuple[float, float]:
-    """Return the mean over a period of a torque (N m) behind a low-pass with a lag (s), and its value at the end.
+def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueModel:
+    """Return the model as it is identified now."""
+    return fed_model(block, state, state.estimator.estimate[FRICTION_LAG])
 
-    The torque is constant over the period; ``lagged`` is the value at its start.
-    """
-    share = -math.expm1(-duration / lag)
-    gap = lagged - torque
-    return torque + gap * share * lag / duration, torque + gap * (1.0 - share)
+
+@register_jitable(forceinline=True)
+def tune_lag(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> TimingState:
+    """Return the state of the lag's tuning after the period that has ended."""
+    timing, estimator, learnt = state.timing, block.estimator, state.estimator.levels[3]
+    timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
+    error = inputs.reference - inputs.velocity
+    believable = abs(error) < SPEED_FACTOR * state.estimator.levels[2]
+    if state.enabled and believable and learnt > FIRST * estimator.memory:
+        learn_timing(timing, error, learnt, estimator.memory, inputs.dt)
+    return timing
 
 
 @register_jitable(forceinline=True)
 def learn_bumpless(
-    block: AdaptiveParameters, state: AdaptiveState, measured: Signals, model: Signals, inputs: Inputs, learns: bool
-) -> tuple[float, FeedforwardState, PIState]:
+    block: AdaptiveParameters,
+    state: AdaptiveState,
+    measured: Signals,
+    model: Signals,
+    lag: float,
+    inputs: Inputs,
+    learns: bool,
+) -> tuple[float, FeedforwardState, PIState, float]:
     """Learn, or guess before there is anything to learn, and hand over to the feedforward what that adds to it.
+
+    What is fed forward so far has the given lag (s); the new one is returned last.
 
     The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
     """
     reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
     start, _ = ahead(state.feedforward, reference, following, delay)
-    old = identified_model(block, state)
+    old = fed_model(block, state, lag)
     before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay)
     if learns:
         learn(block.estimator, state.estimator, measured, model, inputs.dt)
     else:
         guess_friction(block.estimator, state.estimator, measured, model)
-    new = identified_model(block, state)
+    identified, largest = state.estimator.estimate[FRICTION_LAG], block.estimator.work.ranges[FRICTION_LAG, 1]
+    lag = best_lag(state.timing, identified, largest, block.period)
+    new = fed_model(block, state, lag)
     feedforward = exchange_model(state.feedforward, old, new, start)
     after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay)
-    return after, feedforward, hand_over(block.feedback, state.feedback, after - before)
+    return after, feedforward, hand_over(block.feedback, state.feedback, after - before), lag
 
 
 @register_jitable(forceinline=True)
@@ -222,12 +257,15 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     measured = advance_signals(form, measured, acting, velocity, inputs.dt)
     model = advance_signals(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
-    feedback, learns = state.feedback, sliding > block.hold
+    feedback, timing, learns = state.feedback, state.timing, sliding > block.hold
+    if block.tunes_lag:
+        timing = tune_lag(block, state, inputs)
+    lag = timing.lag
     if state.enabled and (learns or (valid and not has_learnt(state.estimator))):
-        torque, feedforward, feedback = learn_bumpless(block, state, measured, model, inputs, learns)
+        torque, feedforward, feedback, lag = learn_bumpless(block, state, measured, model, lag, inputs, learns)
     else:
         torque, feedforward = step_feedforward(
-            identified_model(block, state),
+            fed_model(block, state, lag),
             state.feedforward,
             inputs.reference,
             inputs.next_reference,
@@ -245,6 +283,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         lagged_torque,
         remember(state.model_torques, torque),
         remember(state.known_torques, inputs.feedforward),
+        note_friction(timing, state.feedforward.friction, feedforward.friction, lag, block.period),
         state.enabled,
     )
 
@@ -300,6 +339,9 @@ class AdaptiveController(IdentifyingController):
     velocity_lag : float, optional
         Time by which the measured velocity lags behind the joint's, s, such as half a period of a difference of
         positions plus the time constant of a low-pass behind it.
+    tunes_lag : bool, optional
+        Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
+        :mod:`timing`. For a controller that only watches another one's motion it must be false.
 
     Raises
     ------
@@ -333,6 +375,7 @@ class AdaptiveController(IdentifyingController):
         parameters: Sequence[str] = ESTIMATED,
         delay: float = 0.0,
         velocity_lag: float = 0.0,
+        tunes_lag: bool = True,
     ) -> None:
         feedback = check_gains(proportional, integral, delay)
         self.estimate_names = check_parameters(parameters)
@@ -370,6 +413,7 @@ class AdaptiveController(IdentifyingController):
             GATE_HOLD / float(pole),
             float(velocity_lag),
             float(period),
+            bool(tunes_lag),
         )
         super().__init__(block, period, initial_adaptive_state)
 

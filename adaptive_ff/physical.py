@@ -70,8 +70,10 @@ def confine(estimate: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
 
 
 @register_jitable(forceinline=True)
-def torque_model(estimate: NDArray[np.float64], stribeck_velocity: float, stribeck_shape: float) -> TorqueModel:
-    """Return the model that an estimate stands for.
+def torque_model(
+    estimate: NDArray[np.float64], lag: float, stribeck_velocity: float, stribeck_shape: float
+) -> TorqueModel:
+    """Return the model that an estimate stands for, with a friction lag (s) that may be another one.
 
     In either direction stiction is at least Coulomb friction and the viscous coefficient is not negative.
     """
@@ -88,7 +90,7 @@ def torque_model(estimate: NDArray[np.float64], stribeck_velocity: float, stribe
         estimate[COULOMB],
         stiction,
         estimate[VISCOUS],
-        estimate[FRICTION_LAG],
+        lag,
         stribeck_velocity,
         stribeck_shape,
         offset,

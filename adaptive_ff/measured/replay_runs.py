@@ -48,8 +48,9 @@ class Runner:
         controller = self.controller
         self._observed = initial_velocity_state(self._observer, measurement, reference)
         if isinstance(controller, AdaptiveController):
-            fresh = initial_adaptive_state(controller.parameters)
-            controller.state = fresh._replace(estimator=controller.state.estimator, enabled=controller.state.enabled)
+            fresh, known = initial_adaptive_state(controller.parameters), controller.state
+            timing = fresh.timing._replace(evidence=known.timing.evidence, lag=known.timing.lag)
+            controller.state = fresh._replace(estimator=known.estimator, timing=timing, enabled=known.enabled)
         else:
             controller.reset()
 

@@ -96,6 +96,7 @@ class ReplaySettings:
             stribeck_velocity=self.stribeck_velocity,
             memory=self.memory,
             parameters=IDENTIFIED[self.identify],
+            tunes_lag=False,
         )
 
     def observer(self, *, is_position: bool) -> Any:

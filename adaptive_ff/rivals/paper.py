@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.identifying import IdentifyingController
-from adaptive_ff.model import ESTIMATED
-from adaptive_ff.physical import confine, largest_lag, possible_ranges, torque_model, write_model
+from adaptive_ff.model import ESTIMATED, TorqueModel
+from adaptive_ff.physical import FRICTION_LAG, confine, largest_lag, possible_ranges, torque_model, write_model
 from adaptive_ff.rls import update_rls_within
 from adaptive_ff.series import COEFFICIENTS, series_regressors, write_physical
 from controllers import (
@@ -131,6 +131,13 @@ def initial_paper_state(block: PaperParameters) -> PaperState:
     )
 
 
+@register_jitable(forceinline=True)
+def identified_model(block: PaperParameters, state: PaperState) -> TorqueModel:
+    """Return the model as it is identified now."""
+    physical = state.physical
+    return torque_model(physical, physical[FRICTION_LAG], block.stribeck_velocity, block.stribeck_shape)
+
+
 @register_jitable
 def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tuple[Output, PaperState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
@@ -154,7 +161,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
         update_rls_within(state.coefficients, state.covariance, block.row, velocity, factor, block.projected)
         if write_physical(state.coefficients, block.period, state.physical):
             confine(state.physical, block.ranges)
-    model = torque_model(state.physical, block.stribeck_velocity, block.stribeck_shape)
+    model = identified_model(block, state)
     model_torque, feedforward = step_feedforward(
         model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay
     )
@@ -177,7 +184,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
 @register_jitable
 def write_paper(block: PaperParameters, state: PaperState, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
-    write_model(torque_model(state.physical, block.stribeck_velocity, block.stribeck_shape), row)
+    write_model(identified_model(block, state), row)
 
 
 STEPS[PaperParameters] = step_paper

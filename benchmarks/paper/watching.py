@@ -141,6 +141,7 @@ def adaptive() -> AdaptiveController:
         inertia=SCENARIO.feedback.inertia,
         stribeck_velocity=TRUE.stribeck_velocity,
         stribeck_shape=TRUE.stribeck_shape,
+        tunes_lag=False,
     )
 
 

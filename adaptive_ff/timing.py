@@ -1,0 +1,217 @@
+"""Timing of the feedforward at reversals, tuned by the tracking error that they leave.
+
+At a reversal friction changes its sign, and what the feedforward misses of it is nearly all that is left of the error.
+The torque of a drive is held over a period, noise shakes the joint while it turns, a gear gives way: with the true
+friction lag the feedforward is a few milliseconds early or late. So the feedforward has a lag of its own, the one that
+leaves the least error. The identified one stays as it is.
+
+Near the best lag ``L`` the tracking error is ``e = s (L - lag) + noise`` with the slope
+
+    s = G(z) du/dlag,    lag d(du/dlag)/dt + du/dlag = -df_ref/dt
+
+where ``df_ref/dt`` is the rate of the friction fed forward and ``G`` is what the loop of joint and PI makes of a
+torque, with the told inertia, held torques, the computation delay and the lag of the measured velocity. The slope comes
+from the reference alone, so noise does not bias the fit. Friction that depends on the velocity is left out of ``G``,
+which makes the slope some 20 % too small and leaves the zero of the mean of ``s e`` where it is.
+
+``L`` is the least-squares fit over a fading memory, an equation counting the more, the smaller the errors are around
+it, with the identified lag as the first guess, believed to a share of the period.
+
+It presumes that the torque of this controller moves the joint; a controller that only watches must not do it.
+
+The idea of tuning by the error behind the loop's own response follows the sensitivity approach to adaptive
+feedforward, B. Widrow and E. Walach, "Adaptive Inverse Control" (Wiley, 2008), there as filtered-x.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from controllers import PIParameters, delay_line, delayed, remember
+
+DISBELIEF = 0.3
+"""How far the best lag is expected from the identified one, in sampling periods, as a standard deviation."""
+
+LONGEST = 10.0
+"""Longest memory of the fit, in memories of the estimator ..."""
+
+GROWTH = 0.5
+"""... and its length as a share of the time for which has been learnt: what was fitted to a bad model must go."""
+
+FIRST = 0.5
+"""Time for which must have been learnt before the fit begins, in memories of the estimator."""
+
+CLIP = 3.0
+"""Errors are believed up to this many times their root mean square around reversals."""
+
+LEAST_LEFT = 0.25
+"""Least share of the mean squared error that another lag is believed to leave."""
+
+LARGEST_SLOPE = 1e30
+"""Where the response grows beyond this, rad/s^2, the loop that the gains make is not stable: it starts anew."""
+
+INFORMATION, WEIGHTED, ENERGY, SQUARES, CROSS, FOURTH = range(6)
+"""Places in the evidence."""
+
+
+class TimingState(NamedTuple):
+    """State of the tuning.
+
+    Attributes
+    ----------
+    sensitivity : float
+        Change of the friction fed forward with the lag, N m/s, at the end of the coming period.
+    velocity, integral : float
+        What the loop makes of it: change of the error with the lag, rad/s^2, and of the integral, N m/s.
+    slope : float
+        The former as the measured velocity shows it.
+    sensitivities, commands : tuple of float
+        Mean sensitivity over a period, and torque of the feedback to it, the newest first, as far back as the drive
+        may still apply them.
+    evidence : ndarray, shape (6,)
+        Fading sums of ``s^2``, ``s (e + s lag)``, both over the level of the error, and of ``s^2``, ``s^2 e^2``,
+        ``s^3 e``, ``s^4``; changed in place.
+    lag : float
+        Lag of the feedforward, s.
+    """
+
+    sensitivity: float
+    velocity: float
+    integral: float
+    slope: float
+    sensitivities: tuple[float, ...]
+    commands: tuple[float, ...]
+    evidence: NDArray[np.float64]
+    lag: float
+
+
+def initial_timing_state(feedback: PIParameters, lag: float) -> TimingState:
+    """Return the state for a joint at rest, with a lag (s) to begin with."""
+    line = delay_line(feedback.delay)
+    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, np.zeros(6), lag)
+
+
+@register_jitable(forceinline=True)
+def lag_torque(lag: float, lagged: float, torque: float, duration: float) -> tuple[float, float]:
+    """Return the mean over a period of a torque (N m) behind a low-pass with a lag (s), and its value at the end.
+
+    The torque is constant over the period; ``lagged`` is the value at its start.
+    """
+    if lag <= 0.0:
+        return torque, torque
+    share = -math.expm1(-duration / lag)
+    gap = lagged - torque
+    return torque + gap * share * lag / duration, torque + gap * (1.0 - share)
+
+
+@register_jitable(forceinline=True)
+def advance_response(
+    state: TimingState, feedback: PIParameters, inertia: float, velocity_lag: float, duration: float
+) -> TimingState:
+    """Advance the loop's response to a change of the lag over the period that has ended.
+
+    Parameters
+    ----------
+    state : TimingState
+        The state.
+    feedback : PIParameters
+        The PI loop.
+    inertia : float
+        Inertia that it was designed for, kg m^2.
+    velocity_lag : float
+        Time by which the measured velocity lags, s.
+    duration : float
+        Length of the period, s.
+    """
+    torque = delayed(state.sensitivities, feedback.delay) - delayed(state.commands, feedback.delay)
+    velocity = state.velocity + duration / inertia * torque
+    integral = state.integral + feedback.integral * duration * velocity
+    slope = state.slope + (velocity - state.slope) * duration / (duration + velocity_lag)
+    command = feedback.proportional * velocity + integral
+    if not abs(command) < LARGEST_SLOPE * feedback.proportional:
+        velocity, integral, slope, command = 0.0, 0.0, 0.0, 0.0
+    commands = remember(state.commands, command)
+    return TimingState(
+        state.sensitivity, velocity, integral, slope, state.sensitivities, commands, state.evidence, state.lag
+    )
+
+
+@register_jitable(forceinline=True)
+def learn_timing(state: TimingState, error: float, learnt: float, memory: float, duration: float) -> None:
+    """Take the tracking error at one sample into account.
+
+    Parameters
+    ----------
+    state : TimingState
+        The state; its evidence is changed in place.
+    error : float
+        Reference less measured velocity, rad/s.
+    learnt : float
+        Time for which the estimator has learnt, s, more than zero.
+    memory : float
+        Memory of the estimator, s.
+    duration : float
+        Time since the last sample, s.
+    """
+    evidence, slope = state.evidence, state.slope
+    square = slope * slope
+    keep = math.exp(-duration / memory)
+    evidence[ENERGY] = keep * evidence[ENERGY] + square
+    evidence[SQUARES] = keep * evidence[SQUARES] + square * error * error
+    evidence[CROSS] = keep * evidence[CROSS] + square * slope * error
+    evidence[FOURTH] = keep * evidence[FOURTH] + square * square
+    squares, fourth = evidence[SQUARES], evidence[FOURTH]
+    keep = math.exp(-duration / min(LONGEST * memory, GROWTH * learnt))
+    evidence[INFORMATION] *= keep
+    evidence[WEIGHTED] *= keep
+    if not (squares > 0.0 and fourth > 0.0):  # at rest for very long
+        return
+    limit = CLIP * math.sqrt(squares / evidence[ENERGY])
+    left = squares - evidence[CROSS] * evidence[CROSS] / fourth  # by the lag that would suit these errors best
+    weight = evidence[ENERGY] / max(left, LEAST_LEFT * squares)
+    evidence[INFORMATION] += weight * square
+    evidence[WEIGHTED] += weight * slope * (min(max(error, -limit), limit) + slope * state.lag)
+
+
+@register_jitable(forceinline=True)
+def best_lag(state: TimingState, identified: float, largest: float, period: float) -> float:
+    """Return the lag of the feedforward that the errors so far ask for, s.
+
+    Parameters
+    ----------
+    state : TimingState
+        The state.
+    identified, largest : float
+        Identified friction lag, and the largest that is believed, s.
+    period : float
+        Sampling period, s.
+    """
+    believed = 1.0 / (DISBELIEF * period) ** 2
+    evidence = state.evidence
+    lag = (evidence[WEIGHTED] + believed * identified) / (evidence[INFORMATION] + believed)
+    return min(max(lag, 0.0), largest)  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
+def note_friction(state: TimingState, start: float, end: float, lag: float, period: float) -> TimingState:
+    """Note what is fed forward over the coming period.
+
+    Parameters
+    ----------
+    state : TimingState
+        The state.
+    start, end : float
+        Friction fed forward at the start and the end of the period, N m.
+    lag : float
+        Lag that it is computed with, s.
+    period : float
+        Length of the period, s.
+    """
+    mean, sensitivity = lag_torque(lag, state.sensitivity, (start - end) / period, period)
+    sensitivities = remember(state.sensitivities, mean)
+    return TimingState(
+        sensitivity, state.velocity, state.integral, state.slope, sensitivities, state.commands, state.evidence, lag
+    )
