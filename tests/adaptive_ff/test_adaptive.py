@@ -9,6 +9,7 @@ from closed_loops import SCENARIO, course_along, drive, error_of, lay_course
 from closed_loops import make as make_named
 
 from adaptive_ff import AdaptiveController, simulate
+from adaptive_ff.metrics import rms
 from adaptive_ff.model import ESTIMATED
 from controllers import pi_gains
 
@@ -64,7 +65,7 @@ def test_a_wrong_assumed_inertia_is_corrected(factor, period):
     assert found["coulomb"] == pytest.approx(JOINT.coulomb, rel=0.02)
     assert found["stiction"] == pytest.approx(JOINT.stiction, rel=0.02)
     assert found["viscous"] == pytest.approx(JOINT.viscous, rel=0.03)
-    assert found["friction_lag"] == pytest.approx(JOINT.friction_lag, rel=0.15)
+    assert found["friction_lag"] == pytest.approx(JOINT.friction_lag, rel=0.2)  # it scatters by 7 %
 
 
 @pytest.mark.parametrize("seed", [2, 3])
@@ -143,16 +144,20 @@ def test_a_new_controller_knows_the_assumed_inertia_and_no_friction():
 
 
 @pytest.mark.parametrize("seed", [2, 3])
-def test_short_memory_forgets_faster_and_long_memory_averages_more_noise(seed):
-    change = [{"time": 30.0, "friction_scale": 0.6}]
+def test_short_memory_follows_a_drift_and_long_memory_averages_more_noise(seed):
     coulomb = {}
     for memory in (2.0, 20.0):
-        scenario = SCENARIO.modified(seed=seed, change=change, adaptation={"memory": memory})
-        coulomb[memory] = simulate(scenario, "adaptive").estimates["coulomb"]
-    noise = {memory: float(np.std(np.diff(series[2000:3000]))) for memory, series in coulomb.items()}
-    error = {memory: abs(series[-1] / (0.6 * JOINT.coulomb) - 1.0) for memory, series in coulomb.items()}
-    assert noise[2.0] > 5.0 * noise[20.0]
-    assert error[2.0] < 0.02 < 0.05 < error[20.0]
+        scenario = SCENARIO.modified(
+            seed=seed, variation={"warm_up_excess": 0.6, "warm_up_time": 20.0}, adaptation={"memory": memory}
+        )
+        run = simulate(scenario, "adaptive")
+        coulomb[memory] = run.estimates["coulomb"]
+    truth = JOINT.coulomb * (1.0 + 0.6 * np.exp(-run.time / 20.0))
+    late = slice(2000, 4000)
+    noise = {memory: float(np.std(np.diff(series[late]))) for memory, series in coulomb.items()}
+    error = {memory: rms(series[late] / truth[late] - 1.0) for memory, series in coulomb.items()}
+    assert noise[2.0] > 2.0 * noise[20.0]
+    assert 2.0 * error[2.0] < error[20.0]
 
 
 def test_estimates_do_not_depend_on_the_unit_of_torque():

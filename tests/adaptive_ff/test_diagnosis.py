@@ -122,11 +122,10 @@ def test_an_inertia_far_from_the_assumed_one_is_reported(assumed, ratio):
     assert warning.startswith(f"the inertia is {ratio} times the {assumed:g} kg m²")
 
 
-def test_friction_that_just_changed_is_a_model_that_does_not_fit():
-    scenario = SCENARIO.modified(change=[{"time": 59.0, "friction_scale": 0.4}])
-    (warning,) = worked(scenario)[0].diagnose().warnings
-    assert warning.startswith("the model leaves ")
-    assert "the joint has changed lately" in warning
+def test_friction_that_varies_with_the_position_is_a_model_that_does_not_fit():
+    scenario = SCENARIO.modified(variation={"position_amplitude": 0.5, "position_period": 0.2})
+    (warning,) = (text for text in worked(scenario)[0].diagnose().warnings if text.startswith("the model leaves "))
+    assert "the model does not suit the joint" in warning
 
 
 def altered(**estimates):

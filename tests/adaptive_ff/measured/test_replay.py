@@ -28,7 +28,8 @@ def log_of(run):
 def run():
     scenario = load_scenario().modified(duration=20.0, seed=101)
     gains = pi_gains(20.0, 10.0)
-    own = AdaptiveController(*gains, 0.01, inertia=20.0, stribeck_velocity=0.05, memory=5.0)
+    told = {"inertia": 20.0, "stribeck_velocity": 0.05, "memory": 5.0, "tunes_lag": False}
+    own = AdaptiveController(*gains, 0.01, **told)
     return simulate(scenario, own)
 
 
