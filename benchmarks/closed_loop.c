@@ -1,11 +1,13 @@
 /*
  * The closed loop of adaptive_ff/loop.py in C99, for speed comparison: joint, drive, PI loop and, where asked for, the
  * adaptive controller, with the same recorded series. What a run never uses is left out: torque known from elsewhere,
- * failed measurements, an unknown next reference, switching the adaptation off. Numbers of equations as in Python.
+ * failed measurements, an unknown next reference, a computation delay, a lag of the measured velocity, an offset,
+ * switching the adaptation or the tuning of the lag off. Numbers of equations as in Python.
  *
  * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, INERTIA_RANGE, FLOOR,
  * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LAG_PRIOR, GUESS, LEAST_AGREEMENT, MOST_AGREEMENT, EXCITED,
- * PEAK_FACTOR, SPEED_FACTOR.
+ * PEAK_FACTOR, SPEED_FACTOR, JUMP, JUMP_WINDOW, LEAST_ERROR, DISBELIEF, LONGEST, GROWTH, FIRST, CLIP, LEAST_LEFT,
+ * LARGEST_SLOPE.
  */
 
 #include <math.h>
@@ -51,11 +53,21 @@ struct estimator {
     double agreement[PARAMETERS][2]; /* fading means of z^2 and z x */
     double error, torque, speed;     /* mean squared prediction error; largest filtered torque and reference speed */
     double learnt;                   /* for how long there has been something to learn from */
+    double surprise[2];              /* short means of error times predicted friction, and of the latter squared */
+};
+
+struct timing {
+    double sensitivity, mean;              /* of the friction fed forward to its lag: as the period ends, and over it */
+    double slope, integral, command;       /* what the loop makes of that: s of the error, integral, feedback */
+    double information, weighted;          /* fading sums of s^2 and s (e + s lag), both over the level of the error */
+    double energy, squares, cross, fourth; /* fading sums of s^2, s^2 e^2, s^3 e, s^4 */
+    double lag;                            /* of the feedforward */
 };
 
 struct adaptive {
     struct signals measured, model;
     struct estimator estimator;
+    struct timing timing;
     double sliding, model_torque, friction; /* friction: of the feedforward */
 };
 
@@ -269,12 +281,11 @@ static void update_resetting(double information[PARAMETERS][PARAMETERS], double 
     solve_in_place(factor, correction);
 }
 
-static double predict_torque(const double estimate[PARAMETERS], const double row[REGRESSORS]) {
-    double lag = estimate[FRICTION_LAG];
-    double prediction = estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5];
+/* A torque and the friction torque that an estimate predicts from a row of regressors. */
+static double add_friction(double torque, const double estimate[PARAMETERS], const double row[REGRESSORS]) {
     for (int i = COULOMB; i < FRICTION_LAG; i++)
-        prediction += estimate[i] * row[i + 1];
-    return prediction;
+        torque += estimate[i] * row[i + 1];
+    return torque;
 }
 
 static void write_gradient(const struct run *run, const double estimate[PARAMETERS], const double row[REGRESSORS],
@@ -300,6 +311,32 @@ static int gradients_agree(double agreement[PARAMETERS][2], double model[PARAMET
             model[i] = 0.0;
     }
     return alike;
+}
+
+/* The part of the mean squared error that a factor on friction explains, over a short window. */
+static double note_surprise(double surprise[2], double friction, double error, double duration, double window) {
+    double share = duration / (window + duration);
+    surprise[0] += share * (friction * error - surprise[0]);
+    surprise[1] += share * (friction * friction - surprise[1]);
+    return surprise[1] > 0.0 ? surprise[0] * surprise[0] / surprise[1] : 0.0;
+}
+
+/* Reduce the information about a common factor on friction to what the short window tells. */
+static void forget_friction(const struct run *run, struct estimator *e, double known) {
+    double work[PARAMETERS] = {0.0}, total = 0.0;
+    for (int i = 0; i < PARAMETERS; i++)
+        for (int j = COULOMB; j < FRICTION_LAG; j++) {
+            double entry = j <= i ? e->information[i][j] : e->information[j][i];
+            work[i] += entry * (e->estimate[j] / run->scale[j]);
+        }
+    for (int i = COULOMB; i < FRICTION_LAG; i++)
+        total += work[i] * (e->estimate[i] / run->scale[i]);
+    if (!(total > known))
+        return;
+    double share = (1.0 - known / total) / total;
+    for (int i = 0; i < PARAMETERS; i++)
+        for (int j = 0; j <= i; j++)
+            e->information[i][j] -= share * work[i] * work[j];
 }
 
 /* Add a scaled correction to the estimate; what would leave its bounds is moved back with the others adjusted. */
@@ -343,16 +380,24 @@ static void learn(const struct run *run, struct estimator *e, const struct signa
         return;
     e->torque = most(e->torque, fabs(torque));
     e->learnt += duration;
-    double friction = PEAK_FACTOR * e->torque, largest = friction / run->torque_scale, inertia = run->first[INERTIA];
+    double peak = PEAK_FACTOR * e->torque, largest = peak / run->torque_scale;
+    double inertia = run->first[INERTIA], lag = e->estimate[FRICTION_LAG];
     double keep = exp(-duration / run->memory);
     double floor = least(FLOOR * e->error + SMALLEST_FLOOR, LARGEST_FLOOR);
     int alike = gradients_agree(e->agreement, instrument, gradient, keep, floor);
-    double error = most((torque - predict_torque(e->estimate, row)) / run->torque_scale, -largest);
-    error = least(error, largest);
-    e->error = keep * e->error + (1.0 - keep) * error * error;
+    double predicted = add_friction(e->estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5], e->estimate, row);
+    double error = least(most((torque - predicted) / run->torque_scale, -largest), largest);
+    double squared = error * error, usual = JUMP * (e->error + LEAST_ERROR), window = JUMP_WINDOW / run->pole;
+    double friction = add_friction(0.0, e->estimate, row) / run->torque_scale;
+    double explained = note_surprise(e->surprise, friction, error, duration, window);
+    if (e->learnt > run->memory && explained > usual) {
+        squared = least(squared, usual); /* what a change of friction explains does not make errors usual */
+        forget_friction(run, e, window / run->memory * e->surprise[1]);
+    }
+    e->error = keep * e->error + (1.0 - keep) * squared;
     update_resetting(e->information, floor, keep, alike ? instrument : gradient, error, correction, factor);
     double low[PARAMETERS] = {inertia / INERTIA_RANGE, 0.0, 0.0, 0.0, 0.0};
-    double high[PARAMETERS] = {inertia * INERTIA_RANGE, friction, friction, friction / e->speed, run->largest_lag};
+    double high[PARAMETERS] = {inertia * INERTIA_RANGE, peak, peak, peak / e->speed, run->largest_lag};
     correct(run, e->estimate, correction, factor, low, high);
 }
 
@@ -393,9 +438,80 @@ static double step_feedforward(const struct run *run, const double model[PARAMET
     return (model[INERTIA] * (next - reference) + integral) / period;
 }
 
-static void write_model(const struct estimator *e, double model[PARAMETERS]) {
-    memcpy(model, e->estimate, sizeof e->estimate);
+/* Mean over a period of a constant torque behind a low-pass, whose output moves on to the end of the period. */
+static double lag_torque(double lag, double *lagged, double torque, double duration) {
+    if (lag <= 0.0)
+        return *lagged = torque;
+    double share = -expm1(-duration / lag), gap = *lagged - torque;
+    *lagged = torque + gap * (1.0 - share);
+    return torque + gap * share * lag / duration;
+}
+
+/* Advance the loop's response to a change of the feedforward's lag over the period that has ended. */
+static void advance_response(const struct run *run, struct timing *t, double duration) {
+    t->slope += duration / run->first[INERTIA] * (t->mean - t->command);
+    t->integral += run->integral * duration * t->slope;
+    t->command = run->proportional * t->slope + t->integral;
+    if (!(fabs(t->command) < LARGEST_SLOPE * run->proportional))
+        t->slope = t->integral = t->command = 0.0;
+}
+
+/* Take the tracking error at one sample into account. */
+static void learn_timing(const struct run *run, struct timing *t, double error, double learnt, double duration) {
+    double square = t->slope * t->slope, keep = exp(-duration / run->memory);
+    t->energy = keep * t->energy + square;
+    t->squares = keep * t->squares + square * error * error;
+    t->cross = keep * t->cross + square * t->slope * error;
+    t->fourth = keep * t->fourth + square * square;
+    keep = exp(-duration / least(LONGEST * run->memory, GROWTH * learnt));
+    t->information *= keep;
+    t->weighted *= keep;
+    if (!(t->squares > 0.0 && t->fourth > 0.0))
+        return;
+    double limit = CLIP * sqrt(t->squares / t->energy);
+    double left = t->squares - t->cross * t->cross / t->fourth;
+    double weight = t->energy / most(left, LEAST_LEFT * t->squares);
+    t->information += weight * square;
+    t->weighted += weight * t->slope * (least(most(error, -limit), limit) + t->slope * t->lag);
+}
+
+static void tune_lag(const struct run *run, struct adaptive *a, double error, double duration) {
+    const struct estimator *e = &a->estimator;
+    advance_response(run, &a->timing, duration);
+    if (fabs(error) < SPEED_FACTOR * e->speed && e->learnt > FIRST * run->memory)
+        learn_timing(run, &a->timing, error, e->learnt, duration);
+}
+
+/* Lag of the feedforward that the errors so far ask for. */
+static double best_lag(const struct run *run, const struct timing *t, double identified) {
+    double root = DISBELIEF * run->period, believed = 1.0 / (root * root);
+    double lag = (t->weighted + believed * identified) / (t->information + believed);
+    return least(most(lag, 0.0), run->largest_lag);
+}
+
+static void write_model(const struct adaptive *a, double model[PARAMETERS]) {
+    memcpy(model, a->estimator.estimate, sizeof a->estimator.estimate);
     model[STICTION] = most(model[STICTION], model[COULOMB]);
+    model[FRICTION_LAG] = a->timing.lag;
+}
+
+/* Learn; what the new model adds to the feedforward is taken out of the integral. Return the feedforward. */
+static double learn_bumpless(const struct run *run, struct adaptive *a, struct pi *pi, double reference,
+                             double next_reference, double dt, int learns, double model[PARAMETERS]) {
+    double friction = a->friction, speed = fabs(reference), old = model_friction(run, model, speed);
+    double before = step_feedforward(run, model, &friction, reference, next_reference);
+    if (learns)
+        learn(run, &a->estimator, &a->measured, &a->model, dt);
+    else
+        guess_friction(&a->estimator, &a->measured, &a->model);
+    a->timing.lag = best_lag(run, &a->timing, a->estimator.estimate[FRICTION_LAG]);
+    write_model(a, model);
+    if (reference != 0.0)
+        a->friction += copysign(1.0, reference) * (model_friction(run, model, speed) - old);
+    double after = step_feedforward(run, model, &a->friction, reference, next_reference);
+    if (run->integral > 0.0)
+        pi->integral -= after - before;
+    return after;
 }
 
 /* Learn from the period that ends and return the feedforward of the one that begins. */
@@ -410,23 +526,16 @@ static double step_adaptive(const struct run *run, struct adaptive *a, struct pi
     advance_signals(run, &a->model, a->model_torque, reference, dt);
     a->sliding = fabs(velocity) >= run->slowest && velocity * reference > 0.0 ? a->sliding + dt : 0.0;
     int learns = a->sliding > run->hold;
-    write_model(&a->estimator, model);
-    if (learns || !(a->estimator.learnt > 0.0)) { /* what the new estimate adds to the feedforward is taken out of the integral */
-        double friction = a->friction, speed = fabs(reference), old = model_friction(run, model, speed);
-        double before = step_feedforward(run, model, &friction, reference, next_reference);
-        if (learns)
-            learn(run, &a->estimator, &a->measured, &a->model, dt);
-        else
-            guess_friction(&a->estimator, &a->measured, &a->model);
-        write_model(&a->estimator, model);
-        if (reference != 0.0)
-            a->friction += copysign(1.0, reference) * (model_friction(run, model, speed) - old);
+    double start = a->friction, period = run->period;
+    struct timing *t = &a->timing;
+    tune_lag(run, a, reference - velocity, dt);
+    write_model(a, model);
+    if (learns || !(a->estimator.learnt > 0.0))
+        a->model_torque = learn_bumpless(run, a, pi, reference, next_reference, dt, learns, model);
+    else
         a->model_torque = step_feedforward(run, model, &a->friction, reference, next_reference);
-        if (run->integral > 0.0)
-            pi->integral -= a->model_torque - before;
-    } else {
-        a->model_torque = step_feedforward(run, model, &a->friction, reference, next_reference);
-    }
+    t->mean = lag_torque(t->lag, &t->sensitivity, (start - a->friction) / period, period);
+    model[FRICTION_LAG] = a->estimator.estimate[FRICTION_LAG]; /* recorded as identified */
     return a->model_torque;
 }
 
@@ -435,6 +544,7 @@ static void start_adaptive(const struct run *run, struct adaptive *a) {
     memcpy(a->estimator.estimate, run->first, sizeof a->estimator.estimate);
     for (int i = 0; i < PARAMETERS; i++)
         a->estimator.information[i][i] = i == FRICTION_LAG ? PRIOR * LAG_PRIOR : PRIOR;
+    a->timing.lag = run->first[FRICTION_LAG];
     a->sliding = -run->hold;
 }
 

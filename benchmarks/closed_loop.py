@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff import Scenario, estimator, physical
+from adaptive_ff import Scenario, estimator, jump, physical, timing
 from adaptive_ff.course import empty_record, lay_course
 from adaptive_ff.lineup import make_controller
 from adaptive_ff.loop import run_compiled, start_position
@@ -101,6 +101,16 @@ def compile_loop(folder: Path) -> ctypes.CDLL:
         "EXCITED": estimator.EXCITED,
         "PEAK_FACTOR": estimator.PEAK_FACTOR,
         "SPEED_FACTOR": estimator.SPEED_FACTOR,
+        "JUMP": jump.JUMP,
+        "JUMP_WINDOW": jump.JUMP_WINDOW,
+        "LEAST_ERROR": jump.LEAST_ERROR,
+        "DISBELIEF": timing.DISBELIEF,
+        "LONGEST": timing.LONGEST,
+        "GROWTH": timing.GROWTH,
+        "FIRST": timing.FIRST,
+        "CLIP": timing.CLIP,
+        "LEAST_LEFT": timing.LEAST_LEFT,
+        "LARGEST_SLOPE": timing.LARGEST_SLOPE,
     }
     library = folder / "closed_loop.so"
     defined = [f"-D{name}={value!r}" for name, value in constants.items()]

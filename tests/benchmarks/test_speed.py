@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from adaptive_ff import estimator, load_scenario, physical
+from adaptive_ff import estimator, jump, load_scenario, physical, timing
 from benchmarks import closed_loop, speed
 from benchmarks.closed_loop import CLoop, OwnLoop, PythonControlLoop, check_alike
 from benchmarks.speed import Row, Sizes, shown
@@ -81,6 +81,8 @@ def test_second_run_repeats_the_first(library):
     [
         *((estimator, name) for name in ("FLOOR", "SMALLEST_FLOOR", "LARGEST_FLOOR", "PRIOR")),
         *((estimator, name) for name in ("PEAK_FACTOR", "SPEED_FACTOR")),
+        *((jump, name) for name in ("JUMP", "JUMP_WINDOW")),
+        *((timing, name) for name in ("DISBELIEF", "LONGEST", "GROWTH", "FIRST", "CLIP", "LEAST_LEFT")),
         (physical, "INERTIA_RANGE"),
         (step, "RELATIVE_TOLERANCE"),
     ],
