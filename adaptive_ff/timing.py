@@ -50,6 +50,9 @@ CLIP = 3.0
 LEAST_LEFT = 0.25
 """Least share of the mean squared error that another lag is believed to leave."""
 
+LEAST_LEVEL = 1e-24
+"""Mean squared error, (rad/s)^2, that is left at least: where errors are exactly zero, weights must not overflow."""
+
 LARGEST_SLOPE = 1e30
 """Where the response grows beyond this, rad/s^2, the loop that the gains make is not stable: it starts anew."""
 
@@ -128,9 +131,9 @@ def advance_response(
     """
     torque = delayed(state.sensitivities, feedback.delay) - delayed(state.commands, feedback.delay)
     velocity = state.velocity + duration / inertia * torque
-    integral = state.integral + feedback.integral * duration * velocity
     slope = state.slope + (velocity - state.slope) * duration / (duration + velocity_lag)
-    command = feedback.proportional * velocity + integral
+    integral = state.integral + feedback.integral * duration * slope
+    command = feedback.proportional * slope + integral
     if not abs(command) < LARGEST_SLOPE * feedback.proportional:
         velocity, integral, slope, command = 0.0, 0.0, 0.0, 0.0
     commands = remember(state.commands, command)
@@ -171,7 +174,7 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
         return
     limit = CLIP * math.sqrt(squares / evidence[ENERGY])
     left = squares - evidence[CROSS] * evidence[CROSS] / fourth  # by the lag that would suit these errors best
-    weight = evidence[ENERGY] / max(left, LEAST_LEFT * squares)
+    weight = evidence[ENERGY] / max(left, LEAST_LEFT * squares, LEAST_LEVEL * evidence[ENERGY])
     evidence[INFORMATION] += weight * square
     evidence[WEIGHTED] += weight * slope * (min(max(error, -limit), limit) + slope * state.lag)
 
@@ -191,7 +194,8 @@ def best_lag(state: TimingState, identified: float, largest: float, period: floa
     """
     believed = 1.0 / (DISBELIEF * period) ** 2
     evidence = state.evidence
-    lag = (evidence[WEIGHTED] + believed * identified) / (evidence[INFORMATION] + believed)
+    correction = evidence[WEIGHTED] - evidence[INFORMATION] * identified  # none is exactly none without evidence
+    lag = identified + correction / (evidence[INFORMATION] + believed)
     return min(max(lag, 0.0), largest)  # type: ignore[no-any-return]
 
 

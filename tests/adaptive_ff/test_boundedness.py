@@ -1,4 +1,4 @@
-"""What is bounded in the adaptive controller whatever it is fed: estimates, information, feedforward.
+"""What is bounded in the adaptive controller whatever it is fed: estimates, information, feedforward and its lag.
 
 The inputs are adversarial: references, measurements and torques without any relation to a joint.
 """
@@ -88,6 +88,7 @@ class Watch:
 
     def __call__(self, reference, following):
         self.check_estimates()
+        self.check_timing()
         self.check_feedforward(reference, following)
 
     def check_estimates(self):
@@ -108,6 +109,12 @@ class Watch:
         information = state.information
         assert np.array_equal(information, information.T)
         assert np.linalg.eigvalsh(information)[0] >= SMALLEST_FLOOR * 0.5 - 1e-13 * np.max(information)
+
+    def check_timing(self):
+        timing = self.controller.state.timing
+        assert 0.0 <= timing.lag <= largest_lag(RESPONSE)
+        assert np.all(np.isfinite(timing.evidence))
+        assert math.isfinite(timing.slope)
 
     def check_feedforward(self, reference, following):
         """The friction map is bounded; its lag keeps what changes of the estimates left for some time constants."""
@@ -139,7 +146,7 @@ def test_whatever_it_is_fed_estimates_and_feedforward_stay_within_their_bounds(p
 
 def test_the_inputs_are_wild_enough_to_reach_bounds_and_tame_enough_to_be_learnt_from():
     """Else the test above would show nothing."""
-    learnt, at_bound = 0, 0
+    learnt, at_bound, tuned = 0, 0, 0
     for seed in range(20):
         rng = np.random.default_rng(seed)
         kinds = [(60, rng.uniform(-0.5, 0.5), "noisy", str(rng.choice(["random", "flipped"])), 1.0) for _ in range(10)]
@@ -148,8 +155,10 @@ def test_the_inputs_are_wild_enough_to_reach_bounds_and_tame_enough_to_be_learnt
         state = controller.state.estimator
         learnt += state.levels[3] > 0.5
         at_bound += any(value in (0.0, INERTIA * INERTIA_RANGE, INERTIA / INERTIA_RANGE) for value in state.estimate)
+        tuned += bool(np.any(controller.state.timing.evidence))
     assert learnt > 10
     assert at_bound > 5
+    assert tuned > 5
 
 
 @settings(max_examples=200)
