@@ -50,8 +50,8 @@ CLIP = 3.0
 LEAST_LEFT = 0.25
 """Least share of the mean squared error that another lag is believed to leave."""
 
-LEAST_LEVEL = 1e-24
-"""Mean squared error, (rad/s)^2, that is left at least: where errors are exactly zero, weights must not overflow."""
+LEAST_SUM = 1e-100
+"""Sums at or below this come from a joint at rest for very long, or from no error at all: nothing to learn."""
 
 LARGEST_SLOPE = 1e30
 """Where the response grows beyond this, rad/s^2, the loop that the gains make is not stable: it starts anew."""
@@ -131,7 +131,9 @@ def advance_response(
     """
     torque = delayed(state.sensitivities, feedback.delay) - delayed(state.commands, feedback.delay)
     velocity = state.velocity + duration / inertia * torque
-    slope = state.slope + (velocity - state.slope) * duration / (duration + velocity_lag)
+    slope = velocity
+    if velocity_lag > 0.0:
+        slope = state.slope + (velocity - state.slope) * duration / (duration + velocity_lag)
     integral = state.integral + feedback.integral * duration * slope
     command = feedback.proportional * slope + integral
     if not abs(command) < LARGEST_SLOPE * feedback.proportional:
@@ -170,11 +172,11 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
     keep = math.exp(-duration / min(LONGEST * memory, GROWTH * learnt))
     evidence[INFORMATION] *= keep
     evidence[WEIGHTED] *= keep
-    if not (squares > 0.0 and fourth > 0.0):  # at rest for very long
+    if not (squares > LEAST_SUM and fourth > LEAST_SUM):
         return
     limit = CLIP * math.sqrt(squares / evidence[ENERGY])
     left = squares - evidence[CROSS] * evidence[CROSS] / fourth  # by the lag that would suit these errors best
-    weight = evidence[ENERGY] / max(left, LEAST_LEFT * squares, LEAST_LEVEL * evidence[ENERGY])
+    weight = evidence[ENERGY] / max(left, LEAST_LEFT * squares)
     evidence[INFORMATION] += weight * square
     evidence[WEIGHTED] += weight * slope * (min(max(error, -limit), limit) + slope * state.lag)
 

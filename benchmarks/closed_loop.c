@@ -7,7 +7,7 @@
  * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, INERTIA_RANGE, FLOOR,
  * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LAG_PRIOR, GUESS, LEAST_AGREEMENT, MOST_AGREEMENT, EXCITED,
  * PEAK_FACTOR, SPEED_FACTOR, JUMP, JUMP_WINDOW, LEAST_ERROR, DISBELIEF, LONGEST, GROWTH, FIRST, CLIP, LEAST_LEFT,
- * LARGEST_SLOPE.
+ * LEAST_SUM, LARGEST_SLOPE.
  */
 
 #include <math.h>
@@ -466,7 +466,7 @@ static void learn_timing(const struct run *run, struct timing *t, double error, 
     keep = exp(-duration / least(LONGEST * run->memory, GROWTH * learnt));
     t->information *= keep;
     t->weighted *= keep;
-    if (!(t->squares > 0.0 && t->fourth > 0.0))
+    if (!(t->squares > LEAST_SUM && t->fourth > LEAST_SUM))
         return;
     double limit = CLIP * sqrt(t->squares / t->energy);
     double left = t->squares - t->cross * t->cross / t->fourth;
@@ -485,8 +485,8 @@ static void tune_lag(const struct run *run, struct adaptive *a, double error, do
 /* Lag of the feedforward that the errors so far ask for. */
 static double best_lag(const struct run *run, const struct timing *t, double identified) {
     double root = DISBELIEF * run->period, believed = 1.0 / (root * root);
-    double lag = (t->weighted + believed * identified) / (t->information + believed);
-    return least(most(lag, 0.0), run->largest_lag);
+    double correction = t->weighted - t->information * identified;
+    return least(most(identified + correction / (t->information + believed), 0.0), run->largest_lag);
 }
 
 static void write_model(const struct adaptive *a, double model[PARAMETERS]) {

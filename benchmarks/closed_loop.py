@@ -110,6 +110,7 @@ def compile_loop(folder: Path) -> ctypes.CDLL:
         "FIRST": timing.FIRST,
         "CLIP": timing.CLIP,
         "LEAST_LEFT": timing.LEAST_LEFT,
+        "LEAST_SUM": timing.LEAST_SUM,
         "LARGEST_SLOPE": timing.LARGEST_SLOPE,
     }
     library = folder / "closed_loop.so"

@@ -90,7 +90,9 @@ def test_model_of_an_estimate_is_possible_in_either_direction(sign):
     assert free[7:] == (5.0, 20.0 * sign, 30.0 * sign)
     held = torque_model(np.array([20.0, 60.0, 70.0, 10.0, 0.02, 5.0, 20.0 * sign, 30.0 * sign]), 0.02, 0.05, 1.0)
     assert held[7:] == (5.0, 10.0 * sign, 10.0 * sign)
-    assert torque_model(np.array([20.0, 60.0, 50.0, 10.0, 0.02, 5.0, 1.0, 0.0]), 0.02, 0.05, 1.0).stiction_asymmetry == 0.0
+    assert (
+        torque_model(np.array([20.0, 60.0, 50.0, 10.0, 0.02, 5.0, 1.0, 0.0]), 0.02, 0.05, 1.0).stiction_asymmetry == 0.0
+    )
 
 
 @pytest.mark.parametrize(("ratio", "alike"), [(1.0, True), (AGREEMENT[0] - 0.05, False), (AGREEMENT[1] + 0.05, False)])
