@@ -423,6 +423,11 @@ class AdaptiveController(IdentifyingController):
         errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
         return dict(zip(self.estimate_names, errors.tolist(), strict=True))
 
+    @property
+    def feedforward_lag(self) -> float:
+        """Friction lag that the feedforward is computed with, s: the identified one, tuned by the tracking error."""
+        return float(self.state.timing.lag)
+
     def diagnose(self, run: Recorded | None = None) -> Diagnosis:
         """Tell what the controller learns and how sure it is, for a terminal; see :func:`diagnosis.diagnose`."""
         return diagnose(self, run)

@@ -98,6 +98,8 @@ class Diagnosis:
         N m.
     largest_torque : float
         Largest filtered torque so far, N m.
+    feedforward_lag : float
+        Friction lag that the feedforward is computed with, s.
     feedback_torque, model_torque : float
         What feedback and model gave of the last command, N m.
     feedback_share : float or None
@@ -115,6 +117,7 @@ class Diagnosis:
     parameters: tuple[ParameterDiagnosis, ...]
     unexplained: float
     largest_torque: float
+    feedforward_lag: float
     feedback_torque: float
     model_torque: float
     feedback_share: float | None
@@ -149,6 +152,7 @@ class Diagnosis:
                 f"The model leaves {self.unexplained:.2g} N m (rms) of the torque unexplained; the largest so far was "
                 f"{self.largest_torque:.3g} N m."
             )
+            said.append(f"Reversals are fed forward with a lag of {1e3 * self.feedforward_lag:.3g} ms.")
         given = f"the model gave {self.model_torque:.3g}, feedback {self.feedback_torque:.3g} N m"
         said.append(f"Of the last command {given}.")
         if self.feedback_share is not None:
@@ -221,6 +225,7 @@ def diagnose(controller: "AdaptiveController", run: Recorded | None = None) -> D
         parameters,
         unexplained,
         float(estimator.levels[1]),
+        controller.feedforward_lag,
         state.feedback.commands[0] - model_torque - state.known_torques[0],
         model_torque,
         None if run is None else feedback_share(run),

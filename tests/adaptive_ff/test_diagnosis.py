@@ -40,6 +40,8 @@ def test_settled_on_the_built_in_joint_all_is_well():
     assert all(4.0 <= one.pace < 8.0 for one in found.parameters)
     assert found.model_torque + found.feedback_torque == controller.state.feedback.commands[0]
     assert found.model_torque == run.feedforward[-1]
+    assert found.feedforward_lag == controller.feedforward_lag > controller.estimates["friction_lag"]
+    assert f"a lag of {1e3 * found.feedforward_lag:.3g} ms" in str(found)
     half = run.torque.size // 2
     feedback = (run.torque - run.feedforward)[half:]
     assert found.feedback_share == pytest.approx(np.linalg.norm(feedback) / np.linalg.norm(run.torque[half:]))
