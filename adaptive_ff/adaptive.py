@@ -38,6 +38,7 @@ from adaptive_ff.model import ESTIMATED, TorqueModel
 from adaptive_ff.physical import FRICTION_LAG, INERTIA, largest_lag, torque_model, write_model
 from adaptive_ff.timing import (
     FIRST,
+    YOUNG,
     TimingState,
     advance_response,
     best_lag,
@@ -229,7 +230,8 @@ def learn_bumpless(
     else:
         guess_friction(block.estimator, state.estimator, measured, model)
     identified, largest = state.estimator.estimate[FRICTION_LAG], block.estimator.work.ranges[FRICTION_LAG, 1]
-    lag = best_lag(state.timing, identified, largest, block.period)
+    young = state.estimator.levels[3] < YOUNG * block.estimator.memory
+    lag = best_lag(state.timing, identified, largest, block.period, young)
     new = fed_model(block, state, lag)
     feedforward = exchange_model(state.feedforward, old, new, start)
     after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay)

@@ -50,13 +50,19 @@ CLIP = 3.0
 LEAST_LEFT = 0.25
 """Least share of the mean squared error that another lag is believed to leave."""
 
+MOVED = 0.3
+"""Where the identified lag has moved by this share of itself and a period, what was fitted before is dropped."""
+
+YOUNG = 5.0
+"""Time learnt up to which that happens, in memories of the estimator; later the fit is the more reliable one."""
+
 LEAST_SUM = 1e-100
 """Sums at or below this come from a joint at rest for very long, or from no error at all: nothing to learn."""
 
 LARGEST_SLOPE = 1e30
 """Where the response grows beyond this, rad/s^2, the loop that the gains make is not stable: it starts anew."""
 
-INFORMATION, WEIGHTED, ENERGY, SQUARES, CROSS, FOURTH = range(6)
+INFORMATION, WEIGHTED, ENERGY, SQUARES, CROSS, FOURTH, SINCE = range(7)
 """Places in the evidence."""
 
 
@@ -74,9 +80,9 @@ class TimingState(NamedTuple):
     sensitivities, commands : tuple of float
         Mean sensitivity over a period, and torque of the feedback to it, the newest first, as far back as the drive
         may still apply them.
-    evidence : ndarray, shape (6,)
+    evidence : ndarray, shape (7,)
         Fading sums of ``s^2``, ``s (e + s lag)``, both over the level of the error, and of ``s^2``, ``s^2 e^2``,
-        ``s^3 e``, ``s^4``; changed in place.
+        ``s^3 e``, ``s^4``; identified lag when they began, s. Changed in place.
     lag : float
         Lag of the feedforward, s.
     """
@@ -93,8 +99,9 @@ class TimingState(NamedTuple):
 
 def initial_timing_state(feedback: PIParameters, lag: float) -> TimingState:
     """Return the state for a joint at rest, with a lag (s) to begin with."""
-    line = delay_line(feedback.delay)
-    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, np.zeros(6), lag)
+    line, evidence = delay_line(feedback.delay), np.zeros(7)
+    evidence[SINCE] = lag
+    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, evidence, lag)
 
 
 @register_jitable(forceinline=True)
@@ -182,20 +189,29 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
 
 
 @register_jitable(forceinline=True)
-def best_lag(state: TimingState, identified: float, largest: float, period: float) -> float:
+def best_lag(state: TimingState, identified: float, largest: float, period: float, young: bool) -> float:
     """Return the lag of the feedforward that the errors so far ask for, s.
+
+    Far from the best lag the error is not linear in it: where the identified lag has moved much since, what was fitted
+    is dropped.
 
     Parameters
     ----------
     state : TimingState
-        The state.
+        The state; its evidence may be dropped.
     identified, largest : float
         Identified friction lag, and the largest that is believed, s.
     period : float
         Sampling period, s.
+    young : bool
+        Whether what was fitted may be dropped.
     """
     believed = 1.0 / (DISBELIEF * period) ** 2
     evidence = state.evidence
+    moved = abs(identified - evidence[SINCE])
+    if evidence[ENERGY] == 0.0 or (young and moved > MOVED * evidence[SINCE] + period):
+        evidence[:] = 0.0
+        evidence[SINCE] = identified
     correction = evidence[WEIGHTED] - evidence[INFORMATION] * identified  # none is exactly none without evidence
     lag = identified + correction / (evidence[INFORMATION] + believed)
     return min(max(lag, 0.0), largest)  # type: ignore[no-any-return]

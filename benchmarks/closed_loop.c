@@ -7,7 +7,7 @@
  * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, INERTIA_RANGE, FLOOR,
  * SMALLEST_FLOOR, LARGEST_FLOOR, PRIOR, LAG_PRIOR, GUESS, LEAST_AGREEMENT, MOST_AGREEMENT, EXCITED,
  * PEAK_FACTOR, SPEED_FACTOR, JUMP, JUMP_WINDOW, LEAST_ERROR, DISBELIEF, LONGEST, GROWTH, FIRST, CLIP, LEAST_LEFT,
- * LEAST_SUM, LARGEST_SLOPE.
+ * LEAST_SUM, MOVED, YOUNG, LARGEST_SLOPE.
  */
 
 #include "closed_loop.h"
@@ -173,7 +173,11 @@ static void tune_lag(const struct run *run, struct adaptive *a, double error, do
 }
 
 /* Lag of the feedforward that the errors so far ask for. */
-static double best_lag(const struct run *run, const struct timing *t, double identified) {
+static double best_lag(const struct run *run, struct timing *t, double identified, int young) {
+    if (t->energy == 0.0 || (young && fabs(identified - t->since) > MOVED * t->since + run->period)) {
+        t->information = t->weighted = t->energy = t->squares = t->cross = t->fourth = 0.0;
+        t->since = identified;
+    }
     double root = DISBELIEF * run->period, believed = 1.0 / (root * root);
     double correction = t->weighted - t->information * identified;
     return least(most(identified + correction / (t->information + believed), 0.0), run->largest_lag);
@@ -194,7 +198,8 @@ static double learn_bumpless(const struct run *run, struct adaptive *a, struct p
         learn(run, &a->estimator, &a->measured, &a->model, dt);
     else
         guess_friction(&a->estimator, &a->measured, &a->model);
-    a->timing.lag = best_lag(run, &a->timing, a->estimator.estimate[FRICTION_LAG]);
+    int young = a->estimator.learnt < YOUNG * run->memory;
+    a->timing.lag = best_lag(run, &a->timing, a->estimator.estimate[FRICTION_LAG], young);
     write_model(a, model);
     if (reference != 0.0)
         a->friction += copysign(1.0, reference) * (model_friction(run, model, speed) - old);
@@ -234,7 +239,7 @@ static void start_adaptive(const struct run *run, struct adaptive *a) {
     memcpy(a->estimator.estimate, run->first, sizeof a->estimator.estimate);
     for (int i = 0; i < PARAMETERS; i++)
         a->estimator.information[i][i] = i == FRICTION_LAG ? PRIOR * LAG_PRIOR : PRIOR;
-    a->timing.lag = run->first[FRICTION_LAG];
+    a->timing.lag = a->timing.since = run->first[FRICTION_LAG];
     a->sliding = -run->hold;
 }
 

@@ -54,7 +54,7 @@ struct timing {
     double slope, integral, command;       /* what the loop makes of that: s of the error, integral, feedback */
     double information, weighted;          /* fading sums of s^2 and s (e + s lag), both over the level of the error */
     double energy, squares, cross, fourth; /* fading sums of s^2, s^2 e^2, s^3 e, s^4 */
-    double lag;                            /* of the feedforward */
+    double since, lag;                     /* identified lag when the sums began; lag of the feedforward */
 };
 
 struct adaptive {

@@ -111,6 +111,8 @@ def compile_loop(folder: Path) -> ctypes.CDLL:
         "CLIP": timing.CLIP,
         "LEAST_LEFT": timing.LEAST_LEFT,
         "LEAST_SUM": timing.LEAST_SUM,
+        "MOVED": timing.MOVED,
+        "YOUNG": timing.YOUNG,
         "LARGEST_SLOPE": timing.LARGEST_SLOPE,
     }
     library = folder / "closed_loop.so"

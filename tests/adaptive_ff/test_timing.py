@@ -25,6 +25,7 @@ from adaptive_ff.timing import (
     GROWTH,
     LEAST_LEFT,
     LONGEST,
+    MOVED,
     advance_response,
     best_lag,
     initial_timing_state,
@@ -164,20 +165,31 @@ def test_best_lag_is_that_of_least_squares(seed, spread, memory):
     evidence = Evidence(seed, spread=spread, memory=memory)
     state = evidence.learn()
     for identified in (0.0, LAG):
-        found = best_lag(state, identified, LARGEST, PERIOD)
+        found = best_lag(state, identified, LARGEST, PERIOD, False)
         assert found == pytest.approx(min(max(evidence.fit(identified), 0.0), LARGEST), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", [201, 202, 203, 204])
 def test_best_lag_is_found_among_errors_that_have_another_cause(seed):
     state = Evidence(seed, spread=0.01).learn()
-    assert best_lag(state, LAG, LARGEST, 10.0 * PERIOD) == pytest.approx(0.03, abs=1.5e-3)
+    assert best_lag(state, LAG, LARGEST, 10.0 * PERIOD, True) == pytest.approx(0.03, abs=1.5e-3)
+
+
+def test_what_was_fitted_near_an_identified_lag_that_has_moved_far_is_dropped_while_young():
+    near, far = LAG * (1.0 + 0.9 * MOVED) + PERIOD, LAG * (1.0 + 1.1 * MOVED) + PERIOD
+    state = Evidence(201, spread=0.5).learn()
+    expected = best_lag(state, far, LARGEST, PERIOD, False)
+    assert expected != far
+    assert best_lag(state, near, LARGEST, PERIOD, True) != near
+    assert best_lag(state, far, LARGEST, PERIOD, False) == expected
+    assert best_lag(state, far, LARGEST, PERIOD, True) == far
+    assert best_lag(state, near, LARGEST, PERIOD, False) == near  # nothing is left
 
 
 @given(identified=st.floats(0.0, LARGEST), period=st.floats(1e-4, 0.1))
 def test_without_evidence_the_best_lag_is_the_identified_one_bit_for_bit(identified, period):
     state = initial_timing_state(check_gains(*GAINS), LAG)
-    assert best_lag(state, identified, LARGEST, period) == identified
+    assert best_lag(state, identified, LARGEST, period, True) == identified
 
 
 @given(
@@ -189,7 +201,7 @@ def test_best_lag_is_possible_whatever_slopes_and_errors(samples):
     state = initial_timing_state(check_gains(*GAINS), LAG)
     for slope, error, duration in samples:
         learn_timing(state._replace(slope=slope), error, 1.0, 4.0, duration)
-        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD) <= LARGEST
+        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD, True) <= LARGEST
 
 
 def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
@@ -197,7 +209,7 @@ def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
     state = initial_timing_state(check_gains(*GAINS), LAG)._replace(slope=3.0)
     for k in range(4000):
         learn_timing(state, 1e-17 if k == 0 else 0.0, 1.0 + k, 4.0, 1.0)
-        assert best_lag(state, 1.2 * LAG, LARGEST, PERIOD) == pytest.approx(LAG, rel=0.2001)
+        assert best_lag(state, 1.2 * LAG, LARGEST, PERIOD, True) == pytest.approx(LAG, rel=0.2001)
     assert np.all(np.isfinite(state.evidence))
 
 
@@ -211,7 +223,7 @@ def test_a_slope_that_grows_without_bounds_starts_anew():
         assert all(map(math.isfinite, (state.velocity, state.integral, state.slope, *state.commands)))
         grown, anew = max(grown, abs(state.slope)), anew + (state.slope == 0.0 != before)
         learn_timing(state, 0.01, 1.0 + k * PERIOD, 4.0, PERIOD)
-        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD) <= LARGEST
+        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD, True) <= LARGEST
         state = note_friction(state, 0.0, 60.0 if k % 50 == 0 else 0.0, LAG, PERIOD)
     assert grown > 1e20
     assert anew > 1
