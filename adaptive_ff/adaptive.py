@@ -2,7 +2,7 @@
 
 At every sample the filters of the torque-form regression advance over the period that has ended; while the joint
 slides, the estimator corrects its physical parameters; the model that they make is fed forward for the period
-that begins; the PI loop does the rest.
+that begins, with a friction lag that the tracking error tunes; the PI loop does the rest.
 """
 
 import math
