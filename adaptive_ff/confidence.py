@@ -56,6 +56,15 @@ class Confidence(NamedTuple):
     shares: Array
 
 
+def mean_squared_error(estimator: EstimatorParameters, state: EstimatorState) -> float:
+    """Return the mean squared prediction error in units of the torque scale squared; 0 before anything was learnt.
+
+    The fading mean began at zero: what is missing of its memory is made up for.
+    """
+    filled = -math.expm1(-state.levels[3] / estimator.memory)
+    return float(state.levels[0]) / filled if filled > 0.0 else 0.0
+
+
 def assess(estimator: EstimatorParameters, state: EstimatorState, period: float) -> Confidence:
     """Tell what the recent data tell of the parameters.
 
@@ -77,8 +86,7 @@ def assess(estimator: EstimatorParameters, state: EstimatorState, period: float)
     floor = min(float(np.min(np.diag(above) - state.agreement[:, 0])), float(np.linalg.eigvalsh(above)[0]))
     own = start + max(floor, 0.0) * np.eye(size)
     data = state.information - own
-    squared = state.levels[0] / (1.0 - missing)
-    level = max(squared * period * (1.0 + missing) / (2.0 * memory), SMALLEST_LEVEL)
+    level = max(mean_squared_error(estimator, state) * period * (1.0 + missing) / (2.0 * memory), SMALLEST_LEVEL)
     together = np.sqrt(np.diag(level * np.linalg.inv(data + level * np.eye(size))))
     alone = np.sqrt(level / (np.maximum(np.diag(data), 0.0) + level))
     errors = together * estimator.scale

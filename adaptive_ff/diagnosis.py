@@ -16,7 +16,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from adaptive_ff.confidence import Confidence, assess
+from adaptive_ff.confidence import Confidence, assess, mean_squared_error
 from adaptive_ff.diagnosis_warnings import NOT_TOLD, find_warnings
 from adaptive_ff.model import UNITS
 
@@ -214,9 +214,7 @@ def diagnose(controller: "AdaptiveController", run: Recorded | None = None) -> D
     confidence = assess(block.estimator, estimator, block.period)
     parameters = _parameters(controller, confidence)
     learning, words = _learning(block, state)
-    filled = -math.expm1(-estimator.levels[3] / block.estimator.memory)
-    level = estimator.levels[0] / filled if filled > 0.0 else 0.0
-    unexplained = float(math.sqrt(level)) * block.estimator.torque_scale
+    unexplained = math.sqrt(mean_squared_error(block.estimator, estimator)) * block.estimator.torque_scale
     model_torque = state.model_torques[0]
     return Diagnosis(
         learning,

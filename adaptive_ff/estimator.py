@@ -25,8 +25,17 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.jump import JUMP, JUMP_WINDOW, LEAST_ERROR, forget_friction, note_surprise, predict_friction
-from adaptive_ff.physical import COULOMB, FRICTION_LAG, INERTIA, STICTION, confine, limit_friction, possible_ranges
+from adaptive_ff.jump import JUMP, JUMP_WINDOW, LEAST_ERROR, forget_friction, note_surprise
+from adaptive_ff.physical import (
+    COULOMB,
+    FRICTION_LAG,
+    INERTIA,
+    OFFSET,
+    STICTION,
+    confine,
+    limit_friction,
+    possible_ranges,
+)
 from adaptive_ff.resetting import move_parameter, update_resetting
 from adaptive_ff.torque_form import TORQUE, VELOCITY, Signals, TorqueForm, write_regressors
 
@@ -156,14 +165,22 @@ def has_learnt(state: EstimatorState) -> bool:
 
 
 @register_jitable(forceinline=True)
+def add_friction(torque: float, estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
+    """Add to a torque (N m) the filtered friction, without the offset, that an estimate predicts from regressors."""
+    for i in range(COULOMB, FRICTION_LAG):
+        torque += estimate[i] * row[i + 1]
+    for i in range(OFFSET + 1, estimate.size):
+        torque += estimate[i] * row[i + 1]
+    return torque
+
+
+@register_jitable(forceinline=True)
 def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
     """Return the filtered torque (N m) that an estimate predicts from a row of regressors."""
     lag = estimate[FRICTION_LAG]
-    prediction: float = estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5]
-    for i in range(COULOMB, FRICTION_LAG):
-        prediction += estimate[i] * row[i + 1]
-    for i in range(FRICTION_LAG + 1, estimate.size):
-        prediction += estimate[i] * row[i + 1]
+    prediction = add_friction(estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5], estimate, row)
+    if estimate.size > OFFSET:
+        prediction += estimate[OFFSET] * row[OFFSET + 1]
     return prediction
 
 
@@ -272,7 +289,7 @@ def learn(
             instrument[i] = gradient[i]
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
-    friction = predict_friction(estimate, row) / estimator.torque_scale
+    friction = add_friction(0.0, estimate, row) / estimator.torque_scale
     window = JUMP_WINDOW / estimator.form.pole
     explained = note_surprise(state.surprise, friction, error, duration, window)
     squared, usual = error * error, JUMP * (levels[0] + LEAST_ERROR)

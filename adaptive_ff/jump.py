@@ -27,6 +27,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.physical import COULOMB, FRICTION_LAG, OFFSET
+from adaptive_ff.quadratic import quadratic_form
 
 JUMP = 6.0
 """How many times the usual mean squared error the part that a factor on friction explains must be."""
@@ -36,17 +37,6 @@ JUMP_WINDOW = 4.0
 
 LEAST_ERROR = 1e-9
 """Mean squared error, in units of the torque scale squared, that is usual at least."""
-
-
-@register_jitable(forceinline=True)
-def predict_friction(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
-    """Return the filtered friction torque (N m) without the offset that an estimate predicts from regressors."""
-    friction = 0.0
-    for i in range(COULOMB, FRICTION_LAG):
-        friction += estimate[i] * row[i + 1]
-    for i in range(OFFSET + 1, estimate.size):
-        friction += estimate[i] * row[i + 1]
-    return friction
 
 
 @register_jitable(forceinline=True)
@@ -91,17 +81,12 @@ def release(
     work : ndarray, shape (n,)
         Scratch.
     """
-    size, total = direction.size, 0.0
-    for i in range(size):
-        work[i] = 0.0
-        for j in range(size):
-            work[i] += information[i, j] * direction[j]
-        total += work[i] * direction[i]
+    total = quadratic_form(information, direction, work)
     if not total > known:
         return
     share = (1.0 - known / total) / total
-    for i in range(size):
-        for j in range(size):
+    for i in range(direction.size):
+        for j in range(direction.size):
             information[i, j] -= share * work[i] * work[j]
 
 

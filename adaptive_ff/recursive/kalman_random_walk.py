@@ -16,9 +16,9 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
+from adaptive_ff.quadratic import quadratic_form
 from adaptive_ff.recursive.interface import RecursiveEstimator, check_deviations, make_settings
 from adaptive_ff.recursive.kernel import CORRECTIONS, Progress, Settings, initial_progress
-from adaptive_ff.recursive.spread import project_spread
 
 
 class RandomWalkParameters(NamedTuple):
@@ -78,7 +78,7 @@ def correct_random_walk(
     """Let the parameters walk, fill in Kalman's gain, and correct the estimate."""
     settings, progress = block.settings, state.progress
     walk_on(progress.spread, block.walk, block.largest, duration)
-    predicted = project_spread(progress.spread, regressors, settings.gain)
+    predicted = quadratic_form(progress.spread, regressors, settings.gain)
     for i in range(regressors.size):
         settings.gain[i] /= 1.0 + predicted
         progress.estimate[i] += settings.gain[i] * error

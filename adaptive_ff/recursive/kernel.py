@@ -15,7 +15,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.recursive.spread import project_spread, update_spread
+from adaptive_ff.quadratic import quadratic_form
+from adaptive_ff.recursive.spread import update_spread
 from controllers import compiled_in_place, dispatched
 
 WEIGHT, WEIGHT_SQUARED, SQUARES, TAKEN, REJECTED = range(5)
@@ -127,7 +128,7 @@ def update_estimator(
     for i in range(regressors.size):
         error -= regressors[i] * progress.estimate[i]
     correct(block, state, regressors, instruments, output, error, duration)
-    predicted = project_spread(progress.spread, regressors, settings.projected)
+    predicted = quadratic_form(progress.spread, regressors, settings.projected)  # variance, in that of the error
     count_error(progress.tally, error / settings.noise, predicted, math.exp(-duration / settings.memory))
     update_spread(progress.spread, settings.gain, settings.projected, predicted)
     return error

@@ -17,21 +17,6 @@ from numpy.typing import NDArray
 
 
 @register_jitable(forceinline=True)
-def project_spread(
-    spread: NDArray[np.float64], regressors: NDArray[np.float64], projected: NDArray[np.float64]
-) -> float:
-    """Fill in ``C x``; return ``x' C x``, the variance of the prediction in units of that of the equation's error."""
-    total = 0.0
-    for i in range(regressors.size):
-        entry = 0.0
-        for j in range(regressors.size):
-            entry += spread[i, j] * regressors[j]
-        projected[i] = entry
-        total += regressors[i] * entry
-    return total
-
-
-@register_jitable(forceinline=True)
 def update_spread(
     spread: NDArray[np.float64],
     gain: NDArray[np.float64],

@@ -24,7 +24,8 @@ from hypothesis import strategies as st
 
 from adaptive_ff import estimator, simulate
 from adaptive_ff.course import empty_record
-from adaptive_ff.jump import JUMP, LEAST_ERROR, forget_friction, note_surprise, predict_friction, release
+from adaptive_ff.estimator import add_friction
+from adaptive_ff.jump import JUMP, LEAST_ERROR, forget_friction, note_surprise, release
 from adaptive_ff.model import PER_DIRECTION
 from adaptive_ff.physical import COULOMB, OFFSET, STICTION, VISCOUS
 
@@ -111,9 +112,9 @@ def test_friction_is_predicted_without_inertia_lag_and_offset():
     estimate = np.array([20.0, 60.0, 90.0, 80.0, 0.02, 15.0, 4.0, 7.0])
     row = np.array([1e3, 1e3, 0.9, 0.1, 0.3, 1e3, 1.0, 0.2, 0.5])
     symmetric = 60.0 * 0.9 + 90.0 * 0.1 + 80.0 * 0.3
-    assert predict_friction(estimate[:5], row[:6]) == pytest.approx(symmetric, rel=1e-12)
-    assert predict_friction(estimate[:6], row[:7]) == pytest.approx(symmetric, rel=1e-12)
-    assert predict_friction(estimate, row) == pytest.approx(symmetric + 4.0 * 0.2 + 7.0 * 0.5, rel=1e-12)
+    assert add_friction(0.0, estimate[:5], row[:6]) == pytest.approx(symmetric, rel=1e-12)
+    assert add_friction(0.0, estimate[:6], row[:7]) == pytest.approx(symmetric, rel=1e-12)
+    assert add_friction(0.0, estimate, row) == pytest.approx(symmetric + 4.0 * 0.2 + 7.0 * 0.5, rel=1e-12)
 
 
 @seeds

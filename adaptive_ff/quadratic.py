@@ -1,0 +1,18 @@
+"""Product of a symmetric matrix and a vector, and the quadratic form."""
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+
+@register_jitable(forceinline=True)
+def quadratic_form(matrix: NDArray[np.float64], vector: NDArray[np.float64], product: NDArray[np.float64]) -> float:
+    """Fill in ``M v``, shape (n,), and return ``v' M v``."""
+    total = 0.0
+    for i in range(vector.size):
+        entry = 0.0
+        for j in range(vector.size):
+            entry += matrix[i, j] * vector[j]
+        product[i] = entry
+        total += vector[i] * entry
+    return total
