@@ -15,9 +15,9 @@ from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import load_scenario, simulate
-from adaptive_ff.lineup import make_controller
-from adaptive_ff.model import ESTIMATED
-from adaptive_ff.truth import true_model
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.model.friction import ESTIMATED
+from adaptive_ff.scenario.truth import true_model
 
 WITHIN = 2.0
 

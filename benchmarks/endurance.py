@@ -16,11 +16,11 @@ from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import load_scenario
-from adaptive_ff.course import empty_record, lay_plain_course
-from adaptive_ff.lineup import make_controller
-from adaptive_ff.loop import run_compiled, start_position
-from adaptive_ff.metrics import rms
-from adaptive_ff.scenario import Scenario
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.simulation.experiment import empty_record, lay_plain_course
+from adaptive_ff.simulation.loop import run_compiled, start_position
+from adaptive_ff.simulation.metrics import rms
 
 PERIOD = 0.001
 WORK = 60.0

@@ -30,9 +30,9 @@ from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario, simulate
-from adaptive_ff.lineup import make_controller
-from adaptive_ff.output import write_json
-from benchmarks.closed_loop import CLOCK, CLoop, OwnLoop, PythonControlLoop, check_alike, compile_loop, compiler
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.report.files import write_json
+from benchmarks.speed_rivals import CLOCK, CLoop, OwnLoop, PythonControlLoop, check_alike, compile_loop, compiler
 
 COURSES: dict[str, dict[str, Any]] = {
     "100 Hz, joint 1 kHz": {},
@@ -40,7 +40,7 @@ COURSES: dict[str, dict[str, Any]] = {
     "100 Hz, joint 10 kHz": {"joint": {"solver_period": 0.0001}},
 }
 STEPPED = ("pi", "fixed", "adaptive")
-COMPARE = (sys.executable, "-m", "adaptive_ff.cli", "compare", "--out", "{out}")
+COMPARE = (sys.executable, "-m", "adaptive_ff", "compare", "--out", "{out}")
 
 LATER_RUNS = 3
 """Later runs of the command, of which the median counts."""

@@ -21,7 +21,7 @@ from rich.progress import track
 from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario, parse_scenario, simulate
-from adaptive_ff.lineup import (
+from adaptive_ff.comparison.registry import (
     Maker,
     balance,
     make_disturbance_observer,

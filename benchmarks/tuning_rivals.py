@@ -7,9 +7,11 @@ the crossover ``Kp/J``, and the friction lags of its features, in time constants
 
 from typing import Any
 
-from adaptive_ff.lineup import Maker
-from adaptive_ff.rivals import CanudasController, CanudasMeasuredController, FeedbackErrorLearning, PaperController
-from adaptive_ff.scenario import Scenario
+from adaptive_ff.comparison.registry import Maker
+from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
+from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
+from adaptive_ff.rivals.paper import PaperController
+from adaptive_ff.scenario.scenario import Scenario
 
 MEMORIES = (0.3, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 20.0, 50.0, 100.0)
 DEAD_ZONES = (0.1, 0.3, 1.0, 2.0)

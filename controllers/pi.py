@@ -6,7 +6,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from controllers.delay import delay_line, delayed, remember
-from controllers.design import design_pi
+from controllers.design.pi_design import design_pi
 from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
 
 LONGEST_DELAY = 10.0

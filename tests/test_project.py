@@ -58,7 +58,7 @@ def test_wheel_contains_all_packages(wheel):
     for package in ("adaptive_ff", "plant", "controllers"):
         modules = {str(path.relative_to(ROOT)) for path in (ROOT / package).rglob("*.py")}
         assert modules <= set(names)
-    assert "adaptive_ff/reference_joint.toml" in names
+    assert "adaptive_ff/scenario/reference_joint.toml" in names
     assert not any(name.startswith(("tests/", "benchmarks/")) for name in names)
 
 
@@ -68,7 +68,7 @@ def test_installed_wheel_compares_outside_the_repository(wheel, tmp_path):
     work = tmp_path / "work"
     work.mkdir()
     code = (
-        "import sys, adaptive_ff, plant, controllers; from adaptive_ff.cli import main; "
+        "import sys, adaptive_ff, plant, controllers; from adaptive_ff.cli.main import main; "
         f"assert all(m.__file__.startswith({str(site)!r}) for m in (adaptive_ff, plant, controllers)); "
         "sys.argv = ['adaptive-ff', 'compare', '--out', 'out']; main()"
     )

@@ -1,8 +1,5 @@
-"""Rivals that feed forward or identify."""
+"""Controllers that an adaptive one is compared with and that use or identify a model themselves."""
 
-from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
-from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
-from adaptive_ff.rivals.model_based import ModelBased
-from adaptive_ff.rivals.paper import PaperController
+import lazy_loader
 
-__all__ = ["CanudasController", "CanudasMeasuredController", "FeedbackErrorLearning", "ModelBased", "PaperController"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

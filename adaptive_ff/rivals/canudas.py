@@ -31,9 +31,9 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.identifying import IdentifyingController
-from adaptive_ff.physical import INERTIA_RANGE
-from adaptive_ff.rls import update_rls_within
+from adaptive_ff.estimation.rls import update_rls_within
+from adaptive_ff.model.bounds import INERTIA_RANGE
+from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -33,10 +33,10 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.feedforward import FeedforwardState, step_feedforward
-from adaptive_ff.identifying import IdentifyingController
-from adaptive_ff.model import ESTIMATED, TorqueModel
-from adaptive_ff.physical import INERTIA_RANGE
+from adaptive_ff.model.bounds import INERTIA_RANGE
+from adaptive_ff.model.feedforward import FeedforwardState, step_feedforward
+from adaptive_ff.model.friction import ESTIMATED, TorqueModel
+from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -11,8 +11,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.model import TorqueModel
+from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.friction import TorqueModel
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -13,12 +13,12 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.identifying import IdentifyingController
-from adaptive_ff.model import ESTIMATED, TorqueModel
-from adaptive_ff.physical import FRICTION_LAG, confine, largest_lag, possible_ranges, torque_model, write_model
-from adaptive_ff.rls import update_rls_within
-from adaptive_ff.series import COEFFICIENTS, series_regressors, write_physical
+from adaptive_ff.estimation.rls import update_rls_within
+from adaptive_ff.model.bounds import FRICTION_LAG, confine, largest_lag, possible_ranges, torque_model, write_model
+from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.friction import ESTIMATED, TorqueModel
+from adaptive_ff.model.identifying import IdentifyingController
+from adaptive_ff.regression.series import COEFFICIENTS, series_regressors, write_physical
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -12,9 +12,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.output import write_json
-from benchmarks.measured.closed_loop import ASSUMED
+from adaptive_ff.report.files import write_json
 from benchmarks.measured.figures import draw_machine
+from benchmarks.measured.identified_joint import ASSUMED
 from benchmarks.measured.long_log import measure as measure_long
 from benchmarks.measured.long_log import table as long_table
 from benchmarks.measured.machines import DATA, JOBS

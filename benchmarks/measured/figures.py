@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rc_context
 
-from adaptive_ff.drawing import STYLE, draw_series, explain_looks, label_above, make_panels, write_figure
-from adaptive_ff.measured.replay_plots import LOOKS, NEEDED, elapsed
-from adaptive_ff.measured.replay_result import COLD, SAVED
+from adaptive_ff.replay.result import COLD, SAVED
+from adaptive_ff.report.drawing import STYLE, draw_series, explain_looks, label_above, make_panels, write_figure
+from adaptive_ff.report.replay_plots import LOOKS, NEEDED, elapsed
 from benchmarks.measured.results import Result
 
 

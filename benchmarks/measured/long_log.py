@@ -60,7 +60,7 @@ def replay_in_process(path: Path) -> dict[str, Any]:
     """Replay a log with the command in a process of its own; return its time (s) and peak memory (bytes)."""
     code = (
         "import json, sys\n"
-        "from adaptive_ff.cli import app\n"
+        "from adaptive_ff.cli.main import app\n"
         "from benchmarks.measured.long_log import peak_memory\n"
         "app(sys.argv[1:], standalone_mode=False)\n"
         "print(json.dumps(peak_memory()))\n"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import io
 
-from adaptive_ff.measured import Log, read_log
+from adaptive_ff.logs.log import Log, read_log
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 

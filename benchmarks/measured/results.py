@@ -8,8 +8,11 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff import Comparison
-from adaptive_ff.measured import LogIdentification, Replay, identify_log, replay_log
-from benchmarks.measured.closed_loop import simulate_identified
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.replay.replay import replay_log
+from adaptive_ff.replay.result import Replay
+from benchmarks.measured.identified_joint import simulate_identified
 from benchmarks.measured.machines import Job
 
 COLUMNS = {

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from adaptive_ff.drawing import INK, LIFT, QUIET, WIDTH
-from adaptive_ff.plots import LOOKS
+from adaptive_ff.report.comparison_plots import LOOKS
+from adaptive_ff.report.drawing import INK, LIFT, QUIET, WIDTH
 
 Look = Mapping[str, Any]
 

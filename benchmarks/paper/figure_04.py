@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from adaptive_ff.batch import Identification
-from adaptive_ff.drawing import STYLE
+from adaptive_ff.identify.batch import Identification
+from adaptive_ff.report.drawing import STYLE
 from benchmarks.paper.drawing import GUIDE, SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.identification_data import SYMBOLS, TRUE, Data
 from benchmarks.paper.prediction import model_free_run, series_free_run

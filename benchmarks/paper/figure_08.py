@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from adaptive_ff.drawing import INK, STYLE, WIDTH
-from adaptive_ff.model import model_friction
-from adaptive_ff.stribeck_fit import StribeckFit
-from adaptive_ff.support_points import SupportPoints
+from adaptive_ff.model.friction import model_friction
+from adaptive_ff.report.drawing import INK, STYLE, WIDTH
+from adaptive_ff.stribeck.fit import StribeckFit
+from adaptive_ff.stribeck.points import SupportPoints
 from benchmarks.paper.drawing import TORQUE_FORM, Look, label, legend
 from benchmarks.paper.identification_data import TRUE
 

@@ -5,8 +5,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from adaptive_ff.batch import Array
-from adaptive_ff.drawing import STYLE
+from adaptive_ff.identify.batch import Array
+from adaptive_ff.report.drawing import STYLE
 from benchmarks.paper.drawing import SERIES, TORQUE_FORM, TRUTH, Look, label, legend, panels
 from benchmarks.paper.robot import NOISE, Drive
 from benchmarks.paper.watching import FORGETTING, Form, Series

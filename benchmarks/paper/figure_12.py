@@ -5,11 +5,11 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from adaptive_ff.batch import Array
-from adaptive_ff.drawing import INK, STYLE, WIDTH
-from adaptive_ff.model import ESTIMATED
-from adaptive_ff.plots import UNITS
-from adaptive_ff.series import COEFFICIENTS, series_coefficients
+from adaptive_ff.identify.batch import Array
+from adaptive_ff.model.friction import ESTIMATED
+from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients
+from adaptive_ff.report.comparison_plots import UNITS
+from adaptive_ff.report.drawing import INK, STYLE, WIDTH
 from benchmarks.paper.closed_loop_online import is_possible, physical_series
 from benchmarks.paper.drawing import SERIES, TORQUE_FORM, Look, label, legend
 from benchmarks.paper.identification_data import SYMBOLS, TRUE

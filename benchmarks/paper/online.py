@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 
 from adaptive_ff import AdaptiveController
-from adaptive_ff.least_squares import Array, fit_least_squares
-from adaptive_ff.model import ESTIMATED, TorqueModel
-from adaptive_ff.series import write_physical
+from adaptive_ff.estimation.batch_least_squares import Array, fit_least_squares
+from adaptive_ff.model.friction import ESTIMATED, TorqueModel
+from adaptive_ff.regression.series import write_physical
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.figure_05 import Online, draw
 from benchmarks.paper.identification_data import (

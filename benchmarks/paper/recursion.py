@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn
-from adaptive_ff.gate import sliding_time
-from adaptive_ff.rls import update_rls
-from adaptive_ff.torque_form import Signals, advance_signals, initial_signals
+from adaptive_ff.adaptive.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn
+from adaptive_ff.estimation.rls import update_rls
+from adaptive_ff.regression.sliding_gate import sliding_time
+from adaptive_ff.regression.torque_form import Signals, advance_signals, initial_signals
 from controllers import compiled
 
 Array = NDArray[np.float64]

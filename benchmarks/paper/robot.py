@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import load_scenario
-from adaptive_ff.course import Course, empty_record, lay_plain_course
-from adaptive_ff.loop import run_compiled, start_position
+from adaptive_ff.simulation.experiment import Course, empty_record, lay_plain_course
+from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import PI, Controller, Inputs, compiled, pi_gains, step, write_estimates
 from plant import JointParameters, JointState, step_joint
 

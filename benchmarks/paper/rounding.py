@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from adaptive_ff.least_squares import Array
-from adaptive_ff.rls import update_rls, update_rls_printed
+from adaptive_ff.estimation.batch_least_squares import Array
+from adaptive_ff.estimation.rls import update_rls, update_rls_printed
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.identification_data import PERIOD, SEED, TRUE, simulate_noise
 from benchmarks.paper.prediction import regression, rms

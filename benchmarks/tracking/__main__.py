@@ -16,10 +16,10 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from adaptive_ff.compare import BASELINE
-from adaptive_ff.lineup import CONTROLLERS
-from adaptive_ff.output import write_json
-from adaptive_ff.scenario_file import to_toml
+from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.report.files import write_json
+from adaptive_ff.scenario.file import to_toml
 from benchmarks.tracking.cells import cell_scenario, scenario_names
 from benchmarks.tracking.matrix import Job, Results, run_matrix
 from benchmarks.tracking.picture import draw_matrix

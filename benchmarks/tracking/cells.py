@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Scenario, load_scenario
-from adaptive_ff.compare import BASELINE
-from adaptive_ff.course import lay_course
-from adaptive_ff.metrics import START, rms, standstill_range
-from adaptive_ff.simulate import Run, simulate
+from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.metrics import START, rms, standstill_range
 from controllers import fastest_bandwidth
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"

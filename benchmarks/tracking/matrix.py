@@ -8,7 +8,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-from adaptive_ff.output import write_json
+from adaptive_ff.report.files import write_json
 from benchmarks.tracking.cells import SCENARIOS, Figures, run_cell
 
 ROOT = Path(__file__).resolve().parent.parent.parent

@@ -8,7 +8,7 @@ from matplotlib import rc_context
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
-from adaptive_ff.drawing import INK, STYLE
+from adaptive_ff.report.drawing import INK, STYLE
 from benchmarks.tracking.summary import OURS, TOLD_THE_TRUTH, Cell, Cells
 
 WEAKEST, STRONGEST = -2.0, 6.0

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.compare import BASELINE
+from adaptive_ff.comparison.comparison import BASELINE
 from benchmarks.tracking.matrix import Results
 
 OURS = "adaptive"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adaptive_ff.measured import read_log
+from adaptive_ff.logs.log import read_log
 from benchmarks.measured.long_log import replay_in_process, write_log
 from benchmarks.measured.machines import DATA, EMPS, JOBS, KUKA, STAUBLI
 from benchmarks.measured.results import measure, results_table

@@ -4,10 +4,10 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.batch import identify_series
-from adaptive_ff.model import ESTIMATED, TorqueModel
-from adaptive_ff.rls import update_rls, update_rls_printed
-from adaptive_ff.series import series_coefficients
+from adaptive_ff.estimation.rls import update_rls, update_rls_printed
+from adaptive_ff.identify.batch import identify_series
+from adaptive_ff.model.friction import ESTIMATED, TorqueModel
+from adaptive_ff.regression.series import series_coefficients
 from benchmarks.paper import misprints, offline, online, reversal, reversal_errors, rounding
 from benchmarks.paper.identification_data import MORE_SEEDS, PERIOD, SEED, TRUE, deviations, joint_of, simulate_noise
 from benchmarks.paper.prediction import (

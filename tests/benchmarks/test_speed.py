@@ -8,10 +8,15 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from adaptive_ff import estimator, jump, load_scenario, physical, timing
-from benchmarks import closed_loop, speed
-from benchmarks.closed_loop import CLoop, OwnLoop, PythonControlLoop, check_alike
+from adaptive_ff import load_scenario
+from adaptive_ff.adaptive import change_detection as jump
+from adaptive_ff.adaptive import estimator
+from adaptive_ff.adaptive import lag_tuning as timing
+from adaptive_ff.model import bounds as physical
+from benchmarks import speed
+from benchmarks import speed_rivals as closed_loop
 from benchmarks.speed import Row, Sizes, shown
+from benchmarks.speed_rivals import CLoop, OwnLoop, PythonControlLoop, check_alike
 from plant import step
 
 TINY = Sizes(duration=1.0, repeats=2, slow_repeats=1, lengths=(1, 2), calls=20)

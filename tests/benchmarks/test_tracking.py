@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario, simulate
-from adaptive_ff.lineup import CONTROLLERS
-from adaptive_ff.metrics import rms
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.simulation.metrics import rms
 from benchmarks.tracking import matrix
 from benchmarks.tracking.cells import (
     SCENARIOS,

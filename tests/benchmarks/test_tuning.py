@@ -7,7 +7,7 @@ import pytest
 import typer
 
 from adaptive_ff import Scenario, load_scenario, simulate
-from adaptive_ff.lineup import CONTROLLERS
+from adaptive_ff.comparison.registry import CONTROLLERS
 from benchmarks import tuning
 from controllers import PI
 

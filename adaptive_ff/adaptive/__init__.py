@@ -1,0 +1,5 @@
+"""The adaptive controller: estimator, detection of changes, tuning of the lag, uncertainty."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

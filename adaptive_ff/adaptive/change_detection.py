@@ -1,0 +1,127 @@
+"""Sudden changes of friction: noticed from the prediction error, and what was known of the size of friction forgotten.
+
+A fading memory mixes equations from before and after a change. Until the old ones have faded, the fit makes up for the
+difference with whatever can explain it, inertia and lag included, and the feedforward can be worse than none.
+
+What changes in a working joint is how large friction is: lubricant, temperature, load and wear scale it, or part of it.
+So the mean over a short window of the error ``e`` times the predicted friction ``f`` is compared with the usual error:
+
+    <e f>^2 / <f^2>  >  JUMP <e^2>
+
+The left-hand side is the part of the short mean of ``e^2`` that a common factor on friction explains. Where it is that
+large, the information ``M`` about that factor, the direction ``d`` of the friction parameters in the space of all, is
+reduced to what the short window tells,
+
+    M  ->  M - (1 - known / d'M d) M d d'M / (d'M d)
+
+which is what a large variance added along ``d`` makes of a covariance; what ``M`` tells of everything else, the ratios
+of the parameters among them, stays. For ``known > 0`` the result is positive definite. Where an offset is estimated, it
+is forgotten as well: while the joint moves one way, a load and a change of Coulomb friction are one number.
+
+For comparing short with long means see M. Basseville and I. Nikiforov, "Detection of Abrupt Changes" (Prentice Hall,
+1993).
+"""
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.estimation.quadratic import quadratic_form
+from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET
+
+JUMP = 6.0
+"""How many times the usual mean squared error the part that a factor on friction explains must be."""
+
+JUMP_WINDOW = 4.0
+"""Length of the short window, in time constants of the filters."""
+
+LEAST_ERROR = 1e-9
+"""Mean squared error, in units of the torque scale squared, that is usual at least."""
+
+
+@register_jitable(forceinline=True)
+def note_surprise(
+    surprise: NDArray[np.float64], friction: float, error: float, duration: float, window: float
+) -> float:
+    """Take one error into account and return the part of the mean squared error that a factor on friction explains.
+
+    Parameters
+    ----------
+    surprise : ndarray, shape (2,)
+        Means of ``e f`` and ``f^2`` over the short window; changed in place.
+    friction, error : float
+        Predicted friction and prediction error, in the same unit.
+    duration : float
+        Time since the last sample, s.
+    window : float
+        Length of the window, s.
+    """
+    share = duration / (window + duration)
+    surprise[0] += share * (friction * error - surprise[0])
+    surprise[1] += share * (friction * friction - surprise[1])
+    if not surprise[1] > 0.0:
+        return 0.0
+    return surprise[0] * surprise[0] / surprise[1]  # type: ignore[no-any-return]
+
+
+@register_jitable
+def release(
+    information: NDArray[np.float64], direction: NDArray[np.float64], known: float, work: NDArray[np.float64]
+) -> None:
+    """Reduce the information along a direction.
+
+    Parameters
+    ----------
+    information : ndarray, shape (n, n)
+        Information matrix ``M``; changed in place.
+    direction : ndarray, shape (n,)
+        The direction ``d``.
+    known : float
+        What is left of ``d'M d``, more than zero, where it was more.
+    work : ndarray, shape (n,)
+        Scratch.
+    """
+    total = quadratic_form(information, direction, work)
+    if not total > known:
+        return
+    share = (1.0 - known / total) / total
+    for i in range(direction.size):
+        for j in range(direction.size):
+            information[i, j] -= share * work[i] * work[j]
+
+
+@register_jitable
+def forget_friction(
+    information: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    mean: float,
+    unit: float,
+    share: float,
+    work: NDArray[np.float64],
+) -> None:
+    """Forget how large friction is, and the offset where there is one, but for what the short window tells.
+
+    Parameters
+    ----------
+    information : ndarray, shape (n, n)
+        Information matrix of the scaled parameters; changed in place.
+    estimate, scale : ndarray, shape (n,)
+        The parameters, and the unit of each.
+    mean : float
+        Mean squared friction over the short window, in units of the torque scale squared.
+    unit : float
+        The torque scale, N m.
+    share : float
+        Length of the short window as a share of the memory.
+    work : ndarray, shape (n, n)
+        Scratch.
+    """
+    direction = work[0]
+    for i in range(estimate.size):
+        direction[i] = estimate[i] / scale[i] if COULOMB <= i < FRICTION_LAG or i > OFFSET else 0.0
+    release(information, direction, share * mean, work[1])
+    if estimate.size > OFFSET:
+        direction[:] = 0.0
+        direction[OFFSET] = 1.0
+        release(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])

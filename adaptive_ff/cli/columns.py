@@ -1,0 +1,53 @@
+"""Columns of a recorded log, chosen on the command line."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.logs.columns import column_names, usual_column
+from adaptive_ff.logs.log import Log, read_log
+
+
+def chosen_columns(
+    log: Path,
+    time: str | None,
+    period: float | None,
+    position: str | None,
+    velocity: str | None,
+    torque: str | None,
+) -> dict[str, str]:
+    """Return the column of each role; where none is named, the one of a usual name."""
+    if time is not None and period is not None:
+        raise InputError("--time and --period are both given; give one of them")
+    if position is not None and velocity is not None:
+        raise InputError("--position and --velocity are both given; give one of them")
+    chosen = {"time": time, "position": position, "velocity": velocity, "torque": torque}
+    columns = {role: column for role, column in chosen.items() if column is not None}
+    names: list[str] | None = None
+    for roles in (("time",), ("position", "velocity"), ("torque",)):
+        if any(role in columns for role in roles) or (roles == ("time",) and period is not None):
+            continue
+        names = column_names(log) if names is None else names
+        role, column = usual_column(log, names, roles)
+        columns[role] = column
+    return columns
+
+
+def read_columns(
+    path: Path,
+    columns: Mapping[str, str],
+    period: float | None,
+    scales: Mapping[str, float],
+    extra: Mapping[str, str] | None = None,
+) -> Log:
+    """Read a log with columns by role, and further ones by the name that they get."""
+    return read_log(
+        path,
+        torque=columns["torque"],
+        position=columns.get("position"),
+        velocity=columns.get("velocity"),
+        time=columns.get("time"),
+        period=period,
+        extra=extra,
+        scale=scales,
+    )

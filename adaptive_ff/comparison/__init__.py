@@ -1,0 +1,1 @@
+"""Controllers compared on scenarios: registry, runs, comparison, drawn joints, regression gate."""

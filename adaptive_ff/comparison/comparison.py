@@ -1,0 +1,108 @@
+"""All controllers of a scenario side by side."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from adaptive_ff.comparison.registry import CONTROLLERS, Maker, make_controller
+from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.scenario import Scenario, load_scenario
+from adaptive_ff.simulation.experiment import lay_course
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BASELINE = "pi"
+"""The controller that improvement is measured against."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Runs of several controllers on the same scenario.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The scenario.
+    runs : dict of Run
+        A run a controller, by name.
+    """
+
+    scenario: Scenario
+    runs: dict[str, Run]
+
+    @property
+    def improvement(self) -> dict[str, float]:
+        """Settled rms error of ``pi`` over that of each controller; empty without ``pi``."""
+        if BASELINE not in self.runs:
+            return {}
+        base = self.runs[BASELINE].metrics.rms_error_settled
+        errors = {name: run.metrics.rms_error_settled for name, run in self.runs.items()}
+        return {name: base / error for name, error in errors.items() if error > 0.0}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as ``--json`` writes it."""
+        controllers: dict[str, Any] = {}
+        for name, run in self.runs.items():
+            controllers[name] = asdict(run.metrics)
+            if run.estimates:
+                controllers[name]["estimates"] = run.final_estimates
+        return {
+            "scenario": self.scenario.model_dump(mode="json", exclude_none=True),
+            "controllers": controllers,
+            "improvement": self.improvement,
+        }
+
+    def plot(self, folder: str | Path | None = None) -> dict[str, "Figure"]:
+        """Draw all pictures, by name; write them to a folder where one is given."""
+        from adaptive_ff.report.comparison_plots import plot_comparison
+
+        return plot_comparison(self, folder)
+
+
+def compare(
+    scenario: Scenario | None = None,
+    *,
+    own: Mapping[str, Maker] | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> Comparison:
+    """Run every controller of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario, optional
+        The scenario; the built-in one by default.
+    own : mapping, optional
+        Makers of further controllers by name; they run after those that the scenario names.
+    progress : callable, optional
+        Is called with the name of the controller and the share of its run that is done.
+
+    Returns
+    -------
+    Comparison
+        The runs.
+
+    Raises
+    ------
+    InputError
+        The scenario names a controller that there is not, or an own one has the name of one that there is.
+    """
+    scenario = load_scenario() if scenario is None else scenario
+    own = own or {}
+    taken = [name for name in own if name in CONTROLLERS]
+    if taken:
+        raise InputError(f"own = {taken[0]!r} is not allowed: that is the name of a controller of this package")
+    names = dict.fromkeys([*scenario.controllers, *own])
+    made = {name: make_controller(scenario, name, own) for name in names}
+    course = lay_course(scenario)
+    runs = {}
+    for name, controller in made.items():
+        report = None if progress is None else _reporter(progress, name)
+        runs[name] = simulate(scenario, controller, name=name, course=course, progress=report)
+    return Comparison(scenario, runs)
+
+
+def _reporter(progress: Callable[[str, float], None], name: str) -> Callable[[float], None]:
+    return lambda share: progress(name, share)

@@ -1,0 +1,205 @@
+"""The controllers of a comparison, made for a scenario."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
+from adaptive_ff.errors import InputError
+from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
+from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
+from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.rivals.paper import PaperController
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.scenario.truth import friction_course, true_model
+from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign
+
+Maker = Callable[[Scenario], Any]
+"""Makes a controller, any object with a method ``step``, for a scenario."""
+
+
+def _pi(scenario: Scenario) -> PI:
+    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.delay)
+
+
+def _with_model(scenario: Scenario, model: TorqueModel) -> ModelBased:
+    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model, delay=scenario.delay)
+
+
+def _inertia_feedforward(scenario: Scenario) -> ModelBased:
+    return _with_model(scenario, TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0))
+
+
+def _fixed(scenario: Scenario) -> ModelBased:
+    return _with_model(scenario, scenario.fixed.model)
+
+
+def _oracle(scenario: Scenario) -> ModelBased:
+    model, changes, load = true_model(scenario), friction_course(scenario), scenario.joint.offset
+    period, delay = scenario.sampling.period, scenario.delay
+    return ModelBased(*scenario.feedback.gains, period, model, changes, load=load, delay=delay)
+
+
+def _told(scenario: Scenario) -> dict[str, Any]:
+    """Return what an identifying controller is told, and nothing else."""
+    return {
+        "period": scenario.sampling.period,
+        "inertia": scenario.feedback.inertia,
+        "stribeck_velocity": scenario.adaptation.stribeck_velocity,
+        "stribeck_shape": scenario.adaptation.stribeck_shape,
+        "delay": scenario.delay,
+    }
+
+
+def _with_memory(told: dict[str, Any], memory: float | None) -> dict[str, Any]:
+    """Return what is told, with a memory where there is one."""
+    return told if memory is None else {**told, "memory": memory}
+
+
+PAPER_MEMORY = 3.0
+"""Memory of ``adaptive_paper``, s, where none is told; found best over 100 Hz and 1 kHz together.
+
+On 16 joints drawn around the built-in one (``adaptive-ff sweep``, seed 101): at 1 kHz 3 s beats all from 0.3 to 100 s;
+at 100 Hz anything from 3 s on does about as well.
+"""
+
+DEAD_ZONE = 0.3
+"""Dead zone of ``canudas``, as a share of the Stribeck velocity that is told."""
+
+
+def _adaptive_paper(scenario: Scenario) -> PaperController:
+    memory = scenario.adaptation.memory or PAPER_MEMORY
+    return PaperController(*scenario.feedback.gains, **_told(scenario), memory=memory)
+
+
+def _canudas_told(scenario: Scenario) -> dict[str, Any]:
+    told = {
+        "period": scenario.sampling.period,
+        "inertia": scenario.feedback.inertia,
+        "dead_zone": DEAD_ZONE * scenario.adaptation.stribeck_velocity,
+        "delay": scenario.delay,
+    }
+    return _with_memory(told, scenario.adaptation.memory)
+
+
+def _canudas(scenario: Scenario) -> CanudasController:
+    return CanudasController(*scenario.feedback.gains, **_canudas_told(scenario))
+
+
+def _canudas_measured(scenario: Scenario) -> CanudasMeasuredController:
+    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_told(scenario))
+
+
+def _feedback_error(scenario: Scenario) -> FeedbackErrorLearning:
+    return FeedbackErrorLearning(*scenario.feedback.gains, **_told(scenario))
+
+
+def _adaptive(scenario: Scenario) -> AdaptiveController:
+    told = _with_memory(_told(scenario), scenario.adaptation.memory)
+    told |= {"parameters": scenario.adaptation.parameters, "velocity_lag": scenario.velocity_lag}
+    return AdaptiveController(*scenario.feedback.gains, **told)
+
+
+def balance(scenario: Scenario) -> float:
+    """Return the frequency (Hz) at which what friction does and what the noise hides balance.
+
+    It is the bandwidth of a Kalman filter for the noise of the measured velocity and for a disturbance that walks by
+    ``Kp Vs``, a torque, in a root of a second; infinite without noise.
+    """
+    noise = scenario.velocity_noise
+    if noise == 0.0:
+        return math.inf
+    walk = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
+    return math.sqrt(walk / (scenario.feedback.inertia * noise * math.sqrt(scenario.sampling.period))) / (2.0 * math.pi)
+
+
+def _observer_bandwidth(
+    scenario: Scenario, share: float, design: Callable[..., ObserverDesign], *gains: float
+) -> float:
+    """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less."""
+    try:
+        delay = math.ceil(scenario.delay - 1e-6)
+        largest = design(scenario.feedback.inertia, scenario.sampling.period, *gains, delay=delay).bandwidth
+    except ValueError as error:
+        raise InputError(f"feedback: {error}") from error
+    return min(share * balance(scenario), largest)
+
+
+def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> DisturbanceObserver:
+    """Make a PI loop with a disturbance observer; the share did best in ``python -m benchmarks.tuning``."""
+    gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
+    bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
+    period, delay = scenario.sampling.period, scenario.delay
+    return DisturbanceObserver(*gains, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
+
+
+def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState:
+    """Make a loop with an extended state observer; the share did best in ``python -m benchmarks.tuning``."""
+    proportional, inertia = scenario.feedback.gains[0], scenario.feedback.inertia
+    bandwidth = _observer_bandwidth(scenario, share, ExtendedState.design, proportional)
+    period, delay = scenario.sampling.period, scenario.delay
+    return ExtendedState(proportional, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
+
+
+def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDisturbance:
+    """Make a PI loop with a Kalman disturbance estimate; the share did best in ``python -m benchmarks.tuning``."""
+    gains, inertia, period = scenario.feedback.gains, scenario.feedback.inertia, scenario.sampling.period
+    noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
+    bandwidth = _observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
+    walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
+    settings = {"inertia": inertia, "velocity_noise": noise, "disturbance_walk": walk, "delay": scenario.delay}
+    return KalmanDisturbance(*gains, period, **settings)
+
+
+def _fixed_maker(form: str, source: str) -> Maker:
+    def make(scenario: Scenario) -> ModelBased:
+        return _with_model(scenario, fixed_model(scenario, true_model(scenario), form, source))
+
+    return make
+
+
+FIXED: dict[str, Maker] = {f"{form}_{source}": _fixed_maker(form, source) for form in FORMS for source in SOURCES}
+del FIXED["lagged_true"]  # that is the oracle, which follows changes as well
+
+
+CONTROLLERS: dict[str, Maker] = {
+    "pi": _pi,
+    "pi_inertia": _inertia_feedforward,
+    "fixed": _fixed,
+    "oracle": _oracle,
+    "disturbance_observer": make_disturbance_observer,
+    "extended_state": make_extended_state,
+    "kalman_disturbance": make_kalman_disturbance,
+    "adaptive_paper": _adaptive_paper,
+    "adaptive": _adaptive,
+    "canudas": _canudas,
+    "canudas_measured": _canudas_measured,
+    "feedback_error": _feedback_error,
+    **FIXED,
+}
+"""Controllers by name."""
+
+
+def make_controller(scenario: Scenario, name: str, own: Mapping[str, Maker] | None = None) -> Any:
+    """Make a controller for a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    name : str
+        Name of the controller.
+    own : mapping, optional
+        Further makers by name.
+
+    Raises
+    ------
+    InputError
+        There is no controller of that name; the message lists those there are.
+    """
+    makers = {**CONTROLLERS, **(own or {})}
+    if name not in makers:
+        raise InputError(f"controllers = {name!r} is not known; there are {', '.join(makers)}")
+    return makers[name](scenario)

@@ -1,0 +1,1 @@
+"""Identification of a joint from a recorded log."""

@@ -1,0 +1,204 @@
+"""From a piece of a log to the columns of the regression, all in the same band.
+
+The joint's equation is linear, so it holds for filtered signals if every term passes the same filter; the sign of the
+velocity is taken first, and then filtered as the torque is. Two zero-phase low-passes in series: the wide one alone
+makes the velocity whose sign is taken, both make everything that is regressed, which is then decimated. At both ends
+of a piece, where filters and differences know only one side, rows are dropped. It is the method of IDIM (M. Gautier,
+"Dynamic identification of robots with power model", ICRA 1997), with the filter of the position on the torque, too.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from adaptive_ff.logs.bandwidth import DERIVATIVE_TIMES
+from adaptive_ff.logs.defects import Piece, runs
+from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
+from adaptive_ff.logs.log import Log
+
+ROWS_PER_CYCLE = 5.0
+"""Rows in a second, over the band: what passes the filters at half that frequency is below -60 dB."""
+
+EDGE = 1.5
+"""Cycles of the band that are dropped at either end of a piece."""
+
+SHORTEST = 6.0
+"""Cycles of the band that a piece must have."""
+
+JITTER = 0.01
+"""Largest deviation of the clock from a uniform one, in steps, up to which it counts as uniform."""
+
+REST_SHARE = 0.005
+"""Speed below which the joint counts as resting, over its largest."""
+
+REST_CYCLES = 1.0
+"""Cycles of the band for which it must be slower than that; the band cannot tell a shorter stop from a reversal."""
+
+REST_REACH = 0.75
+"""Cycles of the band around a rest that are not regressed: what the filters smear."""
+
+WITHIN = 0.98
+"""Keeps the corner of the wide filter below half the sampling frequency, where the band is a tenth of it."""
+
+STRIBECK_GRID = 16
+"""Stribeck velocities for which the column of stiction is made; between them it is interpolated."""
+
+
+class Rest(NamedTuple):
+    """What counts as rest, and the grid of Stribeck velocities that goes with it.
+
+    Attributes
+    ----------
+    slowest : float
+        Speed below which the joint may rest, rad/s.
+    stribeck : ndarray, shape (k,)
+        Stribeck velocities, rad/s, in geometric order.
+    """
+
+    slowest: float
+    stribeck: Array
+
+
+class Conditioned(NamedTuple):
+    """A piece of a log in the band, on a uniform grid of rows; times in s, other units SI.
+
+    Attributes
+    ----------
+    time, torque, velocity, acceleration : ndarray, shape (n,)
+        Filtered; the time is that of the log.
+    direction, speed : ndarray, shape (n,)
+        Sign and size of the velocity, filtered after the sign was taken.
+    stiction : ndarray, shape (k, n)
+        ``sgn(w) exp(-|w|/Vs)``, filtered, for each Stribeck velocity of the grid.
+    held : ndarray, shape (n,)
+        Torque filtered by the wide filter only, to be read at rest.
+    slides, rests : ndarray of bool, shape (n,)
+        Rows that are regressed; rows at rest, away from motion.
+    period : float
+        Time between rows, s.
+    """
+
+    time: Array
+    torque: Array
+    velocity: Array
+    acceleration: Array
+    direction: Array
+    speed: Array
+    stiction: Array
+    held: Array
+    slides: NDArray[np.bool_]
+    rests: NDArray[np.bool_]
+    period: float
+
+
+def shortest_piece(bandwidth: float, period: float) -> int:
+    """Return the number of samples that a piece must have for rows to be left of it."""
+    return math.ceil(SHORTEST / (bandwidth * period)) + 2 * REACH
+
+
+def uniform(log: Log, piece: Piece, period: float) -> tuple[Array, Array, Array]:
+    """Return time, motion and torque of a piece at equal steps; a jittered clock is undone by cubic splines."""
+    part = slice(piece.start, piece.stop)
+    time, motion, torque = log.time[part], log.motion[part], log.torque[part]
+    start = float(time[0])
+    count = round((float(time[-1]) - start) / period) + 1
+    grid = start + (float(time[-1]) - start) * np.linspace(0.0, 1.0, count)
+    if count == time.size and float(np.max(np.abs(time - grid))) <= JITTER * period:
+        return grid, motion, torque
+    elapsed = time - start
+    return (
+        grid,
+        make_interp_spline(elapsed, motion, k=3)(grid - start),
+        make_interp_spline(elapsed, torque, k=3)(grid - start),
+    )
+
+
+def wide_velocity(motion: Array, bandwidth: float, period: float, *, is_position: bool) -> Array:
+    """Return the velocity behind the wide filter alone, whose sign is taken."""
+    wide = lowpass(motion - motion[0] if is_position else motion, (DERIVATIVE_TIMES * bandwidth * WITHIN,), period)
+    return differentiate(wide, period) if is_position else wide
+
+
+def find_rest(velocities: list[Array]) -> Rest:
+    """Return what counts as rest in a log.
+
+    Parameters
+    ----------
+    velocities : list of ndarray
+        Velocities of the pieces behind the wide filter, rad/s.
+    """
+    largest = max(float(np.max(np.abs(velocity))) for velocity in velocities)
+    slowest = REST_SHARE * largest
+    return Rest(slowest, np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID))
+
+
+def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest) -> Conditioned:
+    """Filter and decimate a piece of a log.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    piece : Piece
+        Piece without a defect, of at least ``shortest_piece`` samples.
+    bandwidth : float
+        Corner of the filter of the regression, Hz.
+    period : float
+        Sample time, s.
+    rest : Rest
+        What counts as rest.
+
+    Returns
+    -------
+    Conditioned
+        Its rows.
+    """
+    time, motion, torque = uniform(log, piece, period)
+    is_position = log.position is not None
+    corners = (DERIVATIVE_TIMES * bandwidth * WITHIN, bandwidth)
+    fast = wide_velocity(motion, bandwidth, period, is_position=is_position)
+    every = max(1, math.floor(1.0 / (ROWS_PER_CYCLE * bandwidth * period)))
+    edge = math.ceil(EDGE / (bandwidth * period)) + REACH
+    kept = slice(edge, time.size - edge, every)
+
+    def filtered(values: Array) -> Array:
+        return lowpass(values, corners, period)[kept]
+
+    smooth = lowpass(motion - motion[0] if is_position else motion, corners, period)
+    sign, speed = np.sign(fast), np.abs(fast)
+    resting = _long_runs(speed < rest.slowest, math.ceil(REST_CYCLES / (bandwidth * period)))
+    reach = math.ceil(REST_REACH / (bandwidth * period))
+    return Conditioned(
+        time[kept],
+        filtered(torque),
+        (differentiate(smooth, period) if is_position else smooth)[kept],
+        (differentiate_twice(smooth, period) if is_position else differentiate(smooth, period))[kept],
+        filtered(sign),
+        filtered(speed),
+        np.array([filtered(sign * np.exp(-speed / velocity)) for velocity in rest.stribeck]),
+        lowpass(torque, corners[:1], period)[kept],
+        ~_widened(resting, reach)[kept],
+        ~_widened(~resting, reach)[kept],
+        every * period,
+    )
+
+
+def _long_runs(mask: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    """Keep runs of true values that are long enough."""
+    kept = np.zeros_like(mask)
+    for start, stop in runs(mask):
+        if stop - start >= shortest:
+            kept[start:stop] = True
+    return kept
+
+
+def _widened(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Return a mask whose runs of true values reach further on both sides."""
+    steps = np.zeros(mask.size + 1, dtype=np.int64)
+    for start, stop in runs(mask):
+        steps[max(0, start - reach)] += 1
+        steps[min(mask.size, stop + reach)] -= 1
+    return np.cumsum(steps[:-1]) > 0

@@ -1,0 +1,197 @@
+"""Least squares on the columns of a log: linear but for the friction lag and the Stribeck velocity, which are searched.
+
+For given lag and ``Vs`` the linear rest is solved for (variable projection, as in
+:mod:`adaptive_ff.stribeck_problem`). At the solution the regression is linearised, so that all parameters together
+get a covariance that knows of correlated residuals (Newey and West, see :mod:`adaptive_ff.least_squares`).
+"""
+
+import math
+from dataclasses import replace
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from scipy import optimize
+
+from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
+from adaptive_ff.identify.regressors import LINEAR, Problem, design, measured_torque
+from adaptive_ff.logs.derivatives import Array
+
+SEARCHED = {"friction_lag": "friction_lag", "stiction_excess": "stribeck_velocity"}
+"""Parameters that are searched, by the term that brings them; the lag is a term of its own."""
+
+STARTS = 7
+"""Values of each searched parameter from whose best combination the search starts."""
+
+END = 0.01
+"""Share of its range within which a searched parameter is at the end of it."""
+
+SLOPE_STEP = 1e-4
+"""Step of the difference quotients by a searched parameter, over its range."""
+
+
+class Fitted(NamedTuple):
+    """A fit of some terms.
+
+    Attributes
+    ----------
+    terms : tuple of str
+        Terms that took part: linear ones, and ``friction_lag``.
+    values : dict of float
+        All parameters by name; ``stribeck_velocity`` in rad/s.
+    regression : LeastSquaresFit
+        Linearised at the solution; the Stribeck velocity as a logarithm.
+    """
+
+    terms: tuple[str, ...]
+    values: dict[str, float]
+    regression: LeastSquaresFit
+
+    @property
+    def searched(self) -> dict[str, float]:
+        """The parameters that were searched."""
+        return {name: self.values[name] for name in SEARCHED.values() if name in self.values}
+
+    @property
+    def linear(self) -> list[str]:
+        """The linear terms."""
+        return [term for term in self.terms if term in LINEAR]
+
+    @property
+    def squares(self) -> float:
+        """Sum of squared residuals."""
+        return float(np.sum(self.regression.residuals**2))
+
+    def estimate(self, name: str) -> Estimate:
+        """Return a parameter with its interval; ``stiction`` is ``coulomb`` and ``stiction_excess``."""
+        if name == "stiction":
+            places = [self.regression.names.index(part) for part in ("coulomb", "stiction_excess")]
+            variance = float(np.sum(self.regression.covariance[np.ix_(places, places)]))
+            return self.regression.interval(
+                self.values["coulomb"] + self.values["stiction_excess"], math.sqrt(variance)
+            )
+        found = self.regression.estimate(name)
+        if name != "stribeck_velocity":
+            return found
+        value = math.exp(found.value)
+        with np.errstate(over="ignore"):
+            return Estimate(value, value * found.standard_error, *(float(np.exp(end)) for end in found[2:]))
+
+
+def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fitted:
+    """Fit the torque by some terms.
+
+    Parameters
+    ----------
+    problem : Problem
+        The rows.
+    terms : tuple of str
+        Some of ``LINEAR``, and ``friction_lag``.
+    confidence : float
+        Probability that the intervals are meant to have.
+
+    Returns
+    -------
+    Fitted
+        The fit.
+
+    Raises
+    ------
+    ValueError
+        The rows do not tell the terms from each other.
+    """
+    target = measured_torque(problem)
+    linear = [term for term in terms if term in LINEAR]
+    names = [SEARCHED[term] for term in terms if term in SEARCHED]
+    point = _search(problem, linear, names, target)
+    matrix = design(problem, linear, _searched(names, point))
+    rough = fit_least_squares(matrix, target, names=linear, confidence=confidence)
+    slopes = [_slope(problem, linear, names, point, rough.values, place) for place in range(len(names))]
+    full = np.column_stack([matrix, *slopes])
+    outputs = target + full[:, len(linear) :] @ point
+    correlated = correlation_length(rough.residuals)
+    regression = fit_least_squares(
+        full, outputs, names=[*linear, *names], confidence=confidence, correlated_samples=correlated
+    )
+    # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
+    regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
+    values = {**dict(zip(linear, rough.values.tolist(), strict=True)), **_searched(names, point)}
+    return Fitted(terms, values, regression)
+
+
+def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
+    """Return the relative error of the torque over friction lags (s), all linear terms fitted anew at each."""
+    target = measured_torque(problem)
+    others = {name: value for name, value in fitted.searched.items() if name != "friction_lag"}
+    errors = []
+    for lag in lags.tolist():
+        matrix = design(problem, fitted.linear, {**others, "friction_lag": lag})
+        errors.append(np.linalg.norm(_residual(matrix, target)) / np.linalg.norm(target))
+    return np.array(errors)
+
+
+def at_end_of_range(problem: Problem, name: str, value: float) -> bool:
+    """Tell whether a searched parameter ended where the search does."""
+    low, high = _ranges(problem, [name])[0]
+    place = math.log(value) if name == "stribeck_velocity" else value
+    return not low + END * (high - low) < place < high - END * (high - low)
+
+
+def correlation_length(residuals: Array) -> int:
+    """Return over how many rows residuals are to be taken as correlated.
+
+    The rule of D. Andrews (Econometrica 59, 1991) for Bartlett's weights, with a first-order autoregression:
+    ``1.1447 (4 r^2 n / (1 - r^2)^2)^(1/3)``.
+    """
+    size = int(residuals.size)
+    power = float(residuals @ residuals)
+    if power == 0.0:
+        return 0
+    correlation: float = min(abs(float(residuals[1:] @ residuals[:-1])) / power, 0.99)
+    length: float = 1.1447 * (4.0 * correlation**2 * size / (1.0 - correlation**2) ** 2) ** (1.0 / 3.0)
+    return min(math.ceil(length), size // 4)
+
+
+def _ranges(problem: Problem, names: list[str]) -> list[tuple[float, float]]:
+    """Return where each searched parameter is looked for, the Stribeck velocity as a logarithm."""
+    known = {
+        "friction_lag": (-problem.longest_lag, problem.longest_lag),
+        "stribeck_velocity": (math.log(problem.stribeck[0]), math.log(problem.stribeck[-1])),
+    }
+    return [known[name] for name in names]
+
+
+def _searched(names: list[str], point: Array) -> dict[str, float]:
+    pairs = zip(names, point.tolist(), strict=True)
+    return {name: math.exp(value) if name == "stribeck_velocity" else value for name, value in pairs}
+
+
+def _search(problem: Problem, linear: list[str], names: list[str], target: Array) -> Array:
+    """Return the searched parameters at the least squares."""
+    if not names:
+        return np.empty(0)
+
+    low, high = np.array(_ranges(problem, names)).T
+
+    def residual(share: Array) -> Array:
+        return _residual(design(problem, linear, _searched(names, low + (high - low) * share)), target)
+
+    starts = [np.array(start) for start in product(np.linspace(0.0, 1.0, STARTS)[1:-1], repeat=len(names))]
+    best = min(starts, key=lambda start: float(np.sum(residual(start) ** 2)))
+    found = optimize.least_squares(residual, best, bounds=(0.0, 1.0), diff_step=1e-4)
+    return np.asarray(low + (high - low) * found.x)
+
+
+def _residual(matrix: Array, target: Array) -> Array:
+    residual: Array = target - matrix @ np.linalg.lstsq(matrix, target, rcond=None)[0]
+    return residual
+
+
+def _slope(problem: Problem, linear: list[str], names: list[str], point: Array, values: Array, place: int) -> Array:
+    """Return the derivative of the fitted torque by a searched parameter, the linear ones held."""
+    low, high = _ranges(problem, names)[place]
+    step = np.zeros_like(point)
+    step[place] = SLOPE_STEP * (high - low)
+    after, before = (design(problem, linear, _searched(names, point + side * step)) for side in (1.0, -1.0))
+    slope: Array = (after - before) @ values / (2.0 * step[place])
+    return slope

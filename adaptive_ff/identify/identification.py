@@ -1,0 +1,197 @@
+"""Identification of a joint from a log: the steps from the samples to the result."""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.constant_speed import friction_curve
+from adaptive_ff.identify.filtering import condition, shortest_piece
+from adaptive_ff.identify.fit import lag_profile
+from adaptive_ff.identify.prediction import predict, torque_error
+from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
+from adaptive_ff.identify.recorded_reference import reference_of
+from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.reported import reported
+from adaptive_ff.identify.result import LINEAR, ROTARY, LogIdentification
+from adaptive_ff.identify.term_selection import Selection, select_terms
+from adaptive_ff.identify.verdict import check_plausible
+from adaptive_ff.logs.defects import Piece, Skipped
+from adaptive_ff.logs.log import Log
+
+HELD_OUT = 0.25
+"""Share of the log that is held out by default."""
+
+LAG_CYCLES = 1.0
+"""Largest friction lag that is looked for, in cycles of the band."""
+
+LAG_POINTS = 41
+"""Points of the profile over the friction lag."""
+
+FEWEST_ROWS = 30
+"""Rows at which the joint slides that a fit needs."""
+
+BOTH_WAYS = 0.02
+"""Share of the rows that the rarer direction must have for the joint to count as moving both ways."""
+
+
+def identify_log(
+    log: Log,
+    *,
+    bandwidth: float | None = None,
+    held_out: float = HELD_OUT,
+    validation: Log | None = None,
+    torque_delay: float = 0.0,
+    linear: bool = False,
+    confidence: float = 0.95,
+) -> LogIdentification:
+    """Identify a joint from a log.
+
+    The torque is regressed on acceleration, velocity and the sign of the velocity, all without delay and in one band;
+    see :mod:`adaptive_ff.identify.filtering`. Rows at rest take no part. Pieces of the log between defects are
+    filtered each by itself.
+
+    Parameters
+    ----------
+    log : Log
+        The log, see :func:`adaptive_ff.logs.log.read_log`.
+    bandwidth : float, optional
+        Band of the regression, Hz; by default five times the frequency of the motion, see
+        :func:`adaptive_ff.logs.bandwidth.choose_bandwidth`.
+    held_out : float, optional
+        Share of the samples, at the end of the log, that is not fitted, but validated on; zero for none.
+    validation : Log, optional
+        Another log of the joint to validate on; nothing of the first is then held out.
+    torque_delay : float, optional
+        Time after its stamp at which a torque acts, s: half a sample time where the stamp is that of the command and
+        the torque is held until the next. It is no friction lag, but looks like one.
+    linear : bool, optional
+        Whether the joint is a linear axis, in m and N: the report then names these units.
+    confidence : float, optional
+        Probability that the confidence intervals are meant to have.
+
+    Returns
+    -------
+    LogIdentification
+        Parameters with intervals, errors of fit and validation, and a verdict. In simulations with correlated noise
+        and some hundred reversals, 95 % intervals held the truth in 89 to 96 %; with less than ten reversals they are
+        too narrow by up to a half. None covers what the model lacks.
+
+    Raises
+    ------
+    InputError
+        The log does not determine a joint, or an argument is out of range.
+    """
+    _check_arguments(held_out, torque_delay, confidence)
+    prepared = prepare(log, bandwidth)
+    fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
+    problem = _problem(prepared, fitting, torque_delay)
+    selection = _select(log, problem, confidence)
+    if validation is None:
+        held, name = _problem(prepared, holding, torque_delay), "the end of the log"
+    else:
+        other = prepare(validation, prepared.bandwidth)
+        held, name = _problem(other._replace(rest=prepared.rest), other.pieces, torque_delay), validation.name
+    used = Used(sum(piece.size for piece in [*fitting, *holding]), sorted([*prepared.skipped, *short]))
+    found = _assemble(prepared, used, problem, selection, held, confidence)
+    found = replace(found, units=LINEAR if linear else ROTARY, validated_on=name)
+    check_plausible(found)
+    return found
+
+
+class Used(NamedTuple):
+    """Number of samples that were used, and what was not."""
+
+    samples: int
+    skipped: list[Skipped]
+
+
+def _assemble(
+    prepared: Prepared, used: Used, problem: Problem, selection: Selection, held: Problem, confidence: float
+) -> LogIdentification:
+    """Return the result of a fit; its units and the name of the validation are the caller's."""
+    chosen, log = selection.chosen, prepared.log
+    rows, unseen = predict(problem, chosen), predict(held, chosen)
+    fit = torque_error(rows)
+    if fit is None:
+        raise InputError(f"{log.name}: there is no torque while the joint slides; it must be that of the drive")
+    longest = max(prepared.pieces, key=lambda piece: piece.size)
+    lags = np.linspace(-problem.longest_lag, problem.longest_lag, LAG_POINTS)
+    return LogIdentification(
+        name=log.name,
+        units=ROTARY,
+        parameters=reported(selection),
+        selection=selection,
+        confidence=confidence,
+        bandwidth=prepared.bandwidth,
+        period=prepared.period,
+        samples=log.time.size,
+        used=used.samples,
+        skipped=used.skipped,
+        fit=fit,
+        validation=torque_error(unseen),
+        validated_on="",
+        curve=friction_curve(rows, chosen.values["coulomb"], prepared.bandwidth, confidence),
+        rest_torque=rest_torque(problem, chosen.values.get("offset", 0.0)),
+        lags=lags,
+        lag_errors=lag_profile(problem, chosen, lags),
+        rows=rows,
+        held_out=unseen,
+        reference=reference_of(log, longest, prepared.bandwidth, prepared.period),
+    )
+
+
+def rest_torque(problem: Problem, offset: float) -> float | None:
+    """Return the largest torque at rest without the offset, N m; None where the joint does not rest."""
+    torques = [np.abs(piece.held[piece.rests] - offset) for piece in problem.pieces if np.any(piece.rests)]
+    return max(float(np.max(torque)) for torque in torques) if torques else None
+
+
+def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece], list[Skipped]]:
+    """Return pieces to fit and to hold out, and what became too short for the filters."""
+    needed = shortest_piece(prepared.bandwidth, prepared.period)
+    parts = split(prepared.pieces, share)
+    fitting, holding = ([piece for piece in part if piece.size >= needed] for part in parts)
+    short = [
+        Skipped(*piece, too_short(piece, prepared.period, needed))
+        for part in parts
+        for piece in part
+        if piece.size < needed
+    ]
+    if not fitting:
+        raise InputError(
+            f"{prepared.log.name}: with {100.0 * share:g} % held out, no piece is left of the {needed} samples that "
+            "the filters need; hold out less"
+        )
+    return fitting, holding, short
+
+
+def _problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
+    band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
+    conditioned = [condition(prepared.log, piece, band, period, rest) for piece in pieces]
+    return Problem(conditioned, rest.stribeck, LAG_CYCLES / band, float(torque_delay))
+
+
+def _select(log: Log, problem: Problem, confidence: float) -> Selection:
+    direction = np.concatenate([piece.direction[piece.slides] for piece in problem.pieces])
+    if direction.size < FEWEST_ROWS:
+        raise InputError(
+            f"{log.name}: the joint slides in {direction.size} rows (five for each cycle of the band) only; there must "
+            f"be at least {FEWEST_ROWS}"
+        )
+    rarer = min(np.mean(direction > 0.5), np.mean(direction < -0.5))
+    try:
+        return select_terms(problem, both_ways=bool(rarer >= BOTH_WAYS), confidence=confidence)
+    except ValueError as error:
+        raise InputError(f"{log.name}: the log does not determine a joint: {error}") from error
+
+
+def _check_arguments(held_out: float, torque_delay: float, confidence: float) -> None:
+    if not 0.0 <= held_out < 1.0:
+        raise InputError(f"held_out = {held_out:g} is not allowed: it must be zero or more, and less than one")
+    if not math.isfinite(torque_delay):
+        raise InputError(f"torque_delay = {torque_delay:g} s is not allowed: it must be finite")
+    if not 0.0 < confidence < 1.0:
+        raise InputError(f"confidence = {confidence:g} is not allowed: it must lie between 0 and 1")

@@ -1,0 +1,134 @@
+"""A log cut into pieces that can be filtered, with the band and what counts as rest."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.filtering import Rest, find_rest, shortest_piece, uniform, wide_velocity
+from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth
+from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
+from adaptive_ff.logs.derivatives import REACH
+from adaptive_ff.logs.log import Log
+
+FEWEST_SAMPLES = 50
+"""Samples below which nothing is tried."""
+
+
+LARGEST = 1e30
+"""Largest value of a series; one over it is the smallest peak."""
+
+
+class Prepared(NamedTuple):
+    """A log, ready to be filtered.
+
+    Attributes
+    ----------
+    log : Log
+        The log.
+    pieces : list of Piece
+        Pieces that are long enough for the band.
+    skipped : list of Skipped
+        What is not used, and why.
+    period : float
+        Sample time, s.
+    bandwidth : float
+        Band of the regression, Hz.
+    rest : Rest
+        What counts as rest.
+    """
+
+    log: Log
+    pieces: list[Piece]
+    skipped: list[Skipped]
+    period: float
+    bandwidth: float
+    rest: Rest
+
+
+def prepare(log: Log, bandwidth: float | None = None) -> Prepared:
+    """Cut a log into usable pieces, and choose the band where none is given.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    bandwidth : float, optional
+        Band, Hz.
+
+    Raises
+    ------
+    InputError
+        The log is too short, does not move, has a constant torque, or the band is not allowed.
+    """
+    if log.time.size < FEWEST_SAMPLES:
+        raise InputError(f"{log.name}: {log.time.size} samples are not enough; there must be at least {FEWEST_SAMPLES}")
+    period = median_step(log)
+    _check_sizes(log, period)
+    smallest = 4 * REACH
+    pieces, skipped = usable_pieces(log, smallest)
+    if not pieces:
+        raise InputError(f"{log.name}: no piece of {smallest} samples is without defect; {_worst(skipped)}")
+    is_position = log.position is not None
+    what = "position" if is_position else "velocity"
+    check_varies(f"{log.name}: the {what}", log.motion, pieces, "it must move to be identified")
+    check_varies(f"{log.name}: the torque", log.torque, pieces, "it must be that of the drive")
+    if bandwidth is None:
+        longest = max(pieces, key=lambda piece: piece.size)
+        bandwidth = choose_bandwidth(uniform(log, longest, period)[1], period, is_position=is_position)
+    check_bandwidth(bandwidth, period)
+    needed = shortest_piece(bandwidth, period)
+    enough = [piece for piece in pieces if piece.size >= needed]
+    short = [Skipped(*piece, too_short(piece, period, needed)) for piece in pieces if piece.size < needed]
+    if not enough:
+        longest = max(pieces, key=lambda piece: piece.size)
+        raise InputError(
+            f"{log.name}: the longest piece without defect has {longest.size} samples; in a band of {bandwidth:.3g} Hz "
+            f"there must be {needed} (widen it with a larger bandwidth, or record for longer)"
+        )
+    velocities = [
+        wide_velocity(uniform(log, piece, period)[1], bandwidth, period, is_position=is_position) for piece in enough
+    ]
+    if not any(np.any(velocity) for velocity in velocities):
+        raise InputError(f"{log.name}: nothing moves; the joint must move to be identified")
+    return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities))
+
+
+def too_short(piece: Piece, period: float, needed: int) -> str:
+    """Say why a piece is too short."""
+    return f"a piece of {piece.size * period:.3g} s; the filters need {needed * period:.3g} s"
+
+
+def split(pieces: list[Piece], share: float) -> tuple[list[Piece], list[Piece]]:
+    """Divide pieces in time; the last share of their samples comes second.
+
+    Cut before any filter has run, nothing of the second part leaks into the first.
+    """
+    total = sum(piece.size for piece in pieces)
+    left = round((1.0 - share) * total)
+    first: list[Piece] = []
+    second: list[Piece] = []
+    for piece in pieces:
+        middle = piece.start + min(max(left, 0), piece.size)
+        left -= piece.size
+        first += [Piece(piece.start, middle)] if middle > piece.start else []
+        second += [Piece(middle, piece.stop)] if piece.stop > middle else []
+    return first, second
+
+
+def _check_sizes(log: Log, period: float) -> None:
+    """Refuse values with which squares would leave the range of numbers."""
+    series = {"sample time": np.array([period]), "torque": log.torque, "motion": log.motion}
+    for name, values in series.items():
+        peak = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+        if peak != 0.0 and not 1.0 / LARGEST <= peak <= LARGEST:
+            raise InputError(
+                f"{log.name}: the {name} reaches {peak:.3g}; it must be from {1.0 / LARGEST:g} to {LARGEST:g}"
+            )
+
+
+def _worst(skipped: list[Skipped]) -> str:
+    """Name the defect that costs most."""
+    if not skipped:
+        return "there is none at all"
+    return "mostly " + max(skipped, key=lambda skip: skip.stop - skip.start).reason

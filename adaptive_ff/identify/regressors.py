@@ -1,0 +1,112 @@
+"""Columns of the joint's equation for a log in its band.
+
+``torque = J a + f + offset``, where ``f`` follows ``F(w)`` with a lag, ``tau df/dt + f = F(w)``, (1), and
+``F(w) = Fc sgn(w) + sigma w + (Fs - Fc) sgn(w) exp(-|w|/Vs) + b |w|``: (3) with a shape factor of one, and a last term
+that lets viscous friction differ by direction, ``sigma + b`` forward and ``sigma - b`` backward. Coulomb friction that
+differs by direction is an offset as long as the joint slides, and cannot be told from one.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from adaptive_ff.identify.filtering import Conditioned
+from adaptive_ff.logs.derivatives import Array
+
+LINEAR = ("inertia", "coulomb", "viscous", "offset", "stiction_excess", "viscous_asymmetry")
+"""Terms that are linear; ``stiction_excess`` is ``Fs - Fc``."""
+
+
+class Problem(NamedTuple):
+    """What is regressed.
+
+    Attributes
+    ----------
+    pieces : sequence of Conditioned
+        Rows of the pieces.
+    stribeck : ndarray, shape (k,)
+        Their grid of Stribeck velocities, rad/s.
+    longest_lag : float
+        Largest friction lag that is looked for, s.
+    torque_delay : float
+        Time after its stamp at which a torque acts, s.
+    """
+
+    pieces: Sequence[Conditioned]
+    stribeck: Array
+    longest_lag: float
+    torque_delay: float
+
+
+def measured_torque(problem: Problem) -> Array:
+    """Return the torque of the regressed rows, shape (rows,)."""
+    return np.concatenate([piece_torque(piece, problem.torque_delay)[piece.slides] for piece in problem.pieces])
+
+
+def piece_torque(piece: Conditioned, delay: float) -> Array:
+    """Return the torque of a piece at the time when it acts."""
+    return piece.torque if delay == 0.0 else _transfer(piece.torque, lambda s: np.exp(-delay * s), piece.period)
+
+
+def design(problem: Problem, terms: Sequence[str], searched: Mapping[str, float]) -> Array:
+    """Return the columns of linear terms on the regressed rows, shape (rows, terms); see ``piece_columns``."""
+    return np.concatenate(
+        [piece_columns(piece, problem.stribeck, terms, searched)[piece.slides] for piece in problem.pieces]
+    )
+
+
+def piece_columns(piece: Conditioned, stribeck: Array, terms: Sequence[str], searched: Mapping[str, float]) -> Array:
+    """Return the columns of linear terms on all rows of a piece.
+
+    Parameters
+    ----------
+    piece : Conditioned
+        The rows.
+    stribeck : ndarray, shape (k,)
+        Grid of Stribeck velocities, rad/s.
+    terms : sequence of str
+        Some of ``LINEAR``.
+    searched : mapping of float
+        ``friction_lag`` (s, zero where it is not given; a negative one leads) and ``stribeck_velocity`` (rad/s).
+
+    Returns
+    -------
+    ndarray, shape (rows, terms)
+        One column for each term.
+    """
+    lag = searched.get("friction_lag", 0.0)
+    made = []
+    for term in terms:
+        if term == "inertia":
+            made.append(piece.acceleration)
+        elif term == "offset":
+            made.append(np.ones_like(piece.time))
+        else:
+            column = _friction_column(piece, stribeck, term, searched)
+            made.append(column if lag == 0.0 else _transfer(column, lambda s: 1.0 / (1.0 + lag * s), piece.period))
+    return np.column_stack(made)
+
+
+def _friction_column(piece: Conditioned, stribeck: Array, term: str, searched: Mapping[str, float]) -> Array:
+    if term != "stiction_excess":
+        return {"coulomb": piece.direction, "viscous": piece.velocity, "viscous_asymmetry": piece.speed}[term]
+    ratio = math.log(searched["stribeck_velocity"] / stribeck[0]) / math.log(stribeck[1] / stribeck[0])
+    place = min(max(math.floor(ratio), 1), stribeck.size - 3)
+    x = ratio - place  # cubic of Lagrange through four neighbours of the grid
+    weights = [-x * (x - 1) * (x - 2) / 6, (x + 1) * (x - 1) * (x - 2) / 2]
+    weights += [-(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6]
+    column: Array = np.array(weights) @ piece.stiction[place - 1 : place + 3]
+    return column
+
+
+def _transfer(values: Array, response: Callable[[Any], Any], period: float) -> Array:
+    """Apply a transfer function to a band-limited series: exact, and smooth in a time constant of either sign.
+
+    The series is continued by its mirror image, so that it does not jump where its end meets its start.
+    """
+    mirrored = np.concatenate([values, values[::-1]])
+    s = 2j * math.pi * np.fft.rfftfreq(mirrored.size, period)
+    changed: Array = np.fft.irfft(np.fft.rfft(mirrored) * response(s), mirrored.size)[: values.size]
+    return changed

@@ -1,0 +1,186 @@
+"""What was identified from a log."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from adaptive_ff.estimation.batch_least_squares import Estimate
+from adaptive_ff.identify.constant_speed import FrictionCurve
+from adaptive_ff.identify.prediction import Prediction, TorqueError
+from adaptive_ff.identify.recorded_reference import Reference
+from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.logs.defects import Skipped
+from adaptive_ff.logs.derivatives import Array
+from adaptive_ff.model.friction import UNITS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ROTARY = {
+    **UNITS,
+    "offset": "N m",
+    "stribeck_velocity": "rad/s",
+    "viscous_asymmetry": "N m s/rad",
+    "torque": "N m",
+    "velocity": "rad/s",
+}
+"""Units of what is reported of a joint."""
+
+LINEAR = {
+    "inertia": "kg",
+    **dict.fromkeys(("coulomb", "stiction", "offset", "torque"), "N"),
+    **dict.fromkeys(("viscous", "viscous_asymmetry"), "N s/m"),
+    **dict.fromkeys(("velocity", "stribeck_velocity"), "m/s"),
+    "friction_lag": "s",
+}
+"""Units of what is reported of a linear axis."""
+
+
+class Reported(NamedTuple):
+    """A parameter of the report.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        Value and interval.
+    told : bool
+        Whether the log tells it: its interval does not hold zero, and what is negative can be.
+    used : bool
+        Whether it is part of the model that was validated.
+    """
+
+    estimate: Estimate
+    told: bool
+    used: bool
+
+
+@dataclass(frozen=True, eq=False)
+class LogIdentification:
+    """A joint identified from a log.
+
+    Attributes
+    ----------
+    name : str
+        Where the log comes from.
+    units : dict of str
+        Units by name of the parameter, and of ``torque`` and ``velocity``.
+    parameters : dict of Reported
+        ``inertia``, ``coulomb``, ``viscous``, ``offset``, ``friction_lag``, ``stiction``, ``stribeck_velocity`` and
+        ``viscous_asymmetry``, as far as they could be estimated. The last is half the difference of the viscous
+        coefficients of both directions; it comes from a model of its own.
+    selection : Selection
+        The fits behind it.
+    confidence : float
+        Probability that the intervals are meant to have.
+    bandwidth, period : float
+        Band of the regression, Hz, and sample time of the log, s.
+    samples, used : int
+        Number of samples of the log, and of those in the pieces that were used.
+    skipped : list of Skipped
+        What of the log was not used, and why.
+    fit, validation : TorqueError, and TorqueError or None
+        How well the model says the torque that it was fitted to, and torque that it was not.
+    validated_on : str
+        What the latter is.
+    curve : FrictionCurve
+        What stretches at constant speed tell.
+    rest_torque : float or None
+        Largest torque seen at rest, without the offset, N m; None where the joint does not rest.
+    lags, lag_errors : ndarray, shape (n,)
+        Friction lags, s, and the relative error of the torque with each.
+    rows, held_out : list of Prediction
+        The torque in the band, fitted and held out.
+    reference : Reference
+        The motion of the longest piece.
+    """
+
+    name: str
+    units: dict[str, str]
+    parameters: dict[str, Reported]
+    selection: Selection
+    confidence: float
+    bandwidth: float
+    period: float
+    samples: int
+    used: int
+    skipped: list[Skipped]
+    fit: TorqueError
+    validation: TorqueError | None
+    validated_on: str
+    curve: FrictionCurve
+    rest_torque: float | None
+    lags: Array
+    lag_errors: Array
+    rows: list[Prediction]
+    held_out: list[Prediction]
+    reference: Reference
+
+    @property
+    def verdict(self) -> list[str]:
+        """What the log tells and what it does not, a sentence each."""
+        from adaptive_ff.identify.verdict import verdict
+
+        return verdict(self)
+
+    @property
+    def cautions(self) -> list[str]:
+        """What is probably wrong with the log, a sentence each."""
+        from adaptive_ff.identify.verdict import cautions
+
+        return cautions(self)
+
+    def value(self, name: str) -> float:
+        """Return a parameter of the model as it is used: zero where the log does not tell it."""
+        reported = self.parameters.get(name)
+        return reported.estimate.value if reported is not None and reported.told and reported.used else 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the series as plain values; ends of intervals that are infinite are None."""
+        result: dict[str, Any] = {"log": self.name}
+        for name, (estimate, told, used) in self.parameters.items():
+            ends = {"lower": estimate.lower, "upper": estimate.upper, "standard_error": estimate.standard_error}
+            finite = {key: number if np.isfinite(number) else None for key, number in ends.items()}
+            unit = self.units[name]
+            result[name] = {"value": estimate.value, **finite, "unit": unit, "told": told, "used": used}
+        result["confidence"] = self.confidence
+        result["fit"] = self.fit._asdict()
+        held = None if self.validation is None else self.validation._asdict()
+        result["validation"] = None if held is None else {"on": self.validated_on, **held}
+        result["bandwidth"] = self.bandwidth
+        result["period"] = self.period
+        result["samples"] = {"log": self.samples, "used": self.used}
+        result["skipped"] = [skip._asdict() for skip in self.skipped]
+        result["rest_torque"] = self.rest_torque
+        result["constant_speed"] = _curve_to_dict(self.curve)
+        result["verdict"] = self.verdict
+        result["warnings"] = self.cautions
+        return result
+
+    def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
+        """Draw the report; write each picture as ``NAME.png`` where a folder is given."""
+        from adaptive_ff.report.identification_plots import plot_identification
+
+        return plot_identification(self, folder)
+
+
+def _curve_to_dict(curve: FrictionCurve) -> dict[str, Any]:
+    points, fit = curve.points, curve.fit
+    result: dict[str, Any] = {"remark": curve.remark, "points": [], "stribeck": None}
+    if points is not None:
+        columns = (points.velocity, points.torque, points.standard_error, points.count)
+        names = ("velocity", "torque", "standard_error", "readings")
+        series = zip(*(column.tolist() for column in columns), strict=True)
+        result["points"] = [dict(zip(names, row, strict=True)) for row in series]
+    if fit is not None:
+        result["stribeck"] = {
+            name: {"value": estimate.value, **{end: _finite(getattr(estimate, end)) for end in ("lower", "upper")}}
+            for name, estimate in fit.estimates.items()
+        }
+        result["stribeck"]["determined"] = fit.determined
+    return result
+
+
+def _finite(number: float) -> float | None:
+    return number if np.isfinite(number) else None

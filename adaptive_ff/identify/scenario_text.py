@@ -1,0 +1,146 @@
+"""The scenario of an identified joint: a file that ``adaptive-ff compare`` takes, with what is assumed as comments."""
+
+import math
+
+import numpy as np
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.logs.derivatives import Array
+
+BANDWIDTH, PERIODS = 10.0, 0.1
+"""Crossover of the assumed PI loop, Hz, and the most that it may be times the sampling period."""
+
+SLOW = 0.05
+"""Stribeck velocity where none is told, over the largest speed."""
+
+SOLVER_STEP = 0.001
+"""Longest solver period, s."""
+
+
+SEAM = 1e-3
+"""Difference of the velocities at both ends of the motion from which on they are joined, over the largest speed."""
+
+
+def reference_columns(found: LogIdentification) -> dict[str, Array]:
+    """Return the motion of a log as the columns of a recorded reference.
+
+    A short one is repeated by the simulation. So that it does not jump then, half a cosine leads from the velocity at
+    its end to that at its start, no steeper than the motion itself.
+    """
+    time, velocity = found.reference.time, found.reference.velocity
+    apart = float(velocity[0] - velocity[-1])
+    steepest = float(np.max(np.abs(np.diff(velocity) / np.diff(time))))
+    if abs(apart) > SEAM * float(np.max(np.abs(velocity))):
+        step = float(time[1] - time[0])
+        count = max(2, math.ceil(0.5 * math.pi * abs(apart) / (steepest * step)))
+        share = np.arange(1, count + 1) / count
+        time = np.concatenate([time, time[-1] + step * count * share])
+        velocity = np.concatenate([velocity, velocity[-1] + 0.5 * apart * (1.0 - np.cos(math.pi * share))])
+    return {"time": time, "velocity": velocity}
+
+
+def scenario_text(found: LogIdentification, reference: str) -> str:
+    """Return the scenario of an identified joint.
+
+    Parameters
+    ----------
+    found : LogIdentification
+        The joint.
+    reference : str
+        Name of the file with the recorded reference, beside the scenario file.
+
+    Raises
+    ------
+    InputError
+        The log does not tell the inertia, or friction is negative: there is no joint to simulate.
+    """
+    inertia, coulomb = found.value("inertia"), found.value("coulomb")
+    if inertia <= 0.0:
+        raise InputError(f"{found.name}: the log does not tell the inertia, so there is no scenario")
+    viscous, lag = found.value("viscous"), found.value("friction_lag")
+    stiction, bend, shape, known = _stiction(found, coulomb)
+    period = float(f"{found.period:.4g}")
+    substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
+    bandwidth = min(BANDWIDTH, PERIODS / period)
+    left = [name for name in ("offset", "viscous_asymmetry") if _told(found, name)]
+    lines = [
+        f"# Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
+        "# Linear axes: read m, N and kg for rad, N m and kg m^2.",
+        "# The simulated joint is the same in both directions and has no offset of the torque"
+        + (f"; left out of the log: {' and '.join(left)}." if left else "."),
+        "",
+        'controllers = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]',
+        "",
+        "[joint]",
+        _line("inertia", inertia, _interval(found, "inertia")),
+        _line("coulomb", coulomb, _interval(found, "coulomb")),
+        _line("stiction", stiction, known),
+        _line("viscous", viscous, _interval(found, "viscous")),
+        _line("stribeck_velocity", bend, known),
+        _line("stribeck_shape", shape, known if shape != 1.0 else "assumed"),
+        _line("friction_lag", lag, _interval(found, "friction_lag")),
+        _line("solver_period", period / substeps, ""),
+        "",
+        "[sampling]",
+        _line("period", period, "as recorded"),
+        "",
+        "[sensor]",
+        _line("velocity_noise", found.reference.noise, "scatter of the log's velocity without a filter"),
+        "",
+        "[reference]",
+        'kind = "csv"',
+        f'path = "{reference}"  # the motion of the log in its band, its end led to its start, so that it repeats',
+        "",
+        "[feedback]",
+        _line("inertia", inertia, "assumed: the designer knows it"),
+        _line("bandwidth", bandwidth, "assumed; the machine's own loop is not known"),
+        "",
+        "[adaptation]",
+        _line("stribeck_velocity", bend, known),
+        _line("memory", 5.0, "assumed"),
+        "",
+        "[fixed]  # the identified Coulomb and viscous friction",
+        _line("inertia", inertia, ""),
+        _line("coulomb", coulomb, ""),
+        _line("viscous", viscous, ""),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, float, str]:
+    """Return stiction, Stribeck velocity and shape, and where they come from."""
+    if _told(found, "stiction"):
+        bend = found.value("stribeck_velocity")
+        return max(found.value("stiction"), coulomb), bend, 1.0, _interval(found, "stiction")
+    fit = found.curve.fit
+    if fit is not None and fit.determined and fit.estimates["stiction"].value > coulomb:
+        return (
+            fit.estimates["stiction"].value,
+            fit.stribeck_velocity,
+            fit.stribeck_shape,
+            "from stretches at constant speed",
+        )
+    slow = SLOW * float(np.max(np.abs(found.reference.velocity)))
+    return coulomb, float(f"{slow:.3g}"), 1.0, "assumed: the log does not tell a stiction above Coulomb friction"
+
+
+def _told(found: LogIdentification, name: str) -> bool:
+    return name in found.parameters and found.parameters[name].told
+
+
+def _interval(found: LogIdentification, name: str) -> str:
+    """Say how well a parameter is known."""
+    if not _told(found, name):
+        return "the log does not tell it"
+    estimate = found.parameters[name].estimate
+    return f"{100.0 * found.confidence:g} % interval {estimate.lower:.4g} to {estimate.upper:.4g}"
+
+
+def _line(name: str, value: float, comment: str) -> str:
+    text = f"{name} = {float(f'{value:.6g}')!r}"
+    return f"{text:<34}# {comment}" if comment else text
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

@@ -1,0 +1,192 @@
+"""The verdict on a log in words: what it tells, what it does not, and what is probably wrong with it."""
+
+import numpy as np
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.fit import Fitted
+from adaptive_ff.identify.result import ROTARY, LogIdentification
+from adaptive_ff.identify.term_selection import BESIDE
+
+WELL, POORLY = 0.1, 0.4
+"""Relative errors of the torque up to which the model is said to explain it, and from which it is said not to."""
+
+WORSE = 1.5
+"""Error of the validation over that of the fit from which the former is said to be worse."""
+
+FASTEST = 100.0
+"""Speed, rad/s, from which degrees are suspected."""
+
+
+def check_plausible(found: LogIdentification) -> None:
+    """Refuse a log whose friction drives the joint.
+
+    Raises
+    ------
+    InputError
+        It does: the sign of the torque or of the motion is reversed.
+    """
+    velocity = np.concatenate([rows.velocity[rows.slides] for rows in found.rows])
+    values = found.selection.chosen.values
+    friction = values["coulomb"] * np.sign(velocity) + values["viscous"] * velocity
+    inertia, coulomb = (found.parameters[name].estimate for name in ("inertia", "coulomb"))
+    if float(np.mean(friction * velocity)) < 0.0 and (inertia.upper < 0.0 or coulomb.upper < 0.0):
+        shown = ", ".join(
+            f"{name} {values[name]:.3g} {found.units[name]}" for name in ("inertia", "coulomb", "viscous")
+        )
+        raise InputError(
+            f"{found.name}: friction would drive the joint ({shown}); the torque or the motion has the wrong sign, or "
+            "their columns are exchanged: scale one of them by -1, or name the others"
+        )
+
+
+def cautions(found: LogIdentification) -> list[str]:
+    """Return what is probably wrong with a log, a sentence each."""
+    said = []
+    inertia = found.parameters["inertia"].estimate
+    if inertia.upper < 0.0:
+        said.append(
+            f"inertia comes out negative, {inertia.value:.3g}: the columns do not belong together, are shifted in "
+            "time, or another torque acts on the joint"
+        )
+    for name in ("coulomb", "viscous"):
+        estimate = found.parameters[name].estimate
+        if estimate.upper < 0.0:
+            said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
+    peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
+    if peak > FASTEST and found.units is ROTARY:
+        said.append(f"the joint reaches {peak:.3g} rad/s: is the motion in degrees? Then scale it by pi/180")
+    error = found.fit.relative_error
+    if error > POORLY:
+        said.append(
+            f"inertia and friction leave {100.0 * error:.0f} % of the torque unexplained: another torque acts on the "
+            "joint (gravity, other axes, elasticity), or columns or units are not what they are named"
+        )
+    lag = found.parameters.get("friction_lag")
+    if lag is not None and lag.estimate.upper < 0.0 and -lag.estimate.value > found.period:
+        said.append(
+            f"friction seems to lead the motion by {-1e3 * lag.estimate.value:.3g} ms: the motion is recorded later "
+            "than the torque"
+        )
+    return said
+
+
+def verdict(found: LogIdentification) -> list[str]:
+    """Return what a log tells and what it does not, a sentence each."""
+    sentences = [_of_fit(found)]
+    if found.validation is not None:
+        sentences.append(_of_validation(found))
+    else:
+        sentences.append("Nothing was held out: how well the model says other torques is not known.")
+    told = [name for name, reported in found.parameters.items() if reported.told and reported.used]
+    sentences.append(f"The log tells {_listed(told)}." if told else "The log tells no parameter.")
+    sentences += _of_lag(found) + _of_missing(found)
+    sentences += _of_asymmetry(found)
+    sentences.append(found.curve.remark[0].upper() + found.curve.remark[1:] + ".")
+    return sentences
+
+
+def _of_fit(found: LogIdentification) -> str:
+    error = found.fit.relative_error
+    word = "explain" if error <= WELL else "explain most of" if error <= POORLY else "do not explain"
+    sentence = (
+        f"Inertia and friction {word} the torque: {100.0 * error:.3g} % of it are left in a band of "
+        f"{found.bandwidth:.3g} Hz."
+    )
+    if error > WELL:
+        sentence += (
+            " This is no lumped joint with one inertia, or not only friction acts on it (gravity, other axes, "
+            "elasticity, ripple); intervals do not cover that."
+        )
+    return sentence
+
+
+def _of_validation(found: LogIdentification) -> str:
+    assert found.validation is not None
+    sentence = (
+        f"On {found.validated_on}, which was not fitted, {100.0 * found.validation.relative_error:.3g} % are left"
+    )
+    ratio = found.validation.rms_error / found.fit.rms_error
+    if ratio > WORSE:
+        return sentence + f": {ratio:.1f} times the error of the fit. Friction or inertia is another there."
+    if found.validation.relative_error > WORSE * found.fit.relative_error:
+        return sentence + ", of a torque that is smaller there: the error itself is like that of the fit."
+    return sentence + "."
+
+
+def _of_lag(found: LogIdentification) -> list[str]:
+    """Say what the lag does to the inertia: of ``J a + f``, lagged friction takes up ``-sigma tau a``."""
+    lag = found.value("friction_lag")
+    if lag == 0.0:
+        return []
+    inertia, viscous = (found.selection.chosen.values[name] for name in ("inertia", "viscous"))
+    less = inertia - viscous * lag
+    return [
+        f"Friction lags by {1e3 * lag:.3g} ms; a delay between the columns of torque and motion would look alike. "
+        f"Without lag, inertia would be about {less:.4g} instead of {inertia:.4g} {found.units['inertia']}."
+    ]
+
+
+def _of_missing(found: LogIdentification) -> list[str]:
+    """Say what the log does not tell."""
+    sentences = []
+    for name, reported in found.parameters.items():
+        if reported.told or name in ("stribeck_velocity", BESIDE):
+            continue
+        value, _, lower, upper = reported.estimate
+        words, separator = _words(name), ":"
+        if name == "stiction":
+            value, _, lower, upper = found.selection.tried["stiction_excess"].estimate("stiction_excess")
+            words, separator = "stiction, which would be above Coulomb friction by", ""
+        unit = found.units[name]
+        apart = "" if lower <= 0.0 <= upper or upper < 0.0 else ", and one half of the log does not foretell the other"
+        end = {"friction_lag": "none is used", "stiction": "it is taken as Coulomb friction"}.get(name, "zero is used")
+        sentences.append(
+            f"It does not tell {words}{separator} {value:.3g} {unit}, from {lower:.3g} to {upper:.3g}{apart}; {end}."
+        )
+    if "offset" not in found.parameters:
+        sentences.append(
+            "The joint moves one way only: an offset of the torque (gravity, a sensor's zero) cannot be told from "
+            "Coulomb friction and is contained in it."
+        )
+    for term, reason in found.selection.refused.items():
+        sentences.append(f"It does not tell {_words(term)}: {reason}.")
+    if found.rest_torque is not None and found.rest_torque > found.parameters["coulomb"].estimate.upper:
+        sentences.append(
+            f"At rest the torque reached {found.rest_torque:.3g} {found.units['torque']}, more than Coulomb friction: "
+            "stiction is at least about that, if the joint did rest."
+        )
+    return sentences
+
+
+def _of_asymmetry(found: LogIdentification) -> list[str]:
+    reported = found.parameters.get(BESIDE)
+    if reported is None:
+        return []
+    fitted: Fitted = found.selection.tried[BESIDE]
+    value, viscous = reported.estimate.value, fitted.values["viscous"]
+    unit = found.units["viscous"]
+    if not reported.told:
+        lower, upper = reported.estimate.lower, reported.estimate.upper
+        return [
+            f"Viscous friction may be the same both ways: half the difference is {value:.3g} {unit}, from "
+            f"{lower:.3g} to {upper:.3g}. Coulomb friction that differs by direction would be an offset."
+        ]
+    share = (fitted.squares / found.selection.chosen.squares) ** 0.5
+    offset = f"{fitted.values['offset']:.3g} {found.units['offset']}"
+    return [
+        f"Viscous friction differs by direction: {viscous + value:.3g} forward and {viscous - value:.3g} {unit} "
+        f"backward, with an offset of {offset}; the residual is then {share:.2f} times as large. The simulated joint "
+        "is the same both ways, so the model above does without. Coulomb friction that differs by direction cannot "
+        "be told from the offset."
+    ]
+
+
+def _words(name: str) -> str:
+    return {"viscous": "viscous friction", "coulomb": "Coulomb friction", "stiction_excess": "stiction"}.get(
+        name, name.replace("_", " ")
+    )
+
+
+def _listed(names: list[str]) -> str:
+    words = [_words(name) for name in names]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

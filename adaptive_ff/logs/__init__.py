@@ -1,0 +1,1 @@
+"""Recorded logs: file formats, columns, defects, derivatives."""

@@ -1,0 +1,100 @@
+"""Columns and factors as they are named on a command line."""
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.logs.formats import read_content
+
+USUAL = {
+    "time": ("time", "t"),
+    "position": ("position", "q"),
+    "velocity": ("velocity", "w"),
+    "torque": ("torque", "u"),
+}
+"""Names that columns have where none are given."""
+
+
+def usual_column(path: Path, names: Sequence[str], roles: Sequence[str]) -> tuple[str, str]:
+    """Find a column by its usual name.
+
+    Parameters
+    ----------
+    path : Path
+        The log, for messages.
+    names : sequence of str
+        Columns of the log.
+    roles : sequence of str
+        What is looked for, in this order: keys of ``USUAL``.
+
+    Returns
+    -------
+    role, column : str
+        What was found first.
+
+    Raises
+    ------
+    InputError
+        No column has a usual name.
+    """
+    for role in roles:
+        for name in USUAL[role]:
+            if name in names:
+                return role, name
+    options = " or ".join(f"--{role}" for role in roles)
+    usual = " or ".join(name for role in roles for name in USUAL[role])
+    shown = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
+    raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {shown}")
+
+
+def column_names(path: Path) -> list[str]:
+    """Return the names of all arrays of a file."""
+    return list(read_content(path, ()).shapes)
+
+
+def read_scales(texts: Sequence[str]) -> dict[str, float]:
+    """Read factors such as ``q=pi/180`` or ``u=-48``.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        ``NAME=FACTOR``, where a factor is made of numbers and ``pi`` by ``*`` and ``/``.
+
+    Raises
+    ------
+    InputError
+        One of them is none, or names a column twice.
+    """
+    scales: dict[str, float] = {}
+    for text in texts:
+        name, equals, factor = text.rpartition("=")
+        if not (equals and name):
+            raise InputError(f"--scale {text} is not allowed: it must be NAME=FACTOR, such as q=pi/180")
+        if name in scales:
+            raise InputError(f"--scale {text} is not allowed: {name} has a factor already")
+        scales[name] = _factor(text, factor)
+    return scales
+
+
+def _factor(text: str, factor: str) -> float:
+    value = 1.0
+    for operator, operand in zip(*_terms(factor), strict=True):
+        bare = operand.strip()
+        try:
+            number = {"pi": math.pi, "-pi": -math.pi}.get(bare) or float(bare)
+            value = value / number if operator == "/" else value * number
+        except (ValueError, ZeroDivisionError):
+            value = math.nan
+    if not math.isfinite(value) or value == 0.0:
+        raise InputError(
+            f"--scale {text} is not allowed: the factor must be numbers and pi joined by * and /, finite and not zero"
+        )
+    return value
+
+
+def _terms(factor: str) -> tuple[list[str], list[str]]:
+    """Return operators and operands of a product; the first operator is a multiplication."""
+    parts = re.split(r"([*/])", factor)
+    return ["*", *parts[1::2]], parts[::2]

@@ -1,0 +1,126 @@
+"""Defects of a log, and the pieces between them that can be used."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.logs.log import Array, Log
+
+GAP = 5.5
+"""A step of the clock longer than this many median steps is a gap: nothing is known of what was between."""
+
+
+MANY = 1_000_000
+"""Samples of a long log that are looked at together."""
+
+
+class Piece(NamedTuple):
+    """Samples ``start`` to ``stop - 1`` of a log, without a defect among them."""
+
+    start: int
+    stop: int
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.stop - self.start
+
+
+class Skipped(NamedTuple):
+    """What was not used: samples ``start`` to ``stop - 1``, and why."""
+
+    start: int
+    stop: int
+    reason: str
+
+
+def median_step(log: Log) -> float:
+    """Return the median step of the clock, s, of those that go forward; of a long log, of a million of them.
+
+    Raises
+    ------
+    InputError
+        The clock never goes forward.
+    """
+    every = max(1, math.ceil(log.time.size / MANY))
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = log.time[1::every] - log.time[:-1:every]
+        forward = steps[(steps > 0.0) & (steps < np.inf)]
+    if forward.size == 0:
+        raise InputError(f"{log.name}: the time never goes forward; it must ascend")
+    return float(np.median(forward))
+
+
+def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skipped]]:
+    """Cut a log where values are not finite, or the clock stands, jumps back or leaves a gap.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    shortest : int, optional
+        Number of samples below which a piece is skipped.
+
+    Returns
+    -------
+    pieces : list of Piece
+        What can be used.
+    skipped : list of Skipped
+        What cannot, in order; a jump of the clock skips no sample, it only cuts, and its entry is empty.
+
+    Raises
+    ------
+    InputError
+        The clock never goes forward.
+    """
+    step = median_step(log)
+    finite = np.ones(log.time.size, dtype=np.bool_)
+    for series in (log.time, log.torque, log.position, log.velocity, *log.extra.values()):
+        if series is not None:
+            finite &= np.isfinite(series)
+    broken = np.empty(max(0, log.time.size - 1), dtype=np.bool_)
+    with np.errstate(invalid="ignore", over="ignore"):
+        for start in range(0, broken.size, MANY):  # no second copy of a long clock
+            steps = np.diff(log.time[start : start + MANY + 1])
+            broken[start : start + MANY] = ~((steps > 0.0) & (steps <= GAP * step))
+    skipped = [Skipped(*run, "values that are no finite numbers") for run in runs(~finite)]
+    for place in np.flatnonzero(broken & finite[1:] & finite[:-1]) + 1:
+        before, after = log.time[place - 1], log.time[place]
+        what = "leaves a gap" if after > before else "jumps back" if after < before else "stands still"
+        skipped.append(Skipped(int(place), int(place), f"the clock {what}, from {before:.6g} s to {after:.6g} s"))
+    pieces: list[Piece] = []
+    cut = np.flatnonzero(broken) + 1
+    for start, stop in runs(finite):
+        inside = cut[np.searchsorted(cut, start, side="right") : np.searchsorted(cut, stop)]
+        edges = [start, *(int(place) for place in inside), stop]
+        for begin, end in pairwise(edges):
+            if end - begin >= shortest:
+                pieces.append(Piece(begin, end))
+            else:
+                skipped.append(Skipped(begin, end, f"a piece of {end - begin} samples; {shortest} are needed"))
+    return pieces, sorted(skipped)
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return start and stop of each run of true values."""
+    edges = np.flatnonzero(np.diff(mask.view(np.int8), prepend=np.int8(0), append=np.int8(0)))
+    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+
+
+def check_varies(name: str, values: Array, pieces: Sequence[Piece], meaning: str) -> None:
+    """Refuse a series that is the same all over.
+
+    Raises
+    ------
+    InputError
+        It is.
+    """
+    low = min(float(values[start:stop].min()) for start, stop in pieces)
+    high = max(float(values[start:stop].max()) for start, stop in pieces)
+    if low == high:
+        raise InputError(f"{name} is {low:g} all over; {meaning}")

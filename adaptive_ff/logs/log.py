@@ -1,0 +1,181 @@
+"""Logs of machines: a torque and a motion over time, chosen by name from a file.
+
+A column is named as the file names it. From an array of two dimensions, ``NAME[3]`` picks the fourth series (counted
+from zero, as in Python), across whichever side of the array is the shorter one. ``STRUCT.MEMBER`` reaches into structs
+of MAT files and groups of HDF5 files.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.logs.formats import Content, read_content
+
+Array = NDArray[np.float64]
+
+PICKED = re.compile(r"(?P<name>.+)\[(?P<place>\d+)\]")
+"""``NAME[3]``."""
+
+SHOWN = 20
+"""Most columns that a message lists."""
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """A recorded motion with the torque that drove it; nothing is repaired, values need not be finite.
+
+    Attributes
+    ----------
+    name : str
+        Where it comes from, for messages.
+    time : ndarray, shape (n,)
+        Times of the samples, s.
+    torque : ndarray, shape (n,)
+        Torque of the drive, N m, or force, N.
+    position, velocity : ndarray, shape (n,), or None
+        Position (rad, or m) or velocity (rad/s, or m/s); one of them is there.
+    extra : dict of ndarray, shape (n,)
+        Further series by the name the caller gave them, such as a recorded feedforward.
+    """
+
+    name: str
+    time: Array
+    torque: Array
+    position: Array | None = None
+    velocity: Array | None = None
+    extra: dict[str, Array] = field(default_factory=dict)
+
+    @property
+    def motion(self) -> Array:
+        """The position, or the velocity where there is none."""
+        series = self.velocity if self.position is None else self.position
+        assert series is not None
+        return series
+
+
+def read_log(
+    path: str | Path,
+    *,
+    torque: str,
+    position: str | None = None,
+    velocity: str | None = None,
+    time: str | None = None,
+    period: float | None = None,
+    extra: Mapping[str, str] | None = None,
+    scale: Mapping[str, float] | None = None,
+) -> Log:
+    """Read a log.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV with a header line (separated by commas, semicolons or tabs), NPZ, MAT, HDF5 (and MAT 7.3; needs h5py) or
+        Parquet (needs pyarrow).
+    torque : str
+        Column of the drive's torque, N m.
+    position, velocity : str
+        Column of the position (rad) or of the velocity (rad/s): one of them.
+    time : str, optional
+        Column of the time, s.
+    period : float, optional
+        Constant sample time, s, where there is no column of time.
+    extra : mapping of str to str, optional
+        Further columns: the name they get in ``Log.extra``, and their column.
+    scale : mapping of str to float, optional
+        Factor by column, as it is named above, that turns its values into the units given here.
+
+    Returns
+    -------
+    Log
+        The series, as they are in the file but for the factors.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, a column is not there (the message lists those that are), series differ in length, or
+        an argument is not allowed.
+
+    Examples
+    --------
+    >>> read_log("robot.npz", time="t", position="q_deg[3]", torque="tau[3]", scale={"q_deg[3]": 3.14159 / 180})
+    ... # doctest: +SKIP
+    """
+    file = Path(path)
+    if (position is None) == (velocity is None):
+        raise InputError(f"{file}: a position or a velocity must be named, one of them")
+    if (time is None) == (period is None):
+        raise InputError(f"{file}: a column of time or a period must be given, one of them")
+    if period is not None and not (math.isfinite(period) and period > 0.0):
+        raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
+    chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity}
+    columns = {role: column for role, column in chosen.items() if column is not None}
+    columns.update({f"extra {name}": column for name, column in (extra or {}).items()})
+    factors = dict(scale or {})
+    _check_factors(file, factors, columns)
+    bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
+    content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
+    series = {role: _series(file, content, column, factors.get(column, 1.0)) for role, column in columns.items()}
+    size = _common_size(file, series, columns)
+    if period is not None:
+        series["time"] = period * np.arange(size, dtype=np.float64)
+    named = {name: series[f"extra {name}"] for name in extra or {}}
+    return Log(str(file), series["time"], series["torque"], series.get("position"), series.get("velocity"), named)
+
+
+def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[str, str]) -> None:
+    for name, factor in factors.items():
+        if name not in columns.values():
+            used = ", ".join(dict.fromkeys(columns.values()))
+            raise InputError(f"{file}: scale: {name} is no column that is used; these are {used}")
+        if not (math.isfinite(factor) and factor != 0.0):
+            raise InputError(f"{file}: scale: {name} = {factor:g} is not allowed: it must be finite and not zero")
+
+
+def _common_size(file: Path, series: Mapping[str, Array], columns: Mapping[str, str]) -> int:
+    size = series["torque"].size
+    for role, values in series.items():
+        if values.size != size:
+            raise InputError(
+                f"{file}: {columns[role]} has {values.size} samples, {columns['torque']} has {size}; they must be alike"
+            )
+    return int(size)
+
+
+def _series(file: Path, content: Content, column: str, factor: float) -> Array:
+    """Return a column as numbers, scaled; without a copy where that is possible."""
+    match = PICKED.fullmatch(column)
+    if column in content.arrays:
+        array = np.squeeze(content.arrays[column])
+        if array.ndim != 1:
+            raise InputError(
+                f"{file}: {column} has shape {content.shapes[column]}; to pick a series of it write {column}[0]"
+            )
+    elif match and match["name"] in content.arrays:
+        table = content.arrays[match["name"]]
+        count, place = min(table.shape, default=0), int(match["place"])
+        if table.ndim != 2 or place >= count:
+            raise InputError(
+                f"{file}: {match['name']} has shape {table.shape}; {column} must count one of its {count} series from 0"
+            )
+        array = table[:, place] if table.shape[1] == count else table[place]
+    else:
+        raise InputError(f"{file}: there is no column {column}; there are {_listed(content)}")
+    if array.dtype.kind not in "iufb":
+        raise InputError(f"{file}: {column} holds {array.dtype}; it must hold numbers")
+    values: Array = np.ascontiguousarray(array, dtype=np.float64)
+    if values.size and not np.any(np.isfinite(values)):
+        raise InputError(f"{file}: {column} holds no finite number")
+    return values if factor == 1.0 else values * factor
+
+
+def _listed(content: Content) -> str:
+    """Return the names of all columns, with shapes of arrays that hold several."""
+    shown = [name + (f" {shape}" if len(shape) > 1 else "") for name, shape in content.shapes.items()]
+    more = f" and {len(shown) - SHOWN} more" if len(shown) > SHOWN else ""
+    return ", ".join(shown[:SHOWN]) + more

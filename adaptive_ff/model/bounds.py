@@ -1,0 +1,114 @@
+"""Estimates kept physically possible."""
+
+import math
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.model.friction import TorqueModel
+
+INERTIA, COULOMB, STICTION, VISCOUS, FRICTION_LAG, OFFSET, STICTION_ASYMMETRY, VISCOUS_ASYMMETRY = range(8)
+"""Places in an estimate, which may end before the offset, or after it."""
+
+INERTIA_RANGE = 10.0
+"""The inertia is believed to lie within this factor of the one that the feedback was designed for."""
+
+LARGEST_LAG = 10.0
+"""Largest friction lag that is believed, in time constants ``J/Kp`` of the feedback ..."""
+
+LARGEST_LAG_AT_LEAST = 0.1
+"""... but at least this, s: with a fast loop, even the lag of a common joint is many of its time constants."""
+
+
+def possible_ranges(inertia: float, largest_lag: float, size: int) -> NDArray[np.float64]:
+    """Return the least and the largest possible value of each parameter of an estimate.
+
+    Parameters
+    ----------
+    inertia : float
+        The inertia that the designer assumes, kg m^2.
+    largest_lag : float
+        Largest friction lag, s.
+    size : int
+        Number of parameters.
+
+    Returns
+    -------
+    ndarray, shape (size, 2)
+        In the order and units of the estimate.
+    """
+    ranges = np.array([[0.0, math.inf]] * OFFSET + [[-math.inf, math.inf]] * (size - OFFSET))
+    ranges[INERTIA] = inertia / INERTIA_RANGE, inertia * INERTIA_RANGE
+    ranges[FRICTION_LAG] = 0.0, largest_lag
+    return ranges
+
+
+def largest_lag(response: float) -> float:
+    """Return the largest friction lag (s) that is believed, for a time constant ``J/Kp`` (s) of the feedback."""
+    return max(LARGEST_LAG * response, LARGEST_LAG_AT_LEAST)
+
+
+@register_jitable(forceinline=True)
+def limit_friction(ranges: NDArray[np.float64], torque: float, speed: float) -> None:
+    """Narrow the ranges of friction to what torques (N m) up to one, at speeds (rad/s) up to one, can explain."""
+    ranges[COULOMB, 1] = torque
+    ranges[STICTION, 1] = torque
+    ranges[VISCOUS, 1] = torque / speed
+    if ranges.shape[0] > OFFSET:
+        ranges[OFFSET, 0], ranges[OFFSET, 1] = -torque, torque
+    if ranges.shape[0] > STICTION_ASYMMETRY:
+        ranges[STICTION_ASYMMETRY, 0], ranges[STICTION_ASYMMETRY, 1] = -torque, torque
+        ranges[VISCOUS_ASYMMETRY, 0], ranges[VISCOUS_ASYMMETRY, 1] = -torque / speed, torque / speed
+
+
+@register_jitable(forceinline=True)
+def confine(estimate: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
+    """Move an estimate to the nearest possible one, parameter by parameter."""
+    for i in range(estimate.size):
+        estimate[i] = min(max(estimate[i], ranges[i, 0]), ranges[i, 1])
+
+
+@register_jitable(forceinline=True)
+def torque_model(
+    estimate: NDArray[np.float64], lag: float, stribeck_velocity: float, stribeck_shape: float
+) -> TorqueModel:
+    """Return the model that an estimate stands for, with a friction lag (s) that may be another one.
+
+    In either direction stiction is at least Coulomb friction and the viscous coefficient is not negative.
+    """
+    stiction = max(estimate[STICTION], estimate[COULOMB])
+    offset, adhesion, slope = 0.0, 0.0, 0.0
+    if estimate.size > OFFSET:
+        offset = estimate[OFFSET]
+    if estimate.size > STICTION_ASYMMETRY:
+        excess = stiction - estimate[COULOMB]
+        adhesion = min(max(estimate[STICTION_ASYMMETRY], -excess), excess)
+        slope = min(max(estimate[VISCOUS_ASYMMETRY], -estimate[VISCOUS]), estimate[VISCOUS])
+    return TorqueModel(
+        estimate[INERTIA],
+        estimate[COULOMB],
+        stiction,
+        estimate[VISCOUS],
+        lag,
+        stribeck_velocity,
+        stribeck_shape,
+        offset,
+        adhesion,
+        slope,
+    )
+
+
+@register_jitable(forceinline=True)
+def write_model(model: TorqueModel, row: NDArray[np.float64]) -> None:
+    """Write the identified parameters of a model into a row of as many as are identified."""
+    row[INERTIA] = model.inertia
+    row[COULOMB] = model.coulomb
+    row[STICTION] = model.stiction
+    row[VISCOUS] = model.viscous
+    row[FRICTION_LAG] = model.friction_lag
+    if row.size > OFFSET:
+        row[OFFSET] = model.offset
+    if row.size > STICTION_ASYMMETRY:
+        row[STICTION_ASYMMETRY] = model.stiction_asymmetry
+        row[VISCOUS_ASYMMETRY] = model.viscous_asymmetry

@@ -1,0 +1,151 @@
+"""Model feedforward: the torque that the reference needs, friction lag included.
+
+``u_ff = J dw_ref/dt + f_ref + offset`` with ``tau df_ref/dt + f_ref = F(w_ref)``, ``F`` without the offset. The
+torque is held over a period, so what is computed is its mean over the coming period, with the reference taken as linear
+in between: the inertia part is ``J`` times the difference of the reference, the friction part is the integral of the
+lagged friction, with the static friction taken as linear in time as well, split where the reference reverses. This
+needs the reference one sample ahead; where that is not known, the last slope of the reference is continued.
+
+A drive with a computation delay applies the torque later; it is then computed for where the reference will be by that
+time, continued along its slope.
+
+A reference at rest tells nothing of the direction: the static friction is zero there and fades with the lag. The offset
+is a constant, which no lag changes; it is fed forward at rest as well.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.model.friction import TorqueModel, directed_friction, friction_parts
+
+
+class FeedforwardState(NamedTuple):
+    """State of the feedforward.
+
+    Attributes
+    ----------
+    friction : float
+        Lagged friction torque ``f_ref`` without the offset, N m.
+    reference : float
+        Last reference, rad/s.
+    started : bool
+        Whether there was one.
+    """
+
+    friction: float
+    reference: float
+    started: bool
+
+
+def initial_feedforward_state() -> FeedforwardState:
+    """Return the state of a feedforward at rest."""
+    return FeedforwardState(0.0, 0.0, False)
+
+
+@register_jitable
+def one_way_friction(
+    model: TorqueModel, friction: float, start: float, end: float, duration: float
+) -> tuple[float, float]:
+    """Let the lagged friction follow a motion that does not reverse.
+
+    Parameters
+    ----------
+    model : TorqueModel
+        The joint.
+    friction : float
+        Friction torque at the start, without the offset, N m.
+    start, end : float
+        Velocity at the start and the end, rad/s, not of opposite signs.
+    duration : float
+        Duration, s.
+
+    Returns
+    -------
+    integral : float
+        Integral of the friction torque, N m s.
+    friction : float
+        Friction torque at the end, N m.
+    """
+    direction = start + end
+    if direction == 0.0:
+        first, last = 0.0, 0.0
+    else:
+        first = directed_friction(model, abs(start), direction)
+        last = directed_friction(model, abs(end), direction)
+    lag = model.friction_lag
+    if lag <= 0.0 or duration <= 0.0:
+        return 0.5 * (first + last) * duration, last
+    rate = (last - first) / duration
+    settled = -math.expm1(-duration / lag)  # share of the way to the static map that friction goes
+    integral = (first + 0.5 * rate * duration) * duration + (friction - first) * lag * settled
+    integral += rate * lag * (lag * settled - duration)
+    return integral, last + (friction - first) * (1.0 - settled) - rate * lag * settled
+
+
+@register_jitable
+def exchange_model(state: FeedforwardState, old: TorqueModel, new: TorqueModel, reference: float) -> FeedforwardState:
+    """Return the state as if the new model had been in force before, for a reference (rad/s) that is now at hand."""
+    if reference == 0.0:
+        return state
+    old_opposing, old_one_sided = friction_parts(old, abs(reference))
+    new_opposing, new_one_sided = friction_parts(new, abs(reference))
+    change = new_opposing - old_opposing
+    friction = state.friction + (change if reference > 0.0 else -change) + (new_one_sided - old_one_sided)
+    return FeedforwardState(friction, state.reference, state.started)
+
+
+@register_jitable
+def ahead(state: FeedforwardState, reference: float, next_reference: float, delay: float) -> tuple[float, float]:
+    """Return the reference at the start and at the end of the period in which a torque computed now will act.
+
+    Parameters
+    ----------
+    state : FeedforwardState
+        Knows the last reference.
+    reference, next_reference : float
+        Reference velocity now and at the next sample, rad/s; the latter not a number where it is not known.
+    delay : float
+        Computation delay of the drive, periods.
+    """
+    if not math.isfinite(next_reference):
+        next_reference = 2.0 * reference - state.reference if state.started else reference
+    shift = delay * (next_reference - reference)
+    return reference + shift, next_reference + shift
+
+
+@register_jitable
+def step_feedforward(
+    model: TorqueModel,
+    state: FeedforwardState,
+    reference: float,
+    next_reference: float,
+    period: float,
+    delay: float = 0.0,
+) -> tuple[float, FeedforwardState]:
+    """Return the torque (N m) for the coming period, or for the one that a delay makes of it, and the new state.
+
+    Parameters
+    ----------
+    model : TorqueModel
+        The joint.
+    state : FeedforwardState
+        The state.
+    reference, next_reference : float
+        Reference velocity now and at the next sample, rad/s; the latter not a number where it is not known.
+    period : float
+        Length of the coming period, s.
+    delay : float, optional
+        Computation delay of the drive, periods.
+    """
+    start, end = ahead(state, reference, next_reference, delay)
+    if start * end < 0.0:
+        turn = period * start / (start - end)
+        before, friction = one_way_friction(model, state.friction, start, 0.0, turn)
+        after, friction = one_way_friction(model, friction, 0.0, end, period - turn)
+        integral = before + after
+    else:
+        integral, friction = one_way_friction(model, state.friction, start, end, period)
+    torque = (model.inertia * (end - start) + integral) / period + model.offset
+    return torque, FeedforwardState(friction, reference, True)

@@ -1,0 +1,1 @@
+"""Equations made from signals: filters, torque form, sliding gate, series (4)."""

@@ -1,0 +1,166 @@
+"""Torque-form regression: the joint's equation, filtered, linear in its physical parameters.
+
+Equation (2) of the paper, ``J tau w'' + J w' + F(w) = u + tau u'``, is passed through ``(p/(s + p))^2``:
+
+    u_f = (J tau) w''_f + J w'_f + Fc g_f + Fs h_f + sigma w_f - tau u'_f
+
+with ``g`` and ``h`` of (5) and (6). No signal is differentiated: the filters hold the derivatives as states. The
+torque is held between samples; the velocity is taken as linear between them, and where it reverses, ``g`` and ``h``
+are split at the moment of reversal, because the friction lag is seen nowhere else.
+
+An offset and friction that differs by direction (see ``model``) add the columns ``1``, ``|h|_f`` and ``|w|_f``. A
+regression without them has neither their columns nor their filters: the sizes of the arrays say which it is.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, adhesion_share
+from adaptive_ff.regression.filters import advance_filter, filter_decay, second_derivative
+
+TORQUE, VELOCITY, COULOMB, ADHESION, SHARE, SPEED = range(6)
+"""Rows of the filters; the last two, ``|h|`` and ``|w|``, are there where friction differs by direction."""
+
+
+def regressor_names(parameters: Sequence[str] = ESTIMATED) -> tuple[str, ...]:
+    """Return the columns of the regression for parameters of the model; the first, ``inertia_lag``, is ``J tau``."""
+    return ("inertia_lag", *parameters)
+
+
+REGRESSORS = regressor_names()
+"""Columns for a joint that is the same in both directions."""
+
+
+class TorqueForm(NamedTuple):
+    """Parameters of the regression.
+
+    Attributes
+    ----------
+    pole : float
+        Filter pole ``p``, rad/s.
+    stribeck_velocity : float
+        Stribeck velocity ``Vs``, rad/s.
+    stribeck_shape : float
+        Stribeck shape factor ``delta``.
+    """
+
+    pole: float
+    stribeck_velocity: float
+    stribeck_shape: float
+
+
+class Signals(NamedTuple):
+    """Filtered signals.
+
+    Attributes
+    ----------
+    filters : ndarray, shape (4, 2) or (6, 2)
+        Filtered value and derivative of torque, velocity, ``g`` and ``h``, and of ``|h|`` and ``|w|`` where friction
+        differs by direction; changed in place.
+    velocity : float
+        Velocity at the last sample, rad/s.
+    """
+
+    filters: NDArray[np.float64]
+    velocity: float
+
+
+def initial_signals(parameters: int = len(ESTIMATED)) -> Signals:
+    """Return the filters of a joint that has been at rest without torque, for a number of parameters of the model."""
+    return Signals(np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2)), 0.0)
+
+
+@register_jitable(forceinline=True)
+def settle_signals(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
+    """Return the filters of a joint that has moved at a velocity (rad/s) for long, under an unknown torque."""
+    share = adhesion_share(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
+    direction = math.copysign(1.0, velocity) if velocity != 0.0 else 0.0
+    signals.filters[VELOCITY, 0] = velocity
+    signals.filters[COULOMB, 0] = direction * (1.0 - share)
+    signals.filters[ADHESION, 0] = direction * share
+    if signals.filters.shape[0] > SHARE:
+        signals.filters[SHARE, 0] = abs(direction) * share
+        signals.filters[SPEED, 0] = abs(velocity)
+    return Signals(signals.filters, velocity)
+
+
+@register_jitable(forceinline=True)
+def advance_friction(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
+    """Advance the filters of ``g`` and ``h``, and of ``|h|`` and ``|w|``, over a motion that does not reverse."""
+    if duration <= 0.0:
+        return
+    direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
+    first = adhesion_share(abs(start), form.stribeck_velocity, form.stribeck_shape)
+    last = adhesion_share(abs(end), form.stribeck_velocity, form.stribeck_shape)
+    decay = filter_decay(form.pole, duration)
+    advance_filter(
+        signals.filters[COULOMB],
+        form.pole,
+        decay,
+        direction * (1.0 - first),
+        direction * (1.0 - last),
+        duration,
+    )
+    advance_filter(signals.filters[ADHESION], form.pole, decay, direction * first, direction * last, duration)
+    if signals.filters.shape[0] > SHARE:
+        sliding = abs(direction)
+        advance_filter(signals.filters[SHARE], form.pole, decay, sliding * first, sliding * last, duration)
+        advance_filter(signals.filters[SPEED], form.pole, decay, abs(start), abs(end), duration)
+
+
+@register_jitable(forceinline=True)
+def advance_signals(form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float) -> Signals:
+    """Advance all filters by one sample.
+
+    Parameters
+    ----------
+    form : TorqueForm
+        The regression.
+    signals : Signals
+        Filters; their array is changed in place.
+    torque : float
+        Torque over the period that ends now, N m.
+    velocity : float
+        Velocity now, rad/s.
+    duration : float
+        Length of that period, s.
+
+    Returns
+    -------
+    Signals
+        The filters at the new sample.
+    """
+    start = signals.velocity
+    decay = filter_decay(form.pole, duration)
+    advance_filter(signals.filters[TORQUE], form.pole, decay, torque, torque, duration)
+    advance_filter(signals.filters[VELOCITY], form.pole, decay, start, velocity, duration)
+    if start * velocity < 0.0:
+        turn = duration * start / (start - velocity)
+        advance_friction(form, signals, start, 0.0, turn)
+        advance_friction(form, signals, 0.0, velocity, duration - turn)
+    else:
+        advance_friction(form, signals, start, velocity, duration)
+    return Signals(signals.filters, velocity)
+
+
+@register_jitable(forceinline=True)
+def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:
+    """Write the regressors into a row of as many as there are columns, and return the regressed torque ``u_f``, N m."""
+    velocity = signals.filters[VELOCITY]
+    row[0] = second_derivative(velocity, form.pole, signals.velocity)
+    row[1] = velocity[1]
+    row[2] = signals.filters[COULOMB, 0]
+    row[3] = signals.filters[ADHESION, 0]
+    row[4] = velocity[0]
+    row[5] = -signals.filters[TORQUE, 1]
+    if row.size > 6:
+        row[6] = 1.0
+    if row.size > 7:
+        row[7] = signals.filters[SHARE, 0]
+        row[8] = signals.filters[SPEED, 0]
+    return signals.filters[TORQUE, 0]  # type: ignore[no-any-return]

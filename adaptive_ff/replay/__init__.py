@@ -1,0 +1,1 @@
+"""The online estimator run over a recorded log."""

@@ -1,0 +1,219 @@
+"""Replay of a log: what the adaptive feedforward would have learnt and fed forward on the machine, sample by sample."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.errors import InputError
+from adaptive_ff.logs.defects import median_step, usable_pieces
+from adaptive_ff.logs.log import Log
+from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.replay.fixed import fit_fixed
+from adaptive_ff.replay.parts import (
+    PART,
+    REFERENCE_POSITION,
+    REFERENCE_VELOCITY,
+    has_reference,
+    largest_reference,
+    split_log,
+)
+from adaptive_ff.replay.result import COLD, FIXED, SAVED, Replay
+from adaptive_ff.replay.runs import Runner, Tape
+from adaptive_ff.replay.settings import LOOP, LOOP_PERIODS, RESTING, SLOW, ReplaySettings
+from adaptive_ff.replay.state import state_from_json
+from adaptive_ff.rivals.model_based import ModelBased
+from controllers import Controller
+
+BAND = 20.0
+"""Band in which the torque left is judged, Hz."""
+
+SHORTEST = 10
+"""Samples that a piece must have."""
+
+
+def replay_log(
+    log: Log,
+    *,
+    inertia: float | None = None,
+    stribeck_velocity: float | None = None,
+    memory: float | None = None,
+    identify: str | None = None,
+    loop_bandwidth: float | None = None,
+    rest_speed: float | None = None,
+    torque_delay: float | None = None,
+    velocity_cutoff: float | None = None,
+    fixed: TorqueModel | None = None,
+    bandwidth: float | None = None,
+    band: float = BAND,
+    state: str | None = None,
+    linear: bool = False,
+    part: int = PART,
+    progress: Callable[[float], None] | None = None,
+) -> Replay:
+    """Replay a log.
+
+    The adaptive controller is told, sample by sample, what it would have been told on the machine: the reference and
+    its next value, the measured velocity, and the torque that the drive gave. The torque of its own loop goes nowhere.
+    What it would have fed forward over the period that begins with the sample is compared with the torque of the log
+    over that period. Where the log has a defect, estimates are kept, and filters start anew behind it.
+
+    Parameters
+    ----------
+    log : Log
+        The log, see :func:`adaptive_ff.logs.log.read_log`. In ``Log.extra`` it may have ``reference_velocity`` (rad/s)
+        or ``reference_position`` (rad), and ``feedforward`` (N m), the machine's own, with the stamps of the torque.
+        Without a reference the measured motion, filtered without delay, stands for it.
+    inertia, stribeck_velocity, memory, identify, loop_bandwidth, rest_speed, torque_delay, velocity_cutoff : optional
+        What the controller is told, see :class:`ReplaySettings`. Where nothing is given: inertia, and the Stribeck
+        velocity if it has one, are those of the fixed model; else the latter is 0.05 times the largest speed of the
+        reference; its rest is 0.005 times that; the loop has 10 Hz, or a tenth of the sampling frequency.
+    fixed : TorqueModel, optional
+        The fixed model; by default the batch identification of the first half of the log.
+    bandwidth : float, optional
+        Band of that identification, Hz; chosen from the motion by default.
+    band : float, optional
+        Band in which is judged, Hz: a filter without delay, for judging only; infinite for none.
+    state : str, optional
+        A state saved by :meth:`Replay.state_to_json`: the adaptive feedforward runs from it, too. Settings are then
+        those saved with it.
+    linear : bool, optional
+        Whether the joint is a linear axis, in m and N.
+    part : int, optional
+        Samples that are worked on at once; the result does not depend on it.
+    progress : callable, optional
+        Is called with the share done, from 0 to 1.
+
+    Returns
+    -------
+    Replay
+        The torque that each feedforward leaves, and their series.
+
+    Raises
+    ------
+    InputError
+        The log cannot be used, or an argument is out of range.
+    """
+    _check_arguments(log, band)
+    pieces, skipped = usable_pieces(log, SHORTEST)
+    if not pieces:
+        raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect")
+    period = median_step(log)
+    told: dict[str, Any] = {
+        "inertia": inertia,
+        "stribeck_velocity": stribeck_velocity,
+        "memory": memory,
+        "identify": identify,
+        "loop_bandwidth": loop_bandwidth,
+        "rest_speed": rest_speed,
+        "torque_delay": torque_delay,
+        "velocity_cutoff": velocity_cutoff,
+    }
+    saved = None
+    if state is not None:
+        settings, saved = state_from_json(state)
+        settings.check_fits(period, told)
+        delay = settings.torque_delay
+    else:
+        delay = 0.0 if torque_delay is None else torque_delay
+    model, note = fit_fixed(log, bandwidth, delay) if fixed is None else (fixed, "The fixed model is told.")
+    judged = band if 2.0 * band * period < 1.0 else None
+    reference_band = min(band, 0.4 / period)
+    if saved is None:
+        largest = largest_reference(log, pieces, period, reference_band)
+        settings = _settings(log, period, told, model, note, largest)
+    notes = [note, *_notes(log, settings, told if saved is None else None, judged, reference_band)]
+    runners = _runners(settings, model, saved, log.position is not None)
+    tape = Tape(log, runners, period, judged)
+    done, used = 0, sum(piece.size for piece in pieces)
+    for piece_part in split_log(log, pieces, settings, reference_band, part):
+        tape.run(piece_part)
+        done += piece_part.time.size
+        if progress is not None:
+            progress(done / used)
+    return Replay(
+        log.name,
+        "N" if linear else "N m",
+        settings,
+        judged,
+        log.time.size,
+        used,
+        skipped,
+        notes,
+        model,
+        tape.judge.result(),
+        tape.series(),
+        tape.adaptive(),
+    )
+
+
+def _check_arguments(log: Log, band: float) -> None:
+    if not band > 0.0:
+        raise InputError(f"band = {band:g} Hz is not allowed: it must be positive")
+    if REFERENCE_VELOCITY in log.extra and REFERENCE_POSITION in log.extra:
+        raise InputError(f"{log.name}: {REFERENCE_VELOCITY} and {REFERENCE_POSITION} are both given; give one of them")
+
+
+def _settings(
+    log: Log,
+    period: float,
+    told: Mapping[str, Any],
+    model: TorqueModel | None,
+    note: str,
+    largest: float,
+) -> ReplaySettings:
+    """Return what the controller is told: what is given, and for the rest what is said in ``replay_log``."""
+    if largest == 0.0:
+        raise InputError(f"{log.name}: the reference stands still; it must move")
+    bend = SLOW * largest
+    if model is not None and model.stiction > model.coulomb:
+        bend = model.stribeck_velocity
+    usual: dict[str, Any] = {
+        "inertia": 0.0 if model is None else model.inertia,
+        "stribeck_velocity": bend,
+        "loop_bandwidth": min(LOOP, LOOP_PERIODS / period),
+        "rest_speed": RESTING * largest,
+    }
+    given = {name: value for name, value in told.items() if value is not None}
+    if "inertia" not in given and usual["inertia"] <= 0.0:
+        raise InputError(f"{log.name}: inertia must be given, as the first half of the log does not tell it. {note}")
+    return ReplaySettings(period=period, **{**usual, **given})
+
+
+def _notes(
+    log: Log,
+    settings: ReplaySettings,
+    told: Mapping[str, Any] | None,
+    judged: float | None,
+    reference_band: float,
+) -> list[str]:
+    """Return what is to be known of the figures."""
+    notes = []
+    if told is None:
+        notes.append("Settings of the adaptive controller are those of the saved state.")
+    else:
+        chosen = [name for name in ("inertia", "stribeck_velocity", "rest_speed") if told[name] is None]
+        if chosen:
+            shown = ", ".join(f"{name} {getattr(settings, name):.3g}" for name in chosen)
+            notes.append(f"Not told, but taken from the log, which on the machine was to come: {shown}.")
+    if not has_reference(log):
+        notes.append(
+            f"The log has no reference: the measured motion stands for it, filtered without delay in a band of "
+            f"{reference_band:.3g} Hz, so the feedforward knows what the machine could not know."
+        )
+    if judged is None:
+        notes.append("The sample time is too long for the band: torques are judged at all frequencies.")
+    return notes
+
+
+def _runners(
+    settings: ReplaySettings, model: TorqueModel | None, saved: AdaptiveController | None, is_position: bool
+) -> dict[str, Runner]:
+    """Return the controllers that watch, by the name of their feedforward."""
+    controllers: dict[str, Controller] = {}
+    if model is not None:
+        controllers[FIXED] = ModelBased(*settings.gains, settings.period, model)
+    controllers[COLD] = settings.controller()
+    if saved is not None:
+        controllers[SAVED] = saved
+    observer = settings.observer(is_position=is_position)
+    return {name: Runner(controller, observer) for name, controller in controllers.items()}

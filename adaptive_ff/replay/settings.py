@@ -1,0 +1,159 @@
+"""What the controller of a replay is told: the numbers that its designer would have typed in on the machine."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Self
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.errors import InputError
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from controllers import difference_velocity, direct_velocity, low_pass_velocity, pi_gains
+
+IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+"""What may be identified, by the name that a user gives."""
+
+LOOP, LOOP_PERIODS = 10.0, 0.1
+"""Crossover of the loop that is assumed, Hz, and the most that it may be times the sample time."""
+
+SLOW = 0.05
+"""Stribeck velocity where none is told, over the largest speed of the reference."""
+
+RESTING = 0.005
+"""Speed up to which the reference counts as resting where none is told, over its largest."""
+
+SAME_PERIOD = 0.01
+"""Relative difference of sample times up to which a saved state belongs to a log."""
+
+
+@dataclass(frozen=True)
+class ReplaySettings:
+    """What the adaptive controller is told before the log begins; rad and N m, or m and N.
+
+    Attributes
+    ----------
+    period : float
+        Sample time, s.
+    inertia : float
+        Inertia that the loop is designed for, kg m^2.
+    stribeck_velocity : float
+        Stribeck velocity, rad/s.
+    loop_bandwidth : float
+        Crossover of the loop, Hz. The loop's torque goes nowhere, but its gain gives the estimator its scales, the
+        pole of its filters and the first guess of the friction lag.
+    rest_speed : float
+        A reference that slows down counts as standstill below this speed, rad/s. A machine that should stand may push
+        either way; the sign of what is left of the reference there says nothing. See ``replay_parts.with_rest``.
+    memory : float
+        Memory of the estimator, s of sliding motion.
+    identify : str
+        What is identified: a key of ``IDENTIFIED``.
+    torque_delay : float
+        Time after its stamp at which a torque acts, s: zero for a torque that was measured at its stamp, half a sample
+        time for a command that is held until the next.
+    velocity_cutoff : float or None
+        Corner of the low-pass behind the difference of positions, Hz; None for the difference alone.
+    """
+
+    period: float
+    inertia: float
+    stribeck_velocity: float
+    loop_bandwidth: float
+    rest_speed: float
+    memory: float = 5.0
+    identify: str = "offset"
+    torque_delay: float = 0.0
+    velocity_cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("period", "inertia", "stribeck_velocity", "loop_bandwidth", "memory"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"{name} = {value:g} is not allowed: it must be positive")
+        if not 0.0 <= self.rest_speed < math.inf:
+            raise InputError(f"rest_speed = {self.rest_speed:g} is not allowed: it must be zero or more")
+        if not -0.5 * self.period <= self.torque_delay < math.inf:
+            raise InputError(
+                f"torque_delay = {self.torque_delay:g} s is not allowed: it must be at least minus half a sample time, "
+                f"{-0.5 * self.period:g} s; the estimator would see the future"
+            )
+        if self.velocity_cutoff is not None and not 0.0 < self.velocity_cutoff < math.inf:
+            raise InputError(f"velocity_cutoff = {self.velocity_cutoff:g} is not allowed: it must be positive")
+        if self.identify not in IDENTIFIED:
+            raise InputError(f"identify = {self.identify!r} is not allowed: it must be one of {', '.join(IDENTIFIED)}")
+
+    @property
+    def gains(self) -> tuple[float, float]:
+        """Gains of the loop, N m s/rad and N m/rad."""
+        return pi_gains(self.inertia, self.loop_bandwidth)
+
+    def controller(self) -> AdaptiveController:
+        """Return the controller, which knows nothing yet."""
+        return AdaptiveController(
+            *self.gains,
+            self.period,
+            inertia=self.inertia,
+            stribeck_velocity=self.stribeck_velocity,
+            memory=self.memory,
+            parameters=IDENTIFIED[self.identify],
+            tunes_lag=False,
+        )
+
+    def observer(self, *, is_position: bool) -> Any:
+        """Return what makes a velocity of the measurement, from the past alone."""
+        if not is_position:
+            return direct_velocity(self.period)
+        if self.velocity_cutoff is None:
+            return difference_velocity(self.period)
+        return low_pass_velocity(self.velocity_cutoff, self.period)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the settings by name."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """Return settings from plain values by name.
+
+        Raises
+        ------
+        InputError
+            They are not all there, unknown, or out of range.
+        """
+        names = [field.name for field in fields(cls)]
+        if set(content) != set(names):
+            raise InputError(f"the settings {', '.join(map(str, content))} are not allowed: they must be {names}")
+        values: dict[str, Any] = {}
+        for name, value in content.items():
+            is_text, may_miss = name == "identify", name == "velocity_cutoff"
+            right = (
+                isinstance(value, str) if is_text else isinstance(value, int | float) and not isinstance(value, bool)
+            )
+            if not (right or (may_miss and value is None)):
+                raise InputError(f"{name} = {value!r} is not allowed: it must be a {'text' if is_text else 'number'}")
+            values[name] = value
+        return cls(**values)
+
+    def check_fits(self, period: float, told: Mapping[str, Any]) -> None:
+        """Refuse a log, or settings beside these, that a state saved with these does not belong to.
+
+        Parameters
+        ----------
+        period : float
+            Sample time of the log, s.
+        told : mapping
+            Settings by name; None where nothing is told.
+
+        Raises
+        ------
+        InputError
+            The sample time differs, or what is told beside the saved settings does.
+        """
+        if abs(period - self.period) > SAME_PERIOD * self.period:
+            raise InputError(
+                f"the log has a sample time of {period:g} s; it must be {self.period:g} s, that of the saved state"
+            )
+        for name, value in told.items():
+            kept = getattr(self, name)
+            if value is not None and value != kept:
+                raise InputError(f"{name} = {value} is not allowed beside a saved state: it was saved with {kept}")

@@ -1,0 +1,57 @@
+"""The state of a replayed controller with its settings, as one JSON text."""
+
+import json
+from pathlib import Path
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.errors import InputError
+from adaptive_ff.replay.settings import ReplaySettings
+
+
+def state_to_json(settings: ReplaySettings, controller: AdaptiveController) -> str:
+    """Return settings and state as a text that restores both exactly."""
+    return json.dumps({"settings": settings.to_dict(), **json.loads(controller.state_to_json())}, indent=1) + "\n"
+
+
+def state_from_json(text: str) -> tuple[ReplaySettings, AdaptiveController]:
+    """Return settings and controller of a saved text.
+
+    Raises
+    ------
+    InputError
+        The text is no such state.
+    """
+    try:
+        content = json.loads(text)
+        told = content.pop("settings")
+        if not isinstance(told, dict):
+            raise TypeError("settings is no table")
+    except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(f"{text[:40]!r} is no saved state of a replay: {error}") from error
+    settings = ReplaySettings.from_dict(told)
+    controller = settings.controller()
+    try:
+        controller.state_from_json(json.dumps(content))
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    return settings, controller
+
+
+def read_state(path: Path) -> str:
+    """Return the text of a file with a saved state.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds no such state.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        state_from_json(text)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: cannot be read: it is no text") from error
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return text

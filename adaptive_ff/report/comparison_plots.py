@@ -1,0 +1,353 @@
+"""Pictures of a run and of a comparison.
+
+No ``pyplot``: figures open no window and leave no state behind. A curve that leaves its panel is named above it.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from adaptive_ff.comparison.comparison import BASELINE, Comparison
+from adaptive_ff.comparison.run import Run
+from adaptive_ff.model.friction import UNITS, TorqueModel, model_friction
+from adaptive_ff.report.drawing import (
+    INK,
+    LIFT,
+    QUIET,
+    STYLE,
+    Look,
+    Series,
+    draw_series,
+    explain_looks,
+    label_above,
+    make_panels,
+    write_figure,
+)
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.simulation.loop import scale_joint
+from adaptive_ff.simulation.metrics import settled_start
+from plant import sliding_friction
+
+CLOSE_UP = 6.0  # s, length of a close-up
+RMS_WINDOW = 2.0  # s, length of the running rms error; at least a hundredth of the run
+RMS_BLOCKS = 600  # that a run is divided into for the running rms error
+NEAR = 0.95  # of the torque limit
+
+
+LOOKS: dict[str, Look] = {
+    "pi": {"color": "#a6a6a6", "linewidth": 2.0},
+    "pi_inertia": {"color": "#56b4e9"},
+    "fixed": {"color": "#009e73"},
+    "oracle": {"color": "#000000", "linestyle": (0, (3, 2)), "zorder": 2.5},
+    "adaptive_paper": {"color": "#7b5aa6"},
+    "adaptive": {"color": "#d55e00", "linewidth": 1.5, "zorder": 2.4},
+}
+"""Looks of the controllers of the main job, for colour-blind eyes too; others take the next of a cycle."""
+
+OTHER_COLOURS = ("#0072b2", "#cc79a7", "#b89b00", "#882255", "#332288", "#44aa99")
+OTHER_DASHES = ("-", "-.", ":")
+
+REFERENCE: Look = {"color": INK, "linewidth": 0.7, "zorder": 2.6, "label": "reference"}
+TRUTH: Look = {"color": "#000000", "linestyle": (0, (3, 2)), "zorder": 2.6, "label": "true"}
+TORQUE: Look = {"linewidth": 0.7, "alpha": 0.5, "drawstyle": "steps-post", "label": "torque"}
+FEEDFORWARD: Look = {"linewidth": 1.2, "drawstyle": "steps-post", "label": "feedforward in it"}
+CHANGE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "zorder": 1.5}
+LIMIT: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "torque limit"}
+
+FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
+
+
+def plot_run(run: Run, path: str | Path | None = None) -> Figure:
+    """Draw one run: tracking, error, and torque with the feedforward in it.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    path : str or Path, optional
+        Where to write the picture: PNG, or what the ending of the name says.
+
+    Returns
+    -------
+    Figure
+        Three panels over the whole run.
+    """
+    look = {**_looks([run.name])[run.name], "linestyle": "-"}
+    keys = [REFERENCE, {**look, "label": f"velocity with {look['label']}"}]
+    with rc_context(STYLE):
+        figure, (tracking, error, torque) = make_panels(3, 6.0)
+        draw_series(tracking, run.solver_time, run.reference, REFERENCE)
+        draw_series(tracking, run.solver_time, run.velocity, look)
+        draw_series(error, run.solver_time, 1e3 * (run.reference - run.velocity), {**look, "linewidth": 0.8})
+        keys += _draw_torques(torque, run, slice(None), look)
+        keys += _mark_changes([tracking, error, torque], run.scenario)
+        label_above(tracking, "velocity (rad/s)")
+        label_above(error, "error (mrad/s)")
+        label_above(torque, "torque (N m)")
+        torque.set(xlabel="time (s)", xlim=(0.0, run.solver_time[-1]))
+        explain_looks(figure, keys)
+        if path is not None:
+            write_figure(figure, Path(path))
+    return figure
+
+
+def plot_comparison(comparison: Comparison, folder: str | Path | None = None) -> dict[str, Figure]:
+    """Draw the pictures of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The comparison.
+    folder : str or Path, optional
+        Where to write each picture as ``NAME.png``; it is made where it is missing.
+
+    Returns
+    -------
+    dict of Figure
+        ``tracking`` and ``torque``; ``estimates`` where a controller estimates, and ``stribeck`` where its estimates
+        make a friction curve.
+
+    Raises
+    ------
+    ValueError
+        The comparison has no runs.
+    """
+    runs = comparison.runs
+    if not runs:
+        raise ValueError("comparison.runs is empty; there is nothing to draw")
+    looks = _looks(runs)
+    estimating = {name: run for name, run in runs.items() if run.estimates}
+    with rc_context(STYLE):
+        figures = {"tracking": _tracking(runs, looks), "torque": _torque(runs, looks)}
+        if estimating:
+            figures["estimates"] = _estimates(estimating, looks)
+        if any(run.estimates.keys() >= FRICTION for run in estimating.values()):
+            figures["stribeck"] = _stribeck(comparison, looks)
+        if folder is not None:
+            for name, figure in figures.items():
+                write_figure(figure, Path(folder) / f"{name}.png")
+    return figures
+
+
+def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
+    figure, (tracking, error, rms) = make_panels(3, 7.2, shared=False)
+    first = next(iter(runs.values()))
+    part = _close_up(first)
+    time, reference = first.solver_time[part], first.reference[part]
+    shown = {name: runs[name].velocity[part] for name in _telling(runs)}
+    near, window = {}, 0.0
+    draw_series(tracking, time, reference, REFERENCE)
+    for name, velocity in shown.items():
+        draw_series(tracking, time, velocity, looks[name])
+    for name, run in runs.items():
+        whole = 1e3 * (run.reference - run.velocity)
+        near[name] = whole[part]
+        draw_series(error, time, near[name], looks[name])
+        *curve, window = _running_rms(first.solver_time, whole)
+        rms.plot(*curve, **looks[name])
+    _frame([tracking], {"": reference, **shown}, 3.0 * _peak(reference) or 20.0 * _typical(shown))
+    _frame([error], near, 20.0 * _typical(near))
+    _make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
+    label_above(tracking, "velocity (rad/s), close-up")
+    label_above(error, "error (mrad/s), same close-up")
+    label_above(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
+    tracking.set(xlim=(time[0], time[-1]))
+    tracking.tick_params(labelbottom=False)
+    error.set(xlim=(time[0], time[-1]), xlabel="time (s)")
+    rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
+    rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
+    explain_looks(figure, [REFERENCE, *looks.values(), *_mark_changes([tracking, error, rms], first.scenario)])
+    return figure
+
+
+def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
+    shown = {name: run for name, run in runs.items() if np.any(run.feedforward)} or runs
+    figure, panels = make_panels(len(shown), 0.8 + 1.2 * len(shown))
+    first = next(iter(runs.values()))
+    start, end = first.solver_time[_close_up(first)][[0, -1]]
+    begin, stop = np.searchsorted(first.time, (start, end), side="right")
+    part = slice(begin - 1, stop)  # the torque at the start is held from the sample before
+    keys: dict[str, Look] = {}
+    for axes, (name, run) in zip(panels, shown.items(), strict=True):
+        for key in _draw_torques(axes, run, part, looks[name]):
+            keys[key["label"]] = {**key, "color": QUIET}  # what they have in common
+        label_above(axes, f"torque (N m) with {looks[name]['label']}")
+    torques = {name: run.torque[part] for name, run in shown.items()}
+    parts = {f"feedforward of {name}": run.feedforward[part] for name, run in shown.items()}
+    _frame(panels, {**torques, **parts}, 3.0 * _typical(torques))
+    panels[-1].set(xlim=(start, end), xlabel="time (s)")
+    explain_looks(figure, keys.values())
+    return figure
+
+
+def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
+    names = list(dict.fromkeys(name for run in runs.values() for name in run.estimates))
+    figure, panels = make_panels(len(names), 0.8 + 1.2 * len(names))
+    first = next(iter(runs.values()))
+    plan, end = first.scenario.plan, float(first.solver_time[-1])
+    joints = [scale_joint(first.scenario.joint.parameters, scale) for scale in plan.scales]
+    starts = [*(plan.starts * first.scenario.joint.solver_period), end]
+    for axes, name in zip(panels, names, strict=True):
+        known = {key: run for key, run in runs.items() if name in run.estimates}
+        curves = {key: draw_series(axes, run.time, run.estimates[name], looks[key]) for key, run in known.items()}
+        true = [{**joint.friction._asdict(), **joint._asdict(), "friction": None}.get(name) for joint in joints]
+        truth = np.array([value for value in true if value is not None])
+        if truth.size:
+            axes.plot(starts, [*truth, truth[-1]], drawstyle="steps-post", **TRUTH)
+        _frame([axes], {"": np.append(truth, 0.0), **curves}, 2.0 * (_peak(truth) or _typical(curves)))
+        label_above(axes, _text(name.replace("_", " ")) + (f" ({UNITS[name]})" if name in UNITS else ""))
+    panels[-1].set(xlim=(0.0, end), xlabel="time (s)")
+    explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *_mark_changes(panels, first.scenario)])
+    return figure
+
+
+def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
+    figure, (axes,) = make_panels(1, 3.8)
+    scenario, runs = comparison.scenario, comparison.runs
+    first = next(iter(runs.values()))
+    peak = _peak(first.reference) or 5.0 * scenario.joint.stribeck_velocity
+    speeds = peak * np.linspace(0.0, 1.0, 200) ** 2  # denser where the curve bends
+    models = {name: _identified(run) for name, run in runs.items() if run.estimates.keys() >= FRICTION}
+    if "fixed" in runs:
+        models = {"fixed": scenario.fixed.model, **models}
+    curves = {name: np.array([model_friction(model, speed) for speed in speeds]) for name, model in models.items()}
+    friction = scale_joint(scenario.joint.parameters, scenario.plan.scales[-1]).friction
+    truth = np.array([sliding_friction(friction, speed) for speed in speeds])
+    for name, curve in curves.items():
+        axes.plot(speeds, curve, **looks[name])
+    axes.plot(speeds, truth, **TRUTH)
+    _frame([axes], {"": truth, **curves}, 2.0 * (_peak(truth) or _typical(curves)))
+    label_above(axes, f"friction torque while sliding (N m), as identified after {first.solver_time[-1]:.4g} s")
+    axes.set(xlabel="speed (rad/s)", xlim=(0.0, peak))
+    explain_looks(figure, [TRUTH, *(looks[name] for name in curves)])
+    return figure
+
+
+def _identified(run: Run) -> TorqueModel:
+    """Return the model at the end of a run; what is not estimated is what the controller was told."""
+    told = run.scenario.adaptation
+    known = {name: value for name, value in run.final_estimates.items() if name in TorqueModel._fields}
+    return TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, told.stribeck_velocity, told.stribeck_shape)._replace(**known)
+
+
+def _telling(runs: Mapping[str, Run]) -> list[str]:
+    """Choose controllers whose velocities tell most: baseline, two of the user's own, adaptive; or best and worst."""
+    own = [name for name in runs if name not in LOOKS][:2]
+    chosen = [name for name in (BASELINE, *own, "adaptive") if name in runs]
+    ranked = sorted(runs, key=lambda name: runs[name].metrics.rms_error_settled)
+    return chosen if len(chosen) > 1 else list(dict.fromkeys([*chosen, ranked[0], ranked[-1]]))
+
+
+def _close_up(run: Run) -> slice:
+    """Choose the stretch of the solver's grid with most reversals in the settled part."""
+    time, reference = run.solver_time, run.reference
+    settled, latest = settled_start(run.scenario.last_change, time[-1]), time[-1] - CLOSE_UP
+    begin = latest  # where the settled part is too short; the start where the run is
+    if latest > settled:
+        moving = np.flatnonzero(reference)
+        turns = time[moving[1:][np.diff(np.sign(reference[moving])) != 0.0]]
+        turns = turns[turns >= settled]
+        begins = np.clip([*(turns - 0.1 * CLOSE_UP), latest], settled, latest)
+        count = np.searchsorted(turns, begins + CLOSE_UP) - np.searchsorted(turns, begins)
+        begin = begins[np.argmax(count)]
+    start = int(np.searchsorted(time, begin))
+    return slice(start, int(np.searchsorted(time, time[start] + CLOSE_UP, side="right")))
+
+
+def _running_rms(time: Series, error: Series) -> tuple[Series, Series, float]:
+    """Return times, the rms error over the last seconds before each, and how many; at the start over what there is."""
+    count = min(RMS_BLOCKS, time.size)
+    edges = np.linspace(0, time.size, count + 1).astype(np.intp)
+    blocks = count if time[-1] < RMS_WINDOW else max(1, round(RMS_WINDOW * count / time[-1]), count // 100)
+    squares = np.convolve(np.add.reduceat(np.square(error), edges[:-1]), np.ones(blocks))[:count]
+    sizes = np.convolve(np.diff(edges), np.ones(blocks))[:count]
+    return time[edges[1:] - 1], np.sqrt(squares / sizes), float(blocks * time[-1] / count)
+
+
+def _draw_torques(axes: Axes, run: Run, part: slice, look: Look) -> list[Look]:
+    """Draw the torque, the feedforward in it and the limit that it comes near; return what the legend shall explain."""
+    keys: list[Look] = [{"color": look["color"], **TORQUE}]
+    draw_series(axes, run.time[part], run.torque[part], keys[0])
+    if np.any(run.feedforward):
+        keys.append({"color": look["color"], **FEEDFORWARD})
+        draw_series(axes, run.time[part], run.feedforward[part], keys[1])
+    limit = run.scenario.actuator.torque_limit
+    if limit is not None and _peak(run.torque[part]) > NEAR * limit:
+        keys.append(LIMIT)
+        axes.axhline(limit, **LIMIT)
+        axes.axhline(-limit, **LIMIT)
+    return keys
+
+
+def _mark_changes(panels: Sequence[Axes], scenario: Scenario) -> list[Look]:
+    """Mark the changes of friction; return what the legend shall explain."""
+    for axes in panels:
+        for change in scenario.change:
+            axes.axvline(change.time, **CHANGE)
+    if not scenario.change:
+        return []
+    single = f"friction × {scenario.change[0].friction_scale:.3g}"
+    return [{**CHANGE, "label": single if len(scenario.change) == 1 else "friction changes"}]
+
+
+def _peak(values: Series) -> float:
+    return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+
+
+def _typical(curves: Mapping[str, Series]) -> float:
+    """Return the median peak of some curves, of two the smaller."""
+    return sorted(map(_peak, curves.values()))[(len(curves) - 1) // 2]
+
+
+def _frame(panels: Sequence[Axes], curves: Mapping[str, Series], cap: float) -> None:
+    """Fit the limits of panels to curves, but not beyond a cap; name the curves that leave them."""
+    cap = cap or math.inf
+    values = np.concatenate(list(curves.values()))
+    values = np.clip(values[np.isfinite(values)], -cap, cap)
+    low, high = float(np.min(values)), float(np.max(values))
+    margin = 0.06 * (high - low) or 0.1 * abs(high) or 1.0
+    for axes in panels:
+        axes.set_ylim(low - margin, high + margin)
+    peaks = {name: _peak(curve) for name, curve in curves.items() if _peak(curve) > cap + margin}
+    gone = [f"{_text(name)} reaches {_number(peak)}" for name, peak in peaks.items()]
+    more = f" and {len(gone) - 2} more" if len(gone) > 2 else ""
+    place: Any = {"xycoords": "axes fraction", "xytext": (0.0, LIFT), "textcoords": "offset points"}
+    panels[0].annotate(", ".join(gone[:2]) + more, (1.0, 1.0), **place, ha="right", fontsize=8.0, color=QUIET)
+
+
+def _number(value: float) -> str:
+    return f"{value:,.0f}" if 1e3 <= value < 1e6 else f"{value:.3g}"
+
+
+def _make_logarithmic(axes: Axes, since: float) -> None:
+    """Make a panel logarithmic, one to four decades, down to what it shows since a time; leave it where all is zero."""
+    curves = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in axes.lines]
+    top = max(float(np.max(values)) for _, values in curves)
+    if top == 0.0:
+        return
+    low = min(float(np.min(values, where=(time >= since) & (values > 0.0), initial=top)) for time, values in curves)
+    low = min(max(low, 1e-4 * top) / 1.3, top / 5.0)
+    axes.set_yscale("log", nonpositive="mask")
+    axes.set_ylim(low, 1.3 * top)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if top < 200.0 * low else (1.0,)))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def _looks(names: Iterable[str]) -> dict[str, Look]:
+    """Give each controller its look: its own if it is known, else the next of a cycle."""
+    spare = cycle({"color": colour, "linestyle": dashes} for dashes, colour in product(OTHER_DASHES, OTHER_COLOURS))
+    return {name: {**(LOOKS.get(name) or next(spare)), "label": _text(name)} for name in names}
+
+
+def _text(name: str) -> str:
+    """Return a name in which matplotlib sees no mathematics, and which it does not hide for a leading underscore."""
+    return (f" {name}" if name.startswith("_") else name).replace("$", r"\$")

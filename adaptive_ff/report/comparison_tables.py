@@ -1,0 +1,70 @@
+"""Results as tables for a terminal."""
+
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.table import Table
+
+from adaptive_ff.comparison.comparison import BASELINE, Comparison
+from adaptive_ff.comparison.drawn_joints import QUANTILES, QUANTITIES
+from adaptive_ff.model.friction import PER_DIRECTION, UNITS
+from adaptive_ff.scenario.truth import true_model
+
+
+def tracking_table(comparison: Comparison) -> Table:
+    """Return the errors of all controllers, one a row."""
+    table = Table(title="Velocity error, mrad/s (rms), and torque variation, kN m", box=SIMPLE, title_style="bold")
+    table.add_column("controller", no_wrap=True)
+    for heading in ("settled", f"{BASELINE} / own", "settled max", "first 5 s", "whole run", "sum |du|"):
+        table.add_column(heading, justify="right")
+    improvement = comparison.improvement
+    for name, run in comparison.runs.items():
+        metrics = run.metrics
+        errors = (metrics.max_error_settled, metrics.rms_error_start, metrics.rms_error)
+        table.add_row(
+            name,
+            _milli(metrics.rms_error_settled),
+            f"{improvement[name]:.2f}" if name in improvement else "-",
+            *(_milli(error) for error in errors),
+            f"{1e-3 * metrics.torque_variation:.3g}",
+            style="bold" if name == "adaptive" else None,
+        )
+    return table
+
+
+def estimates_table(comparison: Comparison) -> Table | None:
+    """Return the final estimates beside the true parameters, or None where nothing is estimated."""
+    runs = [run for run in comparison.runs.values() if run.estimates]
+    if not runs:
+        return None
+    table = Table(title="Parameters at the end of the run", box=SIMPLE, title_style="bold")
+    table.add_column("parameter")
+    table.add_column("true", justify="right")
+    for run in runs:
+        table.add_column(run.name, justify="right")
+    changes = comparison.scenario.change
+    scale = changes[-1].friction_scale if changes else 1.0
+    model = true_model(comparison.scenario)
+    found = [run.final_estimates for run in runs]
+    for name in (name for name in PER_DIRECTION if any(name in estimates for estimates in found)):
+        true = getattr(model, name) * (scale if name in ("coulomb", "stiction", "viscous") else 1.0)
+        cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
+        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *cells)
+    return table
+
+
+def sweep_table(result: dict[str, Any]) -> Table:
+    """Return the distributions that a sweep found."""
+    table = Table(title=f"{result['draws']} draws, {result['refused']} of them refused", box=SIMPLE, title_style="bold")
+    table.add_column("quantile", no_wrap=True)
+    for name in result["quantiles"]:
+        table.add_column(QUANTITIES[name], justify="right")
+    for quantile in QUANTILES:
+        label = {0.0: "least", 0.5: "median", 1.0: "most"}.get(quantile, f"{100 * quantile:g} %")
+        values = (quantiles[str(quantile)] for quantiles in result["quantiles"].values())
+        table.add_row(label, *(f"{value:.3g}" for value in values))
+    return table
+
+
+def _milli(value: float) -> str:
+    return f"{1e3 * value:.3g}"

@@ -1,0 +1,111 @@
+"""What an engineer should look at in an adaptive controller, a sentence each."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.estimator import PEAK_FACTOR
+from adaptive_ff.adaptive.uncertainty import Confidence
+from adaptive_ff.estimation.instruments import AGREEMENT
+from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, limit_friction
+from adaptive_ff.model.friction import UNITS
+
+NOT_TOLD = 0.5
+"""Standard deviation of a parameter, as a share of its scale, from which on the data do not tell it."""
+
+SURE = 3.0
+"""Uncertainties by which something must be wrong for a warning."""
+
+FAR_INERTIA = 1.5
+"""Factor between identified and assumed inertia beyond which the gains should be looked at."""
+
+POOR_FIT = 0.15
+"""Torque that the model leaves unexplained, as a share of the largest, that calls for a warning."""
+
+LONG_WITHOUT = 10.0
+"""Time without a sample to learn from that calls for a warning, s."""
+
+
+def find_warnings(controller: AdaptiveController, confidence: Confidence, unexplained: float) -> Iterator[str]:
+    """Yield what should be looked at.
+
+    Parameters
+    ----------
+    controller : AdaptiveController
+        The controller; it is left as it is.
+    confidence : Confidence
+        What the recent data tell of its parameters.
+    unexplained : float
+        Root of the mean square of the torque that the model did not predict, N m.
+    """
+    block, state = controller.parameters, controller.state
+    levels = state.estimator.levels
+    if controller.rejected:
+        yield f"{controller.rejected} measurements of {state.feedback.samples} were not finite and skipped."
+    if levels[3] == 0.0:
+        running = state.feedback.samples * block.period
+        if running > LONG_WITHOUT:
+            yield (
+                f"in {running:.3g} s there was nothing to learn from: the joint never slid faster than "
+                f"{block.slowest:.2g} rad/s along its reference for {block.hold:.2g} s."
+            )
+        return
+    yield from _bounds(controller)
+    yield from _implausible(controller, confidence)
+    if confidence.together[FRICTION_LAG] >= NOT_TOLD:
+        yield (
+            "the recent motion hardly shows the friction lag (only reversals do, and noise hides it): its estimate is "
+            "a guess, or an old one."
+        )
+    if unexplained > POOR_FIT * levels[1]:
+        yield (
+            f"the model leaves {unexplained:.2g} N m (rms) unexplained, the largest torque was {levels[1]:.3g} N m: "
+            "the joint has changed lately, the measurement is loud, or the model does not suit the joint."
+        )
+    alike = _resembles(state.estimator.agreement)
+    strangers = [
+        name for i, name in enumerate(controller.estimate_names) if not alike[i] and confidence.together[i] < NOT_TOLD
+    ]
+    if strangers:
+        yield (
+            f"measured and modelled motion differ in what shows {', '.join(strangers)} (poor tracking, saturation, or "
+            "a model that is still wrong): noise of the measurement may bias the estimates."
+        )
+
+
+def _bounds(controller: AdaptiveController) -> Iterator[str]:
+    """Yield a sentence for each parameter at the end of what is believed."""
+    estimator, state = controller.parameters.estimator, controller.state.estimator
+    ranges = estimator.work.ranges.copy()
+    limit_friction(ranges, PEAK_FACTOR * state.levels[1], max(state.levels[2], 1e-300))
+    for name, value, (least, most) in zip(controller.estimate_names, state.estimate, ranges, strict=True):
+        end = "least" if value <= least else "largest" if value >= most else ""
+        if end:
+            yield f"{name} is at the {end} value that is believed, {value:.3g} {UNITS[name]}."
+
+
+def _implausible(controller: AdaptiveController, confidence: Confidence) -> Iterator[str]:
+    estimate, errors = controller.state.estimator.estimate, confidence.errors
+    doubt = math.hypot(errors[COULOMB], errors[STICTION])
+    if estimate[COULOMB] - estimate[STICTION] > SURE * doubt:
+        yield (
+            f"stiction came out as {estimate[STICTION]:.3g} N m, below Coulomb friction, {estimate[COULOMB]:.3g} N m, "
+            "and is taken as equal: the joint has no Stribeck peak, or the Stribeck velocity was told wrong."
+        )
+    told = float(controller.parameters.estimator.first[INERTIA])
+    ratio = float(estimate[INERTIA]) / told
+    if confidence.together[INERTIA] < NOT_TOLD and not 1.0 / FAR_INERTIA < ratio < FAR_INERTIA:
+        yield (
+            f"the inertia is {ratio:.2g} times the {told:.3g} kg m² that the feedback was designed for: so is its "
+            f"bandwidth, divided by {ratio:.2g}."
+        )
+
+
+def _resembles(agreement: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell for which parameters the model's gradient resembles the measured one, on the average."""
+    squares, products = agreement[:, 0], agreement[:, 1]
+    alike: NDArray[np.bool_] = (products >= AGREEMENT[0] * squares) & (products <= AGREEMENT[1] * squares)
+    return alike

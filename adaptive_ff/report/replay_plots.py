@@ -1,0 +1,136 @@
+"""Pictures of a replay."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from adaptive_ff.logs.derivatives import Array
+from adaptive_ff.model.friction import UNITS
+from adaptive_ff.replay.result import COLD, FIXED, RECORDED, SAVED, Replay
+from adaptive_ff.report.drawing import (
+    STYLE,
+    Look,
+    Series,
+    draw_series,
+    explain_looks,
+    label_above,
+    make_panels,
+    write_figure,
+)
+
+NEEDED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "torque that was needed"}
+LOOKS: dict[str, Look] = {
+    RECORDED: {"color": "#009e73", "linewidth": 1.0, "label": "the machine's own feedforward"},
+    FIXED: {"color": "#0072b2", "linewidth": 1.0, "label": "fixed model of the first half"},
+    COLD: {"color": "#d55e00", "linewidth": 1.0, "label": "adaptive, cold start"},
+    SAVED: {"color": "#7b5aa6", "linewidth": 1.0, "label": "adaptive, from a saved state"},
+}
+
+CLOSE_UP = 0.1
+"""Length of the close-up, over that of the log."""
+
+
+def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, Figure]:
+    """Draw a replay.
+
+    Parameters
+    ----------
+    replay : Replay
+        The log replayed.
+    folder : str or Path, optional
+        Where to write each picture as ``NAME.png``; it is made where it is missing.
+
+    Returns
+    -------
+    dict of Figure
+        ``replay``: the torque that was needed and each feedforward over time, a close-up around the fastest change,
+        and what is left; ``estimates``: the parameters over time.
+    """
+    with rc_context(STYLE):
+        figures = {"replay": _torques(replay), "estimates": _estimates(replay)}
+        if folder is not None:
+            for name, figure in figures.items():
+                write_figure(figure, Path(folder) / f"{name}.png")
+    return figures
+
+
+def _torques(replay: Replay) -> Figure:
+    figure, (whole, near, left) = make_panels(3, 7.4, shared=False)
+    series, time = replay.series, elapsed(replay.series.time)
+    names = [name for name in LOOKS if name in series.feedforward]
+    for axes in (whole, near):
+        _draw(axes, time, series.needed, NEEDED)
+        for name in names:
+            _draw(axes, time, series.feedforward[name], LOOKS[name])
+    for name in names:
+        _draw(left, time, series.left[name], LOOKS[name])
+    near.set_xlim(*_close_up(time, series.needed))
+    band = "" if replay.band is None else f", band {replay.band:.3g} Hz"
+    label_above(whole, f"torque and feedforward ({replay.unit}){band}")
+    label_above(near, f"the same ({replay.unit}), close-up around the fastest change")
+    label_above(left, f"torque left to the feedback ({replay.unit})")
+    for axes in (whole, left):
+        axes.set_xlim(float(time[0]), float(time[-1]))
+    _limit(left, [series.left[name] for name in names])
+    left.set_xlabel("time (s)")
+    explain_looks(figure, [NEEDED, *(LOOKS[name] for name in names)])
+    return figure
+
+
+def elapsed(time: Series) -> Series:
+    """Return times that ascend: where a clock jumps back or is unknown, it goes on by its usual step."""
+    steps = np.diff(time)
+    forward = steps[np.isfinite(steps) & (steps > 0.0)]
+    usual = float(np.median(forward)) if forward.size else 1.0
+    start = float(time[0]) if np.isfinite(time[0]) else 0.0
+    return np.concatenate([[start], start + np.cumsum(np.where(steps > 0.0, steps, usual))])
+
+
+def _draw(axes: Axes, time: Series, extremes: Array, look: Look) -> None:
+    """Draw both ends of each bin in turn; of bins of one sample they are the same."""
+    low, high = extremes
+    if np.array_equal(low, high, equal_nan=True):
+        draw_series(axes, time, low, look)
+    else:
+        draw_series(axes, np.repeat(time, 2), extremes.T.ravel(), look)
+
+
+def _close_up(time: Series, needed: Array) -> tuple[float, float]:
+    """Return a stretch around the place where the torque changes most."""
+    mean = np.mean(needed, axis=0)
+    reach = max(1, mean.size // 400)
+    change = np.abs(mean[reach:] - mean[:-reach])
+    place = int(np.nanargmax(change)) + reach // 2 if np.any(np.isfinite(change)) else mean.size // 2
+    half = 0.5 * CLOSE_UP * float(time[-1] - time[0])
+    return float(time[place]) - half, float(time[place]) + half
+
+
+def _limit(axes: Axes, series: Sequence[Array]) -> None:
+    """Keep a few peaks from pressing the rest flat."""
+    values = np.concatenate([np.abs(part).ravel() for part in series])
+    values = values[np.isfinite(values)]
+    if values.size:
+        limit = 1.3 * float(np.quantile(values, 0.998))
+        if limit > 0.0:
+            axes.set_ylim(-limit, limit)
+
+
+def _estimates(replay: Replay) -> Figure:
+    time = elapsed(replay.series.time)
+    histories = replay.series.estimates
+    names = list(next(iter(histories.values())))
+    figure, panels = make_panels(len(names), 1.1 * len(names) + 0.8)
+    for axes, name in zip(panels, names, strict=True):
+        for which, history in histories.items():
+            draw_series(axes, time, history[name], LOOKS[which])
+        unit = UNITS[name] if replay.unit == "N m" else UNITS[name].replace("kg m²", "kg").replace("N m", "N")
+        unit = unit.replace("/rad", "/m") if replay.unit == "N" else unit
+        label_above(axes, f"{name.replace('_', ' ')} ({unit})")
+    panels[-1].set_xlim(float(time[0]), float(time[-1]))
+    panels[-1].set_xlabel("time (s)")
+    explain_looks(figure, [LOOKS[which] for which in histories])
+    return figure

@@ -1,0 +1,5 @@
+from .canudas import CanudasController as CanudasController
+from .canudas import CanudasMeasuredController as CanudasMeasuredController
+from .feedback_error import FeedbackErrorLearning as FeedbackErrorLearning
+from .model_based import ModelBased as ModelBased
+from .paper import PaperController as PaperController

@@ -1,0 +1,1 @@
+"""Scenarios: the tables of a scenario file, references, the true model of a joint."""

@@ -1,0 +1,310 @@
+"""Scenarios: what is simulated, and what each controller is told."""
+
+import math
+import tomllib
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field, ValidationError, model_validator
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Positive, Recorded
+from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
+from adaptive_ff.scenario.validation import explain
+from controllers import design_pi, direct_velocity
+from plant import (
+    Actuator,
+    AnyJoint,
+    FrictionChange,
+    FrictionSchedule,
+    FrictionVariation,
+    Sensor,
+    check_factor,
+    schedule,
+    steepest_fall,
+    whole_multiple,
+)
+
+MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
+"""The controllers of the main job."""
+
+LONGEST = 200_000_000
+"""Largest number of solver steps of a run; its series then fill some gigabytes."""
+
+LOST_BETWEEN_SAMPLES = 0.2
+"""Largest part of the reference (rms) that may be lost between the samples of the controller."""
+
+BUILT_IN = Path(__file__).with_name("reference_joint.toml")
+"""The built-in scenario."""
+
+
+class Scenario(BaseModel):
+    """A simulated joint, its sensor and drive, the reference, and what each controller is told.
+
+    The fields are those of the scenario file; see README. Use :func:`load_scenario` to read one, and ``modified`` to
+    derive another.
+    """
+
+    model_config = STRICT
+
+    duration: Positive | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    controllers: list[str] = Field(default=MAIN_JOB, min_length=1)
+    joint: AnyJoint
+    sampling: Sampling = Sampling()
+    sensor: Sensor = Sensor()
+    velocity: VelocityEstimate = VelocityEstimate()
+    actuator: Actuator = Actuator()
+    reference: Annotated[Multisine | Recorded, Field(discriminator="kind")] = Multisine()
+    feedback: Feedback
+    adaptation: Adaptation
+    fixed: FixedModel = FixedModel()
+    change: list[FrictionChange] = []
+    variation: FrictionVariation = FrictionVariation()
+    sweep: Sweep = Sweep()
+
+    @model_validator(mode="after")
+    def _check_relations(self) -> Self:
+        period, solver = self.sampling.period, self.joint.solver_period
+        if whole_multiple(period, solver) is None:
+            raise ValueError(
+                f"sampling.period = {period:g} s is not allowed: it must be a whole multiple of "
+                f"joint.solver_period = {solver:g} s"
+            )
+        if self.actuator.delay > 0.0 and whole_multiple(self.actuator.delay, solver) is None:
+            raise ValueError(
+                f"actuator.delay = {self.actuator.delay:g} s is not allowed: it must be a whole multiple of "
+                f"joint.solver_period = {solver:g} s"
+            )
+        if not 1.0 - 1e-6 <= self.length / period <= LONGEST * solver / period:
+            raise ValueError(
+                f"duration = {self.length:g} s is not allowed: it must be from one sampling period ({period:g} s) "
+                f"to {LONGEST} solver periods ({LONGEST * solver:g} s)"
+            )
+        end = float(self.sample_steps[-1]) * solver
+        for index, change in enumerate(self.change):
+            if change.time >= end:
+                raise ValueError(
+                    f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {end:g} s"
+                )
+        if isinstance(self.reference, Multisine):
+            for index, frequency in enumerate(self.reference.frequencies):
+                if frequency >= 0.5 / period:
+                    raise ValueError(
+                        f"reference.frequencies.{index} = {frequency:g} Hz is not allowed: it must be less than half "
+                        f"the sampling frequency, {0.5 / period:g} Hz"
+                    )
+        if self.feedback.bandwidth is not None:
+            try:
+                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=math.ceil(self.delay - 1e-6))
+            except ValueError as error:
+                raise ValueError(f"feedback.{error}") from error
+        try:
+            check_factor(self.joint.parameters, self.plan, solver)
+        except ValueError as error:
+            raise ValueError(f"change: {error}") from error
+        return self
+
+    @cached_property
+    def motion(self) -> Motion | None:
+        """The recorded motion, read once; None for a multisine."""
+        return self.reference.read() if isinstance(self.reference, Recorded) else None
+
+    @cached_property
+    def length(self) -> float:
+        """Duration of the run, s."""
+        if self.duration is not None:
+            return self.duration
+        return SHORTEST if self.motion is None else max(SHORTEST, self.motion.duration)
+
+    @property
+    def plan(self) -> FrictionSchedule:
+        """How the friction of the joint changes."""
+        return schedule(self.change, self.joint.solver_period, self.variation)
+
+    @property
+    def last_change(self) -> float:
+        """Time of the last change of friction, s; zero without one."""
+        return self.change[-1].time if self.change else 0.0
+
+    @property
+    def substeps(self) -> int:
+        """Solver periods in a sampling period."""
+        return round(self.sampling.period / self.joint.solver_period)
+
+    @property
+    def sample_steps(self) -> NDArray[np.int64]:
+        """Solver steps of the samples and of the end, shape (samples + 1,)."""
+        return self.sampling.steps(self.length, self.joint.solver_period)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of the controller in a run."""
+        return self.sample_steps.size - 1
+
+    @property
+    def delay(self) -> float:
+        """Computation delay, periods."""
+        return self.actuator.delay / self.sampling.period
+
+    def times(self) -> NDArray[np.float64]:
+        """Return the solver's grid, s, shape (steps + 1,)."""
+        return np.arange(self.sample_steps[-1] + 1, dtype=float) * self.joint.solver_period
+
+    @property
+    def velocity_estimator(self) -> Any:
+        """What makes a velocity of the measurement."""
+        resolution, period = self.sensor.encoder_resolution, self.sampling.period
+        return direct_velocity(period) if resolution is None else self.velocity.estimator(resolution, period)
+
+    @property
+    def velocity_lag(self) -> float:
+        """Time by which the velocity that the controllers see lags behind the joint's, s."""
+        return 0.0 if self.sensor.encoder_resolution is None else self.velocity.lag(self.sampling.period)
+
+    @property
+    def velocity_noise(self) -> float:
+        """Noise of the velocity that the controllers see, rad/s (standard deviation)."""
+        resolution = self.sensor.encoder_resolution
+        if resolution is None:
+            return self.sensor.velocity_noise
+        return self.velocity.noise(resolution, self.sampling.period)
+
+    def reference_velocity(self) -> NDArray[np.float64]:
+        """Return the reference on the solver's grid, rad/s.
+
+        Raises
+        ------
+        InputError
+            The reference changes faster than the controller samples.
+        """
+        time = self.times()
+        with np.errstate(over="ignore", invalid="ignore"):
+            if isinstance(self.reference, Multisine):
+                velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
+            else:
+                assert self.motion is not None
+                velocity = self.motion.velocity(time)
+            seen = np.interp(time, time[self.sample_steps], velocity[self.sample_steps])
+            lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
+        if not math.isfinite(size):
+            raise InputError("reference: its velocity does not stay finite; its values must be smaller")
+        if self.samples > 1 and lost > LOST_BETWEEN_SAMPLES * size:
+            raise InputError(
+                f"reference: {lost:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must be slow "
+                f"against sampling.period = {self.sampling.period:g} s"
+            )
+        return velocity
+
+    def noise(self) -> NDArray[np.float64]:
+        """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""
+        return self.sensor.draw(self.samples, np.random.default_rng([self.seed, 1]))
+
+    def cautions(self) -> list[str]:
+        """Return what is allowed but probably not meant, a sentence each."""
+        found = []
+        limit = self.actuator.torque_limit
+        if limit is not None and limit < self.joint.stiction:
+            found.append(
+                f"actuator.torque_limit = {limit:g} N m is below joint.stiction = {self.joint.stiction:g} N m: "
+                "tracking is impossible, the joint cannot break away from rest"
+            )
+        fall = steepest_fall(self.joint.friction)
+        proportional = self.feedback.gains[0]
+        if fall > proportional:
+            found.append(
+                f"the friction curve falls by up to {fall:.4g} N m s/rad, more than the proportional gain of "
+                f"{proportional:.4g} N m s/rad can hold: the loop will hunt at low speed"
+            )
+        return found
+
+    def modified(self, **tables: Any) -> "Scenario":
+        """Return a scenario with other values.
+
+        Parameters
+        ----------
+        **tables
+            New values by field; a dict changes only the given fields of a table.
+
+        Examples
+        --------
+        >>> from adaptive_ff import load_scenario
+        >>> load_scenario().modified(seed=2, sampling={"period": 0.001}).sampling.period
+        0.001
+        """
+        content, defaults = self.model_dump(exclude_unset=True), self.model_dump()
+        for name, value in tables.items():
+            old = content.get(name, defaults.get(name))
+            kept = old if isinstance(old, dict) and isinstance(value, dict) else {}
+            if kept and value.get("kind") not in (None, defaults[name].get("kind")):
+                kept = {}
+            content[name] = {**kept, **value} if isinstance(value, dict) else value
+        return parse_scenario(content, "scenario")
+
+
+def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = None) -> Scenario:
+    """Check the content of a scenario.
+
+    Parameters
+    ----------
+    content : dict
+        Tables and fields, as in a scenario file.
+    name : str
+        Where it comes from, for messages.
+    folder : Path, optional
+        Folder that the path of a recorded reference is relative to.
+
+    Raises
+    ------
+    InputError
+        A field is wrong; the message names it, its value and what is allowed.
+    """
+    reference = content.get("reference")
+    if folder is not None and isinstance(reference, dict) and isinstance(reference.get("path"), str):
+        content = {**content, "reference": {**reference, "path": str(folder / reference["path"])}}
+    try:
+        scenario = Scenario.model_validate(content)
+        scenario.reference_velocity()
+    except ValidationError as error:
+        raise InputError(f"{name}: {explain(error, Scenario)}") from error
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
+    except ArithmeticError as error:
+        raise InputError(f"{name}: a value is too large or too small to reckon with: {error}") from error
+    return scenario
+
+
+def load_scenario(path: str | Path | None = None, reference: str | Path | None = None) -> Scenario:
+    """Read a scenario file.
+
+    Parameters
+    ----------
+    path : str or Path, optional
+        A TOML file; the built-in scenario by default.
+    reference : str or Path, optional
+        A recorded reference (CSV) instead of the one in the file.
+
+    Returns
+    -------
+    Scenario
+        The scenario, checked.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a field is wrong.
+    """
+    file = BUILT_IN if path is None else Path(path)
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise InputError(f"{file}: is not valid TOML: {' '.join(str(error).split())}") from error
+    name = "built-in scenario" if path is None else str(path)
+    if reference is None:
+        return parse_scenario(content, name, file.parent)
+    return parse_scenario({**content, "reference": {"kind": "csv", "path": str(reference)}}, name)

@@ -1,0 +1,234 @@
+"""The tables of a scenario file that are no part of the simulated joint: what is sampled, told and drawn."""
+
+import math
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET, TorqueModel
+from adaptive_ff.scenario.reference import NonNegative, Positive
+from controllers import difference_velocity, kalman_velocity, low_pass_velocity, pi_gains
+
+STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+LATE = {9: 0.5, 19: 1.0, 29: 0.5}
+"""Samples of a cycle that come late when sampling jitters, and by which share of the jitter."""
+
+CYCLE = 40
+"""Samples of such a cycle."""
+
+
+class Sampling(BaseModel):
+    """When the controller runs.
+
+    Parameters
+    ----------
+    period : float
+        Mean sampling period, s, a whole number of solver periods.
+    jitter : float, optional
+        Outliers of the sampling time as the paper's Fig. 10 shows them, as a share of the period: of 40 intervals
+        one is longer by this share and two by half of it, the others are shorter. 0.9 is like the figure.
+    """
+
+    model_config = STRICT
+    period: Positive = 0.01
+    jitter: Annotated[float, Field(ge=0.0, le=5.0, allow_inf_nan=False)] = 0.0
+
+    def steps(self, length: float, solver_period: float) -> NDArray[np.int64]:
+        """Return the solver steps of the samples in a time (s), and of the end of the last period."""
+        count = math.floor(length / self.period + 1e-6)
+        if self.jitter == 0.0:
+            return np.arange(count + 1, dtype=np.int64) * round(self.period / solver_period)
+        pattern = np.full(CYCLE, 1.0 - self.jitter * sum(LATE.values()) / (CYCLE - len(LATE)))
+        for place, share in LATE.items():
+            pattern[place] = 1.0 + share * self.jitter
+        ends = np.cumsum(np.resize(pattern, count)) * self.period / solver_period
+        steps = np.append(0, np.rint(ends[ends <= length / solver_period + 1e-6])).astype(np.int64)
+        return np.unique(steps)
+
+
+class VelocityEstimate(BaseModel):
+    """How the robot makes a velocity of an encoder's positions.
+
+    Parameters
+    ----------
+    method : "difference", "low_pass" or "kalman", optional
+        Difference of two readings, the same behind a low-pass of first order, or a Kalman filter.
+    cutoff : float, optional
+        Corner of the low-pass, Hz.
+    acceleration_walk : float, optional
+        Random walk of the acceleration that the Kalman filter expects, rad/s^2 in a root of a second.
+    """
+
+    model_config = STRICT
+    method: Literal["difference", "low_pass", "kalman"] = "low_pass"
+    cutoff: Positive = 50.0
+    acceleration_walk: Positive = 20.0
+
+    def estimator(self, resolution: float, period: float) -> Any:
+        """Return the estimator for an encoder's resolution (rad) and a sampling period (s)."""
+        if self.method == "difference":
+            return difference_velocity(period)
+        if self.method == "low_pass":
+            return low_pass_velocity(self.cutoff, period)
+        return kalman_velocity(resolution / math.sqrt(12.0), self.acceleration_walk, period)
+
+    def lag(self, period: float) -> float:
+        """Return by how much the velocity lags behind the joint's, s; that of the Kalman filter is taken as none."""
+        if self.method == "kalman":
+            return 0.0
+        return 0.5 * period + (1.0 / (2.0 * math.pi * self.cutoff) if self.method == "low_pass" else 0.0)
+
+    def noise(self, resolution: float, period: float) -> float:
+        """Return the noise that an encoder's resolution (rad) leaves in the velocity, rad/s (standard deviation).
+
+        Rounding errors of the readings are taken as independent and even.
+        """
+        difference = resolution / (period * math.sqrt(6.0))
+        if self.method == "low_pass":
+            smoothing = 1.0 - math.exp(-2.0 * math.pi * self.cutoff * period)
+            return difference * smoothing / math.sqrt(2.0 - smoothing)
+        return difference
+
+
+class Feedback(BaseModel):
+    """What the designer of the PI loop assumes.
+
+    Parameters
+    ----------
+    inertia : float
+        Assumed inertia, kg m^2.
+    bandwidth : float, optional
+        Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows.
+    proportional, integral : float, optional
+        Gains given directly instead, N m s/rad and N m/rad; not checked.
+    """
+
+    model_config = STRICT
+    inertia: Positive
+    bandwidth: Positive | None = None
+    proportional: Positive | None = None
+    integral: NonNegative | None = None
+
+    @model_validator(mode="after")
+    def _check_choice(self) -> Self:
+        gains = (self.proportional, self.integral)
+        if self.bandwidth is None and None in gains:
+            raise ValueError("bandwidth is missing; give it, or both proportional and integral")
+        if self.bandwidth is not None and gains != (None, None):
+            raise ValueError(f"bandwidth = {self.bandwidth:g} is given beside gains; give it or both gains, not both")
+        proportional, integral = self.gains
+        if not (0.0 < proportional < math.inf and integral < math.inf):
+            raise ValueError(
+                f"inertia = {self.inertia:g} kg m^2 and bandwidth = {self.bandwidth:g} Hz make a proportional gain of "
+                f"{proportional:g} and an integral gain of {integral:g}; both must be finite, the first positive"
+            )
+        return self
+
+    @property
+    def gains(self) -> tuple[float, float]:
+        """Proportional (N m s/rad) and integral (N m/rad) gain."""
+        if self.proportional is not None and self.integral is not None:
+            return self.proportional, self.integral
+        assert self.bandwidth is not None
+        return pi_gains(self.inertia, self.bandwidth)
+
+
+IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+"""What the adaptive controller may be asked to identify."""
+
+
+class Adaptation(BaseModel):
+    """What the adaptive controllers are told.
+
+    Parameters
+    ----------
+    stribeck_velocity, stribeck_shape : float
+        Pre-estimated ``Vs`` (rad/s) and ``delta``.
+    memory : float, optional
+        Memory, s of sliding motion; by default what suits each controller.
+    identify : "symmetric", "offset" or "directions", optional
+        What ``adaptive`` identifies: the paper's five parameters; an offset beside them; friction by direction, too.
+    """
+
+    model_config = STRICT
+    stribeck_velocity: Positive
+    stribeck_shape: Positive = 1.0
+    memory: Positive | None = None
+    identify: Literal["symmetric", "offset", "directions"] = "symmetric"
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that the adaptive controller identifies."""
+        return IDENTIFIED[self.identify]
+
+
+class FixedModel(BaseModel):
+    """Parameters of the controller ``fixed``; what is not given is zero, stiction then equals Coulomb friction."""
+
+    model_config = STRICT
+    inertia: NonNegative = 0.0
+    coulomb: NonNegative = 0.0
+    stiction: NonNegative | None = None
+    viscous: NonNegative = 0.0
+    friction_lag: NonNegative = 0.0
+    stribeck_velocity: Positive = 1.0
+    stribeck_shape: Positive = 1.0
+
+    @property
+    def model(self) -> TorqueModel:
+        """The model that is fed forward."""
+        stiction = self.coulomb if self.stiction is None else self.stiction
+        return TorqueModel(
+            self.inertia,
+            self.coulomb,
+            stiction,
+            self.viscous,
+            self.friction_lag,
+            self.stribeck_velocity,
+            self.stribeck_shape,
+        )
+
+
+def _check_range(value: list[float]) -> list[float]:
+    if value[0] > value[1]:
+        raise ValueError(f"{value} is not allowed: the lower bound must come first")
+    return value
+
+
+PositiveRange = Annotated[list[Positive], Field(min_length=2, max_length=2), AfterValidator(_check_range)]
+Range = Annotated[list[NonNegative], Field(min_length=2, max_length=2), AfterValidator(_check_range)]
+RatioRange = Annotated[
+    list[Annotated[float, Field(ge=1.0, allow_inf_nan=False)]],
+    Field(min_length=2, max_length=2),
+    AfterValidator(_check_range),
+]
+
+
+class Sweep(BaseModel):
+    """Ranges that ``adaptive-ff sweep`` draws joints from, each ``[lowest, highest]``.
+
+    Parameters
+    ----------
+    inertia, coulomb, viscous : list of float
+        Factors on the scenario's values, drawn evenly on a logarithmic scale.
+    stiction : list of float
+        Stiction as a multiple of the drawn Coulomb friction, drawn evenly.
+    friction_lag, velocity_noise : list of float
+        Friction lag (s) and noise (rad/s), drawn evenly.
+    told_stribeck_velocity, told_inertia : list of float
+        What the controllers are told, as a multiple of the truth, drawn evenly on a logarithmic scale.
+    """
+
+    model_config = STRICT
+    inertia: PositiveRange = [0.1, 10.0]
+    coulomb: PositiveRange = [0.1, 10.0]
+    viscous: PositiveRange = [0.1, 10.0]
+    stiction: RatioRange = [1.0, 2.0]
+    friction_lag: Range = [0.0, 0.05]
+    velocity_noise: Range = [0.0, 0.005]
+    told_stribeck_velocity: PositiveRange = [0.5, 2.0]
+    told_inertia: PositiveRange = [0.7, 1.3]

@@ -1,0 +1,1 @@
+"""One run of a closed loop: experiment, loop, metrics."""

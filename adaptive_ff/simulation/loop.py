@@ -1,0 +1,166 @@
+"""The closed loop: a controller, a drive and a joint, sample by sample.
+
+The loop is written once. Compiled, it serves every joint and every controller whose kernels are registered; in plain
+Python it serves any object that has a ``step`` method, and checks the compiled one.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from adaptive_ff.simulation.experiment import Course, Record
+from controllers import (
+    Inputs,
+    compiled_in_place,
+    dispatched,
+    estimate_velocity,
+    initial_velocity_state,
+    step,
+    write_estimates,
+)
+from plant import (
+    INITIAL_STATE,
+    SCALE_JOINT,
+    SENSED_VELOCITY,
+    STEP_JOINT,
+    encoder_reading,
+    friction_factor,
+    realise_torque,
+    ripple_torque,
+)
+
+
+def _step_joint(joint: Any, state: Any, torque: float, period: float) -> Any:
+    return STEP_JOINT[type(joint)](joint, state, torque, period)
+
+
+def _scale_joint(joint: Any, factor: float) -> Any:
+    return SCALE_JOINT[type(joint)](joint, factor)
+
+
+def _sensed_velocity(state: Any) -> Any:
+    return SENSED_VELOCITY[type(state)](state)
+
+
+step_joint = dispatched(STEP_JOINT, _step_joint)
+"""One solver period of any joint, compiled or not."""
+
+scale_joint = dispatched(SCALE_JOINT, _scale_joint)
+"""Any joint with its friction times a factor."""
+
+sensed_velocity = dispatched(SENSED_VELOCITY, _sensed_velocity)
+"""Velocity (rad/s) at the sensor of any joint."""
+
+
+class Position(NamedTuple):
+    """Where a run has come to, so that it can go on in parts.
+
+    Attributes
+    ----------
+    sample : int
+        Next sample.
+    phase : int
+        Phase of the joint's friction.
+    joint : NamedTuple
+        State of the joint.
+    observer : NamedTuple
+        State of what makes a velocity of the measurement.
+    acting : int
+        Sample whose command acts; -1 before the first.
+    given_torque : float
+        Torque that the drive gives for the last command, N m.
+    realised_torque : float
+        Mean torque that the drive gave over the last period, N m; not a number before the first.
+    """
+
+    sample: int
+    phase: int
+    joint: Any
+    observer: Any
+    acting: int
+    given_torque: float
+    realised_torque: float
+
+
+def run_plain(
+    block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
+) -> tuple[Any, Position]:
+    """Run the loop from a position to a sample.
+
+    Parameters
+    ----------
+    block, state : NamedTuple
+        Parameters and state of the controller.
+    course : Course
+        What is laid down.
+    position : Position
+        Where to start.
+    stop : int
+        Sample to stop before.
+    record : Record
+        Filled in; it must hold what earlier parts filled in.
+
+    Returns
+    -------
+    state : NamedTuple
+        New state of the controller.
+    position : Position
+        Where the run has come to.
+    """
+    phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
+    given, realised = position.given_torque, position.realised_torque
+    actuator, plan, period = course.actuator, course.plan, course.solver_period
+    joint = scale_joint(course.joint, plan.scales[phase])
+    for k in range(position.sample, stop):
+        first, last = course.samples[k], course.samples[k + 1]
+        previous = course.samples[k - 1] if k > 0 else first - (last - first)
+        elapsed = (first - previous) * period
+        record.velocity[first] = motion.velocity
+        if course.resolution > 0.0:
+            reading = encoder_reading(course.resolution, motion.position)
+        else:
+            reading = sensed_velocity(motion) + course.noise[k]
+        measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
+        inputs = Inputs(course.reference[first], measured, course.reference[last], realised, 0.0, elapsed)
+        output, state = step(block, state, inputs)
+        given = realise_torque(actuator, output.torque, given, elapsed)
+        record.friction[k] = motion.friction_torque
+        record.measured[k] = measured
+        record.given[k] = given
+        record.feedforward[k] = output.feedforward
+        write_estimates(block, state, record.estimates[k])
+        total = 0.0
+        for i in range(first, last):
+            while acting < k and course.samples[acting + 1] + course.delay <= i:
+                acting += 1
+            torque = record.given[acting] if acting >= 0 else 0.0
+            total += torque
+            while phase + 1 < plan.starts.size and i >= plan.starts[phase + 1]:
+                phase += 1
+                joint = scale_joint(course.joint, plan.scales[phase])
+            if plan.varies:
+                joint = scale_joint(course.joint, friction_factor(plan, phase, i * period, motion.position))
+            if actuator.ripple_amplitude > 0.0:
+                torque += ripple_torque(actuator, motion.position)
+            motion = step_joint(joint, motion, torque, period)
+            record.velocity[i + 1] = motion.velocity
+        realised = given if course.delay == 0 else total / (last - first)
+        record.torque[k] = realised
+    return state, Position(stop, phase, motion, observer, acting, given, realised)
+
+
+run_compiled = compiled_in_place(run_plain)
+
+
+def start_position(course: Course, velocity: float | None = None) -> Position:
+    """Return the position at the start of a run.
+
+    Parameters
+    ----------
+    course : Course
+        What is laid down.
+    velocity : float, optional
+        Velocity of the joint, rad/s; that of the reference by default.
+    """
+    start = float(course.reference[0]) if velocity is None else velocity
+    joint = INITIAL_STATE[type(course.joint)](course.joint, start)
+    return Position(0, 0, joint, initial_velocity_state(course.observer, joint.position, start), -1, 0.0, math.nan)

@@ -1,0 +1,36 @@
+"""An identified joint in the closed loop of ``compare``, along the reference that its machine was given."""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from adaptive_ff import Comparison, compare, load_scenario
+from adaptive_ff.identify.recorded_reference import Reference
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
+from adaptive_ff.logs.log import Log
+from adaptive_ff.report.files import write_csv
+
+ASSUMED = (
+    "Assumed in the closed loops: a PI loop of 10 Hz, designed for the identified inertia, which every controller is "
+    "told as well; where the log does not tell them, stiction as Coulomb friction and a Stribeck velocity of 0.05 of "
+    "the largest speed; a sensor of velocity, as noisy as the log's velocity; the same friction in both directions, no "
+    "offset; a drive without limit; the reference repeats until 60 s."
+)
+
+
+def simulate_identified(found: LogIdentification, log: Log) -> Comparison:
+    """Compare all controllers on an identified joint along the recorded reference of its log."""
+    if "reference_velocity" in log.extra:
+        velocity = log.extra["reference_velocity"]
+    else:
+        velocity = np.gradient(log.extra["reference_position"], log.time)
+    reference = Reference(log.time - log.time[0], velocity, found.reference.noise)
+    given = replace(found, reference=reference)
+    with tempfile.TemporaryDirectory() as folder:
+        write_csv(Path(folder) / "reference.csv", reference_columns(given))
+        scenario = Path(folder) / "scenario.toml"
+        scenario.write_text(scenario_text(given, "reference.csv"), encoding="utf-8")
+        return compare(load_scenario(scenario))

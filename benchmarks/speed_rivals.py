@@ -1,0 +1,235 @@
+"""The closed loop, ours and its rivals', ready to be timed: compiled here, in C, and in python-control.
+
+A rival runs on the course of one of our loops: same joint, reference, noise and controller. Its series must agree with
+ours, see :func:`check_alike`, or timing it would mean nothing.
+"""
+
+import ctypes
+import shutil
+import subprocess
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff import Scenario
+from adaptive_ff.adaptive import change_detection as jump
+from adaptive_ff.adaptive import estimator
+from adaptive_ff.adaptive import lag_tuning as timing
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.model import bounds as physical
+from adaptive_ff.simulation.experiment import empty_record, lay_course
+from adaptive_ff.simulation.loop import run_compiled, start_position
+from controllers import PIParameters
+from plant import JointParameters, JointState, realise_torque, step, step_joint
+
+SOURCE = Path(__file__).with_name("closed_loop.c")
+COMPILE = ("-O2", "-std=c99", "-ffp-contract=off", "-shared", "-fPIC")  # no fused products: they round differently
+
+CLOCK = time.thread_time if time.get_clock_info("thread_time").resolution < 1e-6 else time.perf_counter
+"""Processor time of this thread, which other work on the machine disturbs less, where it is fine enough."""
+
+LARGEST_DIFFERENCE = 1e-9
+"""Largest difference between a rival's series and ours, relative to the largest value of the series."""
+
+
+class OwnLoop:
+    """Our closed loop, ready to run again and again into the same record.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    name : str
+        Name of the controller.
+    """
+
+    def __init__(self, scenario: Scenario, name: str) -> None:
+        self.scenario = scenario
+        self.controller = make_controller(scenario, name)
+        self.course = lay_course(scenario)
+        self.start = start_position(self.course)
+        self.record = empty_record(self.course, len(self.controller.estimate_names))
+
+    def run(self) -> float:
+        """Run and return the time that it took, s."""
+        self.controller.reset()
+        block, state, count = self.controller.parameters, self.controller.state, self.course.noise.size
+        begin = CLOCK()
+        run_compiled(block, state, self.course, self.start, count, self.record)
+        return CLOCK() - begin
+
+
+Numbers = ctypes.c_double * 22
+Counts = ctypes.c_int64 * 3
+Pointers = ctypes.c_void_p * 14
+
+
+class CRun(ctypes.Structure):
+    """``struct run`` of the C source: its fields by type, in its order."""
+
+    _fields_ = (("numbers", Numbers), ("counts", Counts), ("pointers", Pointers))
+
+
+def compiler() -> str | None:
+    """Return the local C compiler, or None."""
+    return next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
+
+
+def compile_loop(folder: Path) -> ctypes.CDLL:
+    """Compile the C loop, with the constants of the Python sources, and load it.
+
+    Raises
+    ------
+    OSError, subprocess.CalledProcessError
+        There is no compiler, or it fails.
+    """
+    program = compiler()
+    if program is None:
+        raise OSError("there is no C compiler: none of cc, gcc, clang is found")
+    constants = {
+        "MAXIMUM_ITERATIONS": step.MAXIMUM_ITERATIONS,
+        "RELATIVE_TOLERANCE": step.RELATIVE_TOLERANCE,
+        "INERTIA_RANGE": physical.INERTIA_RANGE,
+        "FLOOR": estimator.FLOOR,
+        "SMALLEST_FLOOR": estimator.SMALLEST_FLOOR,
+        "LARGEST_FLOOR": estimator.LARGEST_FLOOR,
+        "PRIOR": estimator.PRIOR,
+        "LAG_PRIOR": estimator.LAG_PRIOR,
+        "GUESS": estimator.GUESS,
+        "LEAST_AGREEMENT": estimator.AGREEMENT[0],
+        "MOST_AGREEMENT": estimator.AGREEMENT[1],
+        "EXCITED": estimator.EXCITED,
+        "PEAK_FACTOR": estimator.PEAK_FACTOR,
+        "SPEED_FACTOR": estimator.SPEED_FACTOR,
+        "JUMP": jump.JUMP,
+        "JUMP_WINDOW": jump.JUMP_WINDOW,
+        "LEAST_ERROR": jump.LEAST_ERROR,
+        "DISBELIEF": timing.DISBELIEF,
+        "LONGEST": timing.LONGEST,
+        "GROWTH": timing.GROWTH,
+        "FIRST": timing.FIRST,
+        "CLIP": timing.CLIP,
+        "LEAST_LEFT": timing.LEAST_LEFT,
+        "LEAST_SUM": timing.LEAST_SUM,
+        "MOVED": timing.MOVED,
+        "YOUNG": timing.YOUNG,
+        "LARGEST_SLOPE": timing.LARGEST_SLOPE,
+    }
+    library = folder / "closed_loop.so"
+    defined = [f"-D{name}={value!r}" for name, value in constants.items()]
+    subprocess.run([program, *COMPILE, *defined, "-o", str(library), str(SOURCE), "-lm"], check=True)
+    return ctypes.CDLL(str(library))
+
+
+class CLoop:
+    """The C loop on the course of one of ours, with the same controller.
+
+    Parameters
+    ----------
+    library : ctypes.CDLL
+        The compiled loop.
+    own : OwnLoop
+        Our loop; its controller is ``pi`` or ``adaptive``.
+    """
+
+    def __init__(self, library: ctypes.CDLL, own: OwnLoop) -> None:
+        self.library = library
+        course, plan, block = own.course, own.course.plan, own.controller.parameters
+        adaptive = not isinstance(block, PIParameters)
+        joint = course.joint
+        if not isinstance(joint, JointParameters) or joint.backward != joint.friction or joint.offset != 0.0:
+            raise ValueError("the C loop serves rigid joints with the same friction in both directions and no offset")
+        numbers = [*joint.friction, joint.inertia, joint.friction_lag]
+        numbers += [own.start.joint.velocity, own.start.joint.friction_torque]
+        numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if adaptive else block)[:2]]
+        first = scale = np.zeros(0)
+        if adaptive:
+            told = block.estimator
+            first, scale = np.array(told.first, dtype=float), np.array(told.scale, dtype=float)
+            numbers += [*told.form, told.torque_scale, told.work.ranges[physical.FRICTION_LAG, 1], told.memory]
+            numbers += [block.slowest, block.hold, block.period]
+        counts = (adaptive, course.noise.size, plan.starts.size)
+        record = empty_record(course, own.record.estimates.shape[1])
+        self.record = record._replace(given=record.torque)  # without delay they are one
+        given = (first, scale, plan.starts, plan.scales, course.samples, course.reference, course.noise)
+        filled = [array for name, array in self.record._asdict().items() if name != "given"]
+        self.arrays = (*map(np.ascontiguousarray, given), *filled)  # alive as long as the pointers to them
+        pointers = [array.ctypes.data for array in self.arrays]
+        self.arguments = CRun(Numbers(*numbers), Counts(*counts), Pointers(*pointers))
+
+    def run(self) -> float:
+        """Run and return the time that it took, s."""
+        begin = CLOCK()
+        self.library.run_loop(ctypes.byref(self.arguments))
+        return CLOCK() - begin
+
+
+class PythonControlLoop:
+    """The PI loop as one discrete-time system of python-control, whose update holds the sub-steps of the joint.
+
+    Parameters
+    ----------
+    own : OwnLoop
+        Our loop; its controller is ``pi``.
+    """
+
+    def __init__(self, own: OwnLoop) -> None:
+        import control
+
+        if own.course.plan.starts.size > 1:
+            raise ValueError("this loop serves joints whose friction does not change")
+        course, period, substeps = own.course, own.scenario.sampling.period, own.scenario.substeps
+        proportional, integral_gain = own.controller.parameters[:2]
+        joint = course.joint
+        unwinding = min(1.0, period * integral_gain / proportional)
+
+        def update(t: float, x: NDArray[np.float64], u: NDArray[np.float64], params: dict[str, Any]) -> list[float]:
+            velocity, friction_torque, position, integral, excess = x.tolist()  # plain floats: twice as fast as numpy's
+            reference, noise = u.tolist()
+            error = reference - (velocity + noise)
+            integral += unwinding * excess + integral_gain * period * error
+            command = proportional * error + integral
+            torque = realise_torque(course.actuator, command, 0.0, period)
+            state = JointState(velocity, friction_torque, position)
+            for _ in range(substeps):
+                state = step_joint(joint, state, torque, course.solver_period)
+            return [*state, integral, torque - command]
+
+        def output(t: float, x: NDArray[np.float64], u: NDArray[np.float64], params: dict[str, Any]) -> float:
+            return float(x[0])
+
+        self.system = control.nlsys(update, output, inputs=2, outputs=1, states=5, dt=period)
+        self.times = np.arange(course.noise.size) * period
+        self.inputs = np.vstack([course.reference[:-1:substeps], course.noise])
+        self.start = [*own.start.joint, 0.0, 0.0]
+        self.respond = control.input_output_response
+        self.velocity = np.empty(0)
+
+    def run(self) -> float:
+        """Run and return the time that it took, s."""
+        begin = CLOCK()
+        self.velocity = self.respond(self.system, self.times, self.inputs, self.start).outputs
+        return CLOCK() - begin
+
+
+def check_alike(ours: Sequence[NDArray[np.float64]], theirs: Sequence[NDArray[np.float64]], rival: str) -> float:
+    """Return the largest difference of two sets of series, relative to the largest value of each.
+
+    Raises
+    ------
+    ArithmeticError
+        It is too large: what is timed is not the same computation.
+    """
+    differences = [
+        float(np.max(np.abs(a - b))) / (float(np.max(np.abs(a))) or 1.0)
+        for a, b in zip(ours, theirs, strict=True)
+        if a.size
+    ]
+    largest = max(differences)
+    if not largest <= LARGEST_DIFFERENCE:
+        raise ArithmeticError(f"{rival} differs from our run by {largest:.3g}, more than {LARGEST_DIFFERENCE:g}")
+    return largest

@@ -1,0 +1,1 @@
+"""Design of loops and observers: margins, gains. Not needed on a robot."""

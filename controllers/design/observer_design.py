@@ -1,0 +1,194 @@
+"""Design of a loop with an observer by robustness margin, with python-control.
+
+Every observer here compares the torque that acted with the velocity that it made, and passes the difference through a
+filter ``Q`` of its own. With ``q = z^-1``, a nominal inertia and period of 1 and ``d`` periods of delay, the torque is
+
+    u = C (r - w) + Q (q^(1+d) u - (1 - q) w),    C = Kp + Ki/(1 - q),
+
+where the observer knows the *realised* torque, delay included. Where the feedback uses the observer's velocity instead
+of the measured one, ``Q`` is replaced by ``S = Q - C R``, with ``R`` the share of the same difference by which the two
+velocities differ. Hence the open loop behind the inertia ``q^(1+d)/(1 - q)``:
+
+    L = (C + S (1 - q))/(1 - S q^(1+d)) q^(1+d)/(1 - q).
+
+Margins are those of the joint that the designer assumes. The anti-windup of the PI loop is left out; it does nothing
+within the torque limit unless a delay makes the realised torque differ from the last command.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.design.margins import LoopMargins, largest_setting, loop_margins
+
+LARGEST_SENSITIVITY = 2.0
+"""Default bound on the maximum sensitivity of a loop with an observer, which needs more of it than PI alone."""
+
+SLOWEST = 0.1
+"""Bandwidth from which the search for the fastest observer starts, as a share of the crossover of the feedback."""
+
+Polynomial = NDArray[Any]
+
+
+class Compensation(NamedTuple):
+    """The filter ``S`` as polynomials in ``q = z^-1``, falling powers.
+
+    Attributes
+    ----------
+    numerator, denominator : ndarray
+        The polynomials.
+    """
+
+    numerator: Polynomial
+    denominator: Polynomial
+
+
+@dataclass(frozen=True)
+class ObserverDesign:
+    """A designed observer and the margins of the whole loop.
+
+    Attributes
+    ----------
+    bandwidth : float
+        Bandwidth of the observer, Hz.
+    crossover : float
+        Open-loop crossover of the sampled loop, observer and delay included, Hz.
+    maximum_sensitivity : float
+        Largest ``|1/(1 + L)|``; infinite where the loop is unstable.
+    gain_margin : float
+        Factor by which the loop gain may grow.
+    phase_margin : float
+        Phase margin, degrees.
+    """
+
+    bandwidth: float
+    crossover: float
+    maximum_sensitivity: float
+    gain_margin: float
+    phase_margin: float
+
+
+class SampledLoop(NamedTuple):
+    """What a loop with an observer is designed for, made free of units by inertia and period.
+
+    Attributes
+    ----------
+    proportional : float
+        ``Kp Ts/J``.
+    integral : float
+        ``Ki Ts^2/J``.
+    delay : int
+        Computation delay, whole periods.
+    """
+
+    proportional: float
+    integral: float
+    delay: int
+
+    @property
+    def feedback(self) -> Polynomial:
+        """``C (1 - q)``."""
+        return np.array([-self.proportional, self.proportional + self.integral])
+
+
+def on_measured_velocity(velocity_gain: float, disturbance_gain: float) -> Compensation:
+    """Return ``Q`` of an observer with gains free of units (see :mod:`controllers.inertia_observer`).
+
+    With gains ``l1`` and ``l2``, ``Q = l2/((1 - q)(1 - (1 - l1) q) + l2 q)``; a disturbance observer has ``l1 = 1``.
+    """
+    kept = 1.0 - velocity_gain
+    return Compensation(np.array([disturbance_gain]), np.array([kept, disturbance_gain - 1.0 - kept, 1.0]))
+
+
+def on_observed_velocity(loop: SampledLoop, velocity_gain: float, disturbance_gain: float) -> Compensation:
+    """Return ``S`` of an observer whose velocity goes to the feedback; see :func:`on_measured_velocity`."""
+    direct = on_measured_velocity(velocity_gain, disturbance_gain)
+    return Compensation(np.polysub(direct.numerator, (1.0 - velocity_gain) * loop.feedback), direct.denominator)
+
+
+def open_loop(loop: SampledLoop, compensation: Compensation) -> tuple[Polynomial, Polynomial]:
+    """Return numerator and denominator of the open loop ``L``, polynomials in ``z``, falling powers."""
+    difference = np.array([-1.0, 1.0])
+    late = np.array([1.0, *([0.0] * (1 + loop.delay))])
+    once = difference if loop.integral > 0.0 else np.ones(1)  # the factor that cancels without an integral
+    feedback = loop.feedback if loop.integral > 0.0 else np.array([loop.proportional])
+    direct = np.polymul(compensation.numerator, np.polymul(difference, once))
+    numerator = np.polymul(np.polyadd(np.polymul(feedback, compensation.denominator), direct), late)
+    rest = np.polyadd(compensation.denominator, -np.polymul(compensation.numerator, late))
+    denominator = np.polymul(rest, np.polymul(difference, once))
+    size = max(numerator.size, denominator.size)
+    # powers of q rise where those of z fall
+    return np.pad(numerator, (size - numerator.size, 0))[::-1], np.pad(denominator, (size - denominator.size, 0))[::-1]
+
+
+@cache
+def design_observer(
+    inertia: float,
+    period: float,
+    gains: tuple[float, float],
+    bandwidth: float | None,
+    delay: int,
+    maximum_sensitivity: float,
+    compensation: Callable[[SampledLoop, float], Compensation],
+) -> ObserverDesign:
+    """Design an observer for a sampled inertia.
+
+    Parameters
+    ----------
+    inertia : float
+        Inertia, kg m^2, positive.
+    period : float
+        Sampling period, s, positive.
+    gains : (float, float)
+        Proportional (N m s/rad) and integral gain (N m/rad) of the feedback, the first positive.
+    bandwidth : float or None
+        Bandwidth of the observer, Hz; without it the largest one that the margin allows, at most the Nyquist frequency.
+    delay : int
+        Computation delay, whole periods.
+    maximum_sensitivity : float
+        Bound on the maximum sensitivity where no bandwidth is given, more than 1.
+    compensation : callable
+        Makes ``S`` from the loop and the bandwidth, radians a sample.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range, or the feedback alone exceeds the bound.
+    """
+    _check("inertia", inertia, inertia > 0.0, "positive, kg m^2")
+    _check("period", period, period > 0.0, "positive, s")
+    _check("proportional", gains[0], gains[0] > 0.0, "positive, N m s/rad")
+    _check("integral", gains[1], gains[1] >= 0.0, "zero or more, N m/rad")
+    _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
+    _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
+    loop = SampledLoop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay))
+
+    def margins(angle: float) -> LoopMargins:
+        slowest = 0.1 * min(loop.proportional, angle, 1.0)
+        return loop_margins(*open_loop(loop, compensation(loop, angle)), slowest)
+
+    if bandwidth is None:
+        start = SLOWEST * min(loop.proportional, 1.0)
+        least = margins(start).maximum_sensitivity
+        if least > maximum_sensitivity:
+            raise ValueError(
+                f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: with the slowest observer the loop has "
+                f"{least:.4g} already"
+            )
+        angle = largest_setting(lambda any: margins(any).maximum_sensitivity, maximum_sensitivity, start, math.pi)
+        bandwidth = angle / (2.0 * math.pi * period)
+    _check("bandwidth", bandwidth, 0.0 < bandwidth <= 0.5 / period, f"positive, at most {0.5 / period:g} Hz")
+    reached = margins(2.0 * math.pi * bandwidth * period)
+    return ObserverDesign(
+        bandwidth, reached.crossover / period, reached.maximum_sensitivity, reached.gain_margin, reached.phase_margin
+    )
+
+
+def _check(name: str, value: float, allowed: bool, rule: str) -> None:
+    if not (math.isfinite(value) and allowed):
+        raise ValueError(f"{name} = {value} is not allowed: it must be {rule}")

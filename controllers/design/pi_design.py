@@ -1,0 +1,195 @@
+"""Design of the PI velocity loop by robustness margin, with python-control."""
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.design.margins import LoopMargins, largest_setting, loop_margins
+
+INTEGRAL_RATIO = 5.0
+"""Ratio of the crossover of the proportional loop to the corner of the integral part."""
+
+LARGEST_SENSITIVITY = 1.7
+"""Default bound on the maximum sensitivity Ms."""
+
+SLOWEST = 1e-4
+"""Bandwidth times period from which the search for the fastest loop starts."""
+
+
+@dataclass(frozen=True)
+class PIDesign:
+    """A designed PI loop and the margins it reaches.
+
+    Attributes
+    ----------
+    proportional : float
+        Proportional gain ``Kp = 2 pi bandwidth J``, N m s/rad.
+    integral : float
+        Integral gain ``Ki = Kp 2 pi bandwidth / 5``, N m/rad.
+    bandwidth : float
+        Open-loop crossover that the gains were made for, Hz.
+    crossover : float
+        Open-loop crossover of the sampled loop, integral part and delay included, Hz.
+    maximum_sensitivity : float
+        Largest ``|1/(1 + L)|``.
+    gain_margin : float
+        Factor by which the loop gain may grow.
+    phase_margin : float
+        Phase margin, degrees.
+    """
+
+    proportional: float
+    integral: float
+    bandwidth: float
+    crossover: float
+    maximum_sensitivity: float
+    gain_margin: float
+    phase_margin: float
+
+
+def pi_gains(inertia: float, bandwidth: float) -> tuple[float, float]:
+    """Return the gains ``(Kp, Ki)`` of a loop with a crossover in Hz for an inertia in kg m^2."""
+    crossover = 2.0 * math.pi * bandwidth
+    proportional = crossover * inertia
+    return proportional, proportional * crossover / INTEGRAL_RATIO
+
+
+def design_pi(
+    inertia: float,
+    period: float,
+    bandwidth: float | None = None,
+    *,
+    delay: int = 0,
+    maximum_sensitivity: float = LARGEST_SENSITIVITY,
+    friction: Callable[[float], float] | None = None,
+) -> PIDesign:
+    """Design a PI velocity loop for a sampled inertia.
+
+    The plant is the inertia behind a zero-order hold and whole periods of delay; the controller has its integral as
+    a backward Euler sum, as the step kernel has.
+
+    Parameters
+    ----------
+    inertia : float
+        Inertia ``J``, kg m^2, positive.
+    period : float
+        Sampling period ``Ts``, s, positive.
+    bandwidth : float, optional
+        Open-loop crossover, Hz, positive. By default the largest one that the margin allows.
+    delay : int, optional
+        Computation delay, whole periods.
+    maximum_sensitivity : float, optional
+        Bound on ``max |1/(1 + L)|``, more than 1.
+    friction : callable, optional
+        Friction torque (N m) of the joint when it slides at a speed (rad/s). Where the curve falls more steeply than
+        ``Kp``, the loop hunts by itself, and a warning says so.
+
+    Returns
+    -------
+    PIDesign
+        Gains and the margins reached.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range, or the margin does not allow the bandwidth; the message names the largest
+        bandwidth that it does allow.
+
+    Warns
+    -----
+    UserWarning
+        The gain cannot hold the falling part of the friction curve.
+    """
+    _check("inertia", inertia, inertia > 0.0, "positive, kg m^2")
+    _check("period", period, period > 0.0, "positive, s")
+    _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
+    _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
+    largest = fastest_bandwidth(period, delay, maximum_sensitivity)
+    if bandwidth is None:
+        bandwidth = largest
+    _check("bandwidth", bandwidth, bandwidth > 0.0, "positive, Hz")
+    if bandwidth > largest * (1.0 + 1e-6):
+        raise ValueError(
+            f"bandwidth = {bandwidth:g} Hz is not allowed: with a period of {period:g} s, {int(delay)} periods of "
+            f"delay and a maximum sensitivity of {maximum_sensitivity:g} it must be at most {largest:.7g} Hz"
+        )
+    proportional, integral = pi_gains(inertia, bandwidth)
+    if friction is not None:
+        _warn_of_hunting(friction, proportional)
+    # margins no longer depend on a bandwidth this slow
+    relative = max(bandwidth * period, SLOWEST)
+    margins = _margins(relative, int(delay))
+    return PIDesign(
+        proportional,
+        integral,
+        bandwidth,
+        margins.crossover * bandwidth / relative,
+        margins.maximum_sensitivity,
+        margins.gain_margin,
+        margins.phase_margin,
+    )
+
+
+@cache
+def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float = LARGEST_SENSITIVITY) -> float:
+    """Return the largest bandwidth (Hz) for which the maximum sensitivity stays within a bound.
+
+    Parameters
+    ----------
+    period : float
+        Sampling period, s.
+    delay : int, optional
+        Computation delay, whole periods.
+    maximum_sensitivity : float, optional
+        Bound on the maximum sensitivity.
+
+    Raises
+    ------
+    ValueError
+        No bandwidth meets the bound.
+    """
+
+    def sensitivity(relative_bandwidth: float) -> float:
+        return _margins(relative_bandwidth, delay).maximum_sensitivity
+
+    if sensitivity(SLOWEST) > maximum_sensitivity:
+        raise ValueError(
+            f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: even the slowest loop has "
+            f"{sensitivity(SLOWEST):.3f}"
+        )
+    return largest_setting(sensitivity, maximum_sensitivity, SLOWEST, 0.5) / period
+
+
+def _loop(relative_bandwidth: float, delay: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return numerator and denominator of the open loop with inertia 1 and period 1."""
+    proportional, integral = pi_gains(1.0, relative_bandwidth)
+    # Kp + Ki z/(z-1), times the held integrator 1/(z-1), times z^-delay
+    return np.array([proportional + integral, -proportional]), np.array([1.0, -2.0, 1.0, *([0.0] * delay)])
+
+
+def _margins(relative_bandwidth: float, delay: int) -> LoopMargins:
+    """Return the margins for inertia 1 and period 1; a real loop behaves alike at the same bandwidth times period."""
+    return loop_margins(*_loop(relative_bandwidth, delay), 1e-2 * 2.0 * math.pi * relative_bandwidth)
+
+
+def _warn_of_hunting(friction: Callable[[float], float], proportional: float) -> None:
+    speeds = np.geomspace(1e-6, 100.0, 4001)
+    torques = np.array([friction(speed) for speed in speeds])
+    fall = float(np.max(-np.diff(torques) / np.diff(speeds)))
+    if fall > proportional:
+        warnings.warn(
+            f"the friction curve falls by up to {fall:.4g} N m s/rad, more than the proportional gain of "
+            f"{proportional:.4g} N m s/rad can hold: the loop will hunt at low speed",
+            stacklevel=3,
+        )
+
+
+def _check(name: str, value: float, allowed: bool, rule: str) -> None:
+    if not (math.isfinite(value) and allowed):
+        raise ValueError(f"{name} = {value} is not allowed: it must be {rule}")

@@ -1,0 +1,1 @@
+"""Velocity loops with an observer of what disturbs them."""

@@ -1,0 +1,234 @@
+"""PI loop with a Kalman filter for the velocity and the torque that disturbs it.
+
+R. E. Kalman, "A new approach to linear filtering and prediction problems" (1960), for the model
+
+    J dw/dt = u - d,    dd/dt = white noise,    measured velocity = w + white noise,
+
+which is sampled exactly: the disturbance is a random walk in continuous time, so that its intensity (N m/sqrt(s)) means
+the same at every sampling period. The settled gains are computed when the controller is made. While they are small
+against the sampling, the filter is a Butterworth one of second order with a natural frequency of
+
+    w0^2 = walk / (J noise sqrt(Ts)),
+
+which is called its bandwidth here. Friction is no random walk; one that suits it has the mean square of its jumps at
+reversals times their rate.
+
+Variant: the estimate of the disturbance stands beside the PI loop, which keeps the *measured* velocity; the filter's
+own would add lag to the feedback.
+"""
+
+import math
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from controllers.checks import check_positive
+from controllers.design.observer_design import (
+    LARGEST_SENSITIVITY,
+    Compensation,
+    ObserverDesign,
+    SampledLoop,
+    design_observer,
+    on_measured_velocity,
+)
+from controllers.design.stationary import stationary_gain
+from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, with_feedforward, without_estimates
+from controllers.observers.inertia_observer import ObserverState, correct, predict
+from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.torques import acting_torque, slope_torque
+
+
+class KalmanDisturbanceParameters(NamedTuple):
+    """Parameters of the loop with a Kalman filter.
+
+    Attributes
+    ----------
+    feedback : PIParameters
+        The PI loop.
+    inertia : float
+        Assumed inertia, kg m^2.
+    velocity_gain : float
+        Share of the innovation that goes to the velocity.
+    disturbance_gain : float
+        Torque that the disturbance loses for each unit of innovation, N m s/rad.
+    period : float
+        Nominal period, s.
+    """
+
+    feedback: PIParameters
+    inertia: float
+    velocity_gain: float
+    disturbance_gain: float
+    period: float
+
+
+class KalmanDisturbanceState(NamedTuple):
+    """State of the loop with a Kalman filter.
+
+    Attributes
+    ----------
+    feedback : PIState
+        State of the PI loop.
+    observer : ObserverState
+        Estimated velocity and disturbance.
+    known_torque : float
+        Torque known from elsewhere in the last period, N m.
+    reference : float
+        Last reference, rad/s.
+    """
+
+    feedback: PIState
+    observer: ObserverState
+    known_torque: float
+    reference: float
+
+
+def initial_kalman_disturbance_state(block: KalmanDisturbanceParameters) -> KalmanDisturbanceState:
+    """Return the state of a loop at rest."""
+    return KalmanDisturbanceState(initial_pi_state(block.feedback), ObserverState(0.0, 0.0), 0.0, 0.0)
+
+
+@register_jitable
+def step_kalman_disturbance(
+    block: KalmanDisturbanceParameters, state: KalmanDisturbanceState, inputs: Inputs
+) -> tuple[Output, KalmanDisturbanceState]:
+    """Do one sample: filter the period that ends, add the disturbance and the inertia's torque, then feedback."""
+    last, observer = state.feedback, state.observer
+    valid = math.isfinite(inputs.velocity)
+    if last.samples > last.rejected:  # the filter has started
+        torque = acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
+        observer = predict(block.inertia, observer, torque, inputs.dt)
+        if valid:
+            observer = correct(observer, inputs.velocity, block.velocity_gain, block.disturbance_gain)
+    elif valid:
+        observer = ObserverState(inputs.velocity, observer.disturbance)
+    ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
+    output, feedback = step_pi(block.feedback, last, with_feedforward(inputs, ahead + observer.disturbance))
+    return Output(output.torque, inputs.feedforward + ahead), KalmanDisturbanceState(
+        feedback, observer, inputs.feedforward, inputs.reference
+    )
+
+
+STEPS[KalmanDisturbanceParameters] = step_kalman_disturbance
+ESTIMATES[KalmanDisturbanceParameters] = without_estimates
+
+
+@cache
+def kalman_disturbance_gains(angle: float) -> tuple[float, float]:
+    """Return the settled gains for an inertia and a period of 1 and a bandwidth in radians a sample."""
+    transition = np.array([[1.0, -1.0], [0.0, 1.0]])
+    # a random walk of unit intensity over a period, and what it adds to the velocity
+    walk = np.array([[1.0 / 3.0, -0.5], [-0.5, 1.0]])
+    gain = stationary_gain(transition, angle**4 * walk)
+    return float(gain[0]), -float(gain[1])
+
+
+class KalmanDisturbance(Controller):
+    """PI loop with a Kalman filter for velocity and disturbance.
+
+    The prediction takes the real time since the last call; the gains are the settled ones of the nominal period, also
+    after lost measurements, which are skipped.
+
+    Parameters
+    ----------
+    proportional, integral : float
+        Gains of the PI loop, N m s/rad and N m/rad.
+    period : float
+        Nominal sampling period, s.
+    inertia : float
+        Assumed inertia, kg m^2.
+    velocity_noise : float
+        Standard deviation of the measured velocity, rad/s.
+    disturbance_walk : float
+        Intensity of the random walk of the disturbance, N m/sqrt(s).
+    delay : float, optional
+        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+
+    Examples
+    --------
+    >>> from controllers import KalmanDisturbance
+    >>> gains = (1257.0, 15800.0)
+    >>> observer = KalmanDisturbance.design(20.0, 0.01, *gains)
+    >>> walk = KalmanDisturbance.walk(20.0, 0.01, velocity_noise=0.002, bandwidth=observer.bandwidth)
+    >>> controller = KalmanDisturbance(*gains, 0.01, inertia=20.0, velocity_noise=0.002, disturbance_walk=walk)
+    >>> torque = controller.step(0.1, 0.0, next_reference=0.101)
+    """
+
+    def __init__(
+        self,
+        proportional: float,
+        integral: float,
+        period: float,
+        *,
+        inertia: float,
+        velocity_noise: float,
+        disturbance_walk: float,
+        delay: float = 0.0,
+    ) -> None:
+        feedback = check_gains(proportional, integral, delay)
+        check_positive(period=period, inertia=inertia, velocity_noise=velocity_noise, disturbance_walk=disturbance_walk)
+        angle = math.sqrt(disturbance_walk * period**1.5 / (inertia * velocity_noise))
+        velocity_gain, disturbance_gain = kalman_disturbance_gains(angle)
+        parameters = KalmanDisturbanceParameters(
+            feedback, float(inertia), velocity_gain, disturbance_gain * inertia / period, float(period)
+        )
+        super().__init__(parameters, period, initial_kalman_disturbance_state)
+
+    @property
+    def disturbance(self) -> float:
+        """Estimated torque that opposes the commanded one, N m."""
+        return float(self.state.observer.disturbance)
+
+    @staticmethod
+    def walk(inertia: float, period: float, velocity_noise: float, bandwidth: float) -> float:
+        """Return the random walk (N m/sqrt(s)) for which the filter has a bandwidth (Hz)."""
+        check_positive(inertia=inertia, period=period, velocity_noise=velocity_noise, bandwidth=bandwidth)
+        return (2.0 * math.pi * bandwidth) ** 2 * inertia * velocity_noise * math.sqrt(period)
+
+    @staticmethod
+    def design(
+        inertia: float,
+        period: float,
+        proportional: float,
+        integral: float,
+        bandwidth: float | None = None,
+        *,
+        delay: int = 0,
+        maximum_sensitivity: float = LARGEST_SENSITIVITY,
+    ) -> ObserverDesign:
+        """Return the margins of the loop with a filter, or the fastest filter that a margin allows.
+
+        Parameters
+        ----------
+        inertia : float
+            Assumed inertia, kg m^2.
+        period : float
+            Sampling period, s.
+        proportional, integral : float
+            Gains of the PI loop, N m s/rad and N m/rad.
+        bandwidth : float, optional
+            Bandwidth of the filter, Hz; see :meth:`walk`. By default the largest one that the margin allows.
+        delay : int, optional
+            Computation delay, whole periods.
+        maximum_sensitivity : float, optional
+            Bound on ``max |1/(1 + L)|`` where no bandwidth is given.
+
+        Raises
+        ------
+        ValueError
+            An argument is out of range, or no bandwidth meets the bound.
+        """
+        return design_observer(
+            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, _compensation
+        )
+
+
+def _compensation(loop: SampledLoop, angle: float) -> Compensation:
+    return on_measured_velocity(*kalman_disturbance_gains(angle))

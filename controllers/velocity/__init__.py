@@ -1,0 +1,1 @@
+"""Velocity of a joint from the readings of an encoder."""

@@ -1,0 +1,179 @@
+"""Bad input on the command line: status 2, one line, and nothing is written, half or whole."""
+
+import errno
+from unittest.mock import patch
+
+import pytest
+from command_line import content_of, refusal, run_command_line
+from scenario_files import changed, short, write_scenario
+
+import adaptive_ff.cli.main as cli
+from adaptive_ff import Comparison
+from adaptive_ff.comparison.registry import CONTROLLERS
+
+pytestmark = pytest.mark.usefixtures("compiled")
+
+
+@pytest.fixture
+def refused(tmp_path, monkeypatch):
+    """Refusal of a call in a folder where something lies already; the folder is as it was."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "pi.csv").write_text("of a former run", encoding="utf-8")
+
+    def call(*arguments):
+        before = content_of(tmp_path)
+        line = refusal(*arguments)
+        assert content_of(tmp_path) == before
+        return line.removeprefix("adaptive-ff: ")
+
+    return call
+
+
+@pytest.mark.parametrize("out", ["out", "new/out"])
+@pytest.mark.parametrize("known", [True, False])
+def test_unknown_controller(tmp_path, refused, out, known):
+    path = write_scenario(tmp_path, {**short(), "controllers": ["pi", "pid"]})
+    with patch.object(cli, "is_cached", lambda _: known):  # where nothing is compiled yet, it still says one thing
+        line = refused("compare", path, "--out", out, "--json", "new/copy.json")
+    assert line == f"{path}: controllers = 'pid' is not known; there are {', '.join(CONTROLLERS)}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint", "help_of"),
+    [
+        (["compare", "--nope"], "No such option: --nope", "compare"),
+        (["compare", "scenario.toml", "more.toml"], "Got unexpected extra argument", "compare"),
+        (["compare", "--out"], "requires an argument", None),
+        (["compere"], "No such command 'compere'", ""),
+        (["--nope"], "No such option: --nope", ""),
+    ],
+)
+def test_usage(refused, arguments, complaint, help_of):
+    line = refused(*arguments)
+    assert complaint in line
+    if help_of is not None:
+        assert line.endswith(f"{help_of} --help shows what is allowed")
+
+
+def test_scenario_that_is_missing(refused):
+    assert refused("compare", "gone.toml", "--out", "out") == "gone.toml: cannot be read: No such file or directory"
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "complaint"),
+    [
+        ("joint.inertia", -1.0, "joint.inertia = -1.0 is not allowed: it must be positive"),
+        ("joint.mass", 1.0, "joint.mass = 1.0 is not known; allowed there: kind, inertia, coulomb"),
+        ("feedback.bandwidth", 50.0, "feedback.bandwidth = 50 Hz is not allowed: with a period of 0.01 s"),
+        ("joint.stiction", 1.0, "joint: stiction = 1 N m is less than coulomb = 60 N m"),
+        ("sampling.period", 0.0105, "sampling.period = 0.0105 s is not allowed: it must be a whole multiple of"),
+    ],
+)
+def test_field_of_the_scenario(tmp_path, refused, field, value, complaint):
+    write_scenario(tmp_path, changed(short(), field, value))
+    assert refused("compare", "scenario.toml", "--out", "new").startswith(f"scenario.toml: {complaint}")
+
+
+def test_gains_that_the_controller_cannot_work_with(tmp_path, refused):
+    feedback = {"inertia": 1e-300, "proportional": 1e300, "integral": 0.0}
+    write_scenario(tmp_path, {**short(), "feedback": feedback, "controllers": ["adaptive"]})
+    assert refused("compare", "scenario.toml", "--out", "new").startswith("scenario.toml: ")
+
+
+def test_simulation_that_does_not_stay_finite(tmp_path, refused):
+    write_scenario(tmp_path, changed({**short(), "actuator": {}}, "sensor.velocity_noise", 1e300))
+    assert refused("compare", "scenario.toml", "--out", "new").startswith(
+        "scenario.toml: the simulation fails: the run"
+    )
+
+
+@pytest.mark.parametrize("reference", ["gone.csv", ".", "scenario.toml", "out/pi.csv"])
+def test_recorded_reference(scenario, refused, reference):
+    line = refused("compare", scenario, "--reference", reference, "--out", "new")
+    assert line.startswith(f"{scenario}: {reference}: ")
+
+
+@pytest.mark.parametrize("out", ["scenario.toml", "scenario.toml/out", "out/pi.csv", "x" * 300, f"new/{'x' * 300}"])
+def test_folder_that_cannot_be_written(scenario, refused, out):
+    assert refused("compare", scenario, "--out", out).startswith(f"{out}: cannot be written: ")
+
+
+@pytest.mark.parametrize(
+    ("json", "named"), [("out", "out"), ("new", "new"), (".", "."), ("scenario.toml/copy.json", "scenario.toml")]
+)
+def test_json_that_cannot_be_written(scenario, refused, json, named):
+    line = refused("compare", scenario, "--out", "new", "--json", json)
+    assert line.startswith(f"{named}: cannot be written: ")
+
+
+@pytest.mark.parametrize("name", ["result.json", "pi.csv"])
+@pytest.mark.parametrize("json", [[], ["--json", "copy.json"]])
+def test_folder_in_the_place_of_a_file(tmp_path, scenario, refused, without_pictures, name, json):
+    (tmp_path / "taken" / name).mkdir(parents=True)
+    (tmp_path / "copy.json").write_text("of a former run", encoding="utf-8")
+    line = refused("compare", scenario, "--out", "taken", *json)
+    assert line == f"taken/{name}: cannot be written: it is a folder"
+
+
+def fail(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def fail_halfway(path, *_):
+    path.write_text("time,refer", encoding="utf-8")
+    fail()
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "failure"),
+    [
+        (cli, "write_csv", fail),
+        (cli, "write_csv", fail_halfway),
+        (Comparison, "plot", fail),
+        (cli, "write_json", fail_halfway),
+    ],
+)
+@pytest.mark.parametrize("out", ["out", "new/out"])
+def test_disk_that_is_full(scenario, refused, owner, name, failure, out):
+    with patch.object(owner, name, failure):
+        line = refused("compare", scenario, "--out", out, "--json", "new/copy.json")
+    assert line == f"{out}: cannot be written: No space left on device"
+
+
+def test_disk_that_is_full_when_the_copy_is_written(tmp_path, scenario, refused, without_pictures):
+    write = cli.write_json
+
+    def write_first(path, content):
+        if path.name == "copy.json":
+            fail()
+        write(path, content)
+
+    with patch.object(cli, "write_json", write_first):
+        assert "No space left" in refused("compare", scenario, "--out", "out", "--json", "new/copy.json")
+
+
+def test_terminal_that_takes_no_more(tmp_path, scenario, without_pictures):
+    with patch.object(cli, "tracking_table", fail):
+        line = refusal("compare", scenario, "--out", tmp_path / "out")
+    assert line == "adaptive-ff: [Errno 28] No space left on device"
+
+
+def test_interrupt_while_writing_leaves_nothing(tmp_path, scenario):
+    def interrupt(path, *_):
+        path.write_text("time,refer", encoding="utf-8")
+        raise KeyboardInterrupt
+
+    before = content_of(tmp_path)
+    with patch.object(cli, "write_csv", interrupt):
+        outcome = run_command_line("compare", scenario, "--out", tmp_path / "out", "--json", tmp_path / "copy.json")
+    assert outcome.status == 130
+    assert content_of(tmp_path) == before
+
+
+def test_first_run_says_that_it_compiles(tmp_path, scenario, without_pictures):
+    with patch.object(cli, "is_cached", lambda _: False):
+        outcome = run_command_line("compare", scenario, "--out", tmp_path / "out")
+    assert outcome.status == 0
+    assert len(outcome.messages) == 1
+    assert "compiled, once" in outcome.messages[0]

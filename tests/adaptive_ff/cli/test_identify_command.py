@@ -1,0 +1,186 @@
+"""``adaptive-ff identify``: what it writes, what it prints, and what it refuses."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import content_of, refusal, run_command_line
+from synthetic_logs import JOINT, make_log, motion
+
+from adaptive_ff import compare, load_scenario
+from adaptive_ff.report.files import write_csv
+
+FILES = {"identification.json", "scenario.toml", "reference.csv", "torque.png", "friction.png", "lag.png"}
+
+
+def write_log(path, **options):
+    log = make_log(**{"noise": 0.05, **options})
+    write_csv(path, {"time": log.time, "position": log.position, "torque": log.torque})
+    return path
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("identify")
+    log = write_log(folder / "log.csv")
+    outcome = run_command_line("identify", log, "--out", folder / "out", "--json", folder / "own" / "copy.json")
+    assert (outcome.status, outcome.messages) == (0, []), outcome
+    return folder, outcome
+
+
+def test_all_files_are_written(result):
+    folder, _ = result
+    assert set(content_of(folder / "out")) == FILES
+    for name in FILES:
+        if name.endswith(".png"):
+            assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_json_holds_values_with_intervals(result):
+    folder, _ = result
+    found = json.loads((folder / "own" / "copy.json").read_text(encoding="utf-8"))
+    assert found == json.loads((folder / "out" / "identification.json").read_text(encoding="utf-8"))
+    for name, true in JOINT.items():
+        entry = found[name]
+        assert entry["value"] == pytest.approx(true, rel=0.02)
+        assert entry["lower"] < entry["value"] < entry["upper"]
+        assert entry["told"]
+        assert entry["used"]
+    assert found["inertia"]["unit"] == "kg m²"
+    assert found["scenario"] == "scenario.toml"
+    assert found["samples"] == {"log": 15000, "used": 15000}
+    assert found["skipped"] == []
+    assert 0.0 < found["fit"]["relative_error"] < 0.01
+    assert 0.0 < found["validation"]["relative_error"] < 0.01
+    assert found["validation"]["on"] == "the end of the log"
+    assert 5.0 < found["bandwidth"] < 20.0
+    assert not found["friction_lag"]["used"] or found["friction_lag"]["value"] < 1e-3
+
+
+def test_printed_table_and_verdict(result):
+    _, outcome = result
+    printed = " ".join(outcome.out.split())
+    assert "inertia, kg m²" in printed
+    assert "Inertia and friction explain the torque" in printed
+    assert "It does not tell stiction" in printed
+
+
+def test_scenario_is_the_joint_on_the_motion_of_the_log(result):
+    folder, _ = result
+    scenario = load_scenario(folder / "out" / "scenario.toml")
+    assert scenario.joint.inertia == pytest.approx(2.0, rel=0.01)
+    assert scenario.joint.coulomb == scenario.joint.stiction == pytest.approx(3.0, rel=0.01)
+    assert scenario.joint.viscous == pytest.approx(4.0, rel=0.01)
+    assert scenario.sampling.period == 0.002
+    text = (folder / "out" / "scenario.toml").read_text(encoding="utf-8")
+    assert "left out of the log: offset" in text
+    assert "assumed: the log does not tell a stiction above Coulomb friction" in text
+    times, reference = scenario.times(), scenario.reference_velocity()
+    inner = (times > 1.0) & (times < 29.0)
+    begin = 0.002 * 4  # where the differences begin
+    assert reference[inner] == pytest.approx(motion(times[inner] + begin)[1], abs=0.01)
+    steepest = np.max(np.abs(motion(times)[2]))
+    assert np.max(np.abs(np.diff(reference))) < 1.1 * steepest * 0.001  # it repeats without a jump
+
+
+def test_scenario_is_one_that_compare_takes(result, tmp_path):
+    folder, _ = result
+    scenario = load_scenario(folder / "out" / "scenario.toml")
+    comparison = compare(scenario.modified(duration=5.0, controllers=["pi", "oracle"]))
+    assert comparison.improvement["oracle"] > 2.0
+
+
+def test_other_log_is_validated_on_and_nothing_is_held_out(tmp_path):
+    log, other = write_log(tmp_path / "log.csv"), write_log(tmp_path / "other.csv", viscous=6.0, seed=102)
+    outcome = run_command_line("identify", log, "--validate", other, "--out", tmp_path / "out")
+    assert outcome.status == 0
+    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert found["validation"]["on"] == str(other)
+    assert found["validation"]["relative_error"] > 10.0 * found["fit"]["relative_error"]
+    assert "times the error of the fit" in " ".join(outcome.out.split())
+
+
+def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
+    log = make_log(noise=0.05)
+    columns = {"ms": 1e3 * log.time, "deg": np.degrees(log.position), "volt": -log.torque / 48.0}
+    write_csv(tmp_path / "log.csv", columns)
+    options = ["--time", "ms", "--position", "deg", "--torque", "volt", "--linear", "--out", tmp_path / "out"]
+    scales = ["--scale", "ms=1e-3", "--scale", "deg=pi/180", "--scale", "volt=-48"]
+    assert run_command_line("identify", tmp_path / "log.csv", *options, *scales).status == 0
+    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
+    assert (found["inertia"]["unit"], found["viscous"]["unit"]) == ("kg", "N s/m")
+
+
+def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
+    log = make_log(noise=0.05)
+    np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))
+    columns = ["--period", "0.002", "--position", "all[0]", "--torque", "all[1]"]
+    outcome = run_command_line("identify", tmp_path / "log.npz", *columns, "--out", tmp_path / "out")
+    assert outcome.status == 0, outcome
+
+
+def test_skipped_stretches_are_said_and_listed(tmp_path):
+    log = make_log(noise=0.05)
+    log.torque[4000:4500] = np.nan
+    np.savez(tmp_path / "log.npz", t=log.time, q=log.position, u=log.torque)
+    outcome = run_command_line("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
+    assert outcome.status == 0
+    assert outcome.warnings == ["warning: skipped: samples 4000 to 4500: values that are no finite numbers"]
+    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert found["skipped"] == [{"start": 4000, "stop": 4500, "reason": "values that are no finite numbers"}]
+
+
+def test_joint_whose_inertia_is_not_told_gets_no_scenario(tmp_path):
+    time = 0.002 * np.arange(20000)
+    velocity = np.sin(2.0 * np.pi * 0.1 * time)
+    torque = 3.0 * np.sign(velocity) + 4.0 * velocity + np.random.default_rng(103).standard_normal(time.size)
+    write_csv(tmp_path / "log.csv", {"time": time, "velocity": velocity, "torque": torque})
+    outcome = run_command_line("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
+    assert outcome.status == 0, outcome
+    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert not found["inertia"]["told"]
+    assert found["inertia"]["lower"] < 0.0 < found["inertia"]["upper"]
+    assert found["coulomb"]["told"]
+    assert set(content_of(tmp_path / "out")) == FILES - {"scenario.toml", "reference.csv"}
+    assert "No scenario is written" in outcome.out
+    assert found["scenario"] is None
+
+
+REFUSALS = [
+    (["--torque", "tau"], "there is no column tau; there are time, position, torque"),
+    (["--time", "t"], "there is no column t; there are time, position, torque"),
+    (["--position", "position", "--velocity", "w"], "--position and --velocity are both given; give one of them"),
+    (["--time", "time", "--period", "0.1"], "--time and --period are both given; give one of them"),
+    (["--scale", "torque"], "--scale torque is not allowed: it must be NAME=FACTOR"),
+    (["--scale", "torque=x"], "--scale torque=x is not allowed: the factor must be numbers and pi"),
+    (["--scale", "torque=1/0"], "--scale torque=1/0 is not allowed"),
+    (["--scale", "torque="], "--scale torque= is not allowed"),
+    (["--scale", "torque=2", "--scale", "torque=3"], "--scale torque=3 is not allowed: torque has a factor already"),
+    (["--scale", "u=2"], "scale: u is no column that is used; these are torque, time, position"),
+    (["--scale", "torque=-1"], "friction would drive the joint"),
+    (["--bandwidth", "100"], "bandwidth = 100 Hz is not allowed"),
+    (["--held-out", "1"], "held_out = 1 is not allowed"),
+    (["--validate", "missing.csv"], "missing.csv: cannot be read: No such file"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), REFUSALS)
+def test_bad_options_are_answered_with_one_line_and_leave_nothing(options, message, tmp_path):
+    log = write_log(tmp_path / "log.csv")
+    before = content_of(tmp_path)
+    assert message in refusal("identify", log, *options, "--out", tmp_path / "new" / "out")
+    assert content_of(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ("stamp,position,torque", "--time must name a column, as none is called time or t; there are stamp, position"),
+        ("time,angle,torque", "--position or --velocity must name a column, as none is called position or q or"),
+        ("time,position,amps", "--torque must name a column, as none is called torque or u"),
+    ],
+)
+def test_column_without_a_usual_name_must_be_named(columns, message, tmp_path):
+    (tmp_path / "log.csv").write_text(f"{columns}\n" + "0,1,2\n" * 9, encoding="utf-8")
+    assert message in refusal("identify", tmp_path / "log.csv", "--out", tmp_path / "out")

@@ -1,0 +1,228 @@
+"""One checklist over all controllers; a new one in the line-up is checked as soon as it is there."""
+
+import importlib
+import math
+import platform
+
+import numpy as np
+import pytest
+from closed_loops import NAMES, SCENARIO, begin, course_along, drive, error_of, lay_course, make, own_loop, run_plain
+
+from adaptive_ff.comparison.run import simulate
+
+SHORT = SCENARIO.modified(duration=6.0)
+IDENTIFYING = [name for name in NAMES if make(name).estimate_names]
+SWITCHED = [name for name in NAMES if hasattr(make(name), "enabled")]
+
+controllers = pytest.mark.parametrize("name", NAMES)
+identifying = pytest.mark.parametrize("name", IDENTIFYING)
+
+
+def same(found, expected):
+    """Bit for bit where that has been seen, else to rounding."""
+    if platform.machine() in ("x86_64", "AMD64"):
+        return np.array_equal(found, expected)
+    return np.allclose(found, expected, rtol=0.0, atol=1e-12 * np.max(np.abs(expected)))
+
+
+def test_the_list_names_the_controllers_of_the_main_job_and_knows_which_identify():
+    assert set(SCENARIO.controllers) <= set(NAMES)
+    assert {"adaptive", "adaptive_paper"} <= set(IDENTIFYING) & set(SWITCHED)
+
+
+@controllers
+def test_ones_own_loop_of_step_is_the_whole_run(name):
+    run = simulate(SHORT, name)
+    torques = own_loop(make(name, SHORT), lay_course(SHORT))
+    assert np.ptp(torques) > 100.0
+    assert same(torques, run.torque)
+
+
+@controllers
+def test_plain_python_equals_compiled(name):
+    course = lay_course(SHORT)
+    plain, fast = make(name), make(name)
+    expected, _ = drive(plain, course, run=run_plain)
+    found, _ = drive(fast, course)
+    for series in found._fields:
+        wanted = getattr(expected, series)
+        size = np.max(np.abs(wanted), initial=1e-300)
+        assert np.max(np.abs(getattr(found, series) - wanted), initial=0.0) <= 1e-12 * size, series
+    assert np.any(found.torque)
+    assert fast.estimates == pytest.approx(plain.estimates, rel=1e-12)
+
+
+@controllers
+def test_a_single_step_in_plain_python_equals_the_compiled_one(name):
+    course = lay_course(SHORT.modified(duration=1.0))
+    found = own_loop(make(name).run_uncompiled(), course)
+    assert found == pytest.approx(own_loop(make(name), course), rel=1e-12, abs=1e-10)
+
+
+@controllers
+def test_reset_makes_a_controller_like_new(name):
+    course, controller = lay_course(SHORT), make(name)
+    used, _ = drive(controller, course)
+    assert controller.state_to_json() != make(name).state_to_json()
+    controller.reset()
+    assert controller.state_to_json() == make(name).state_to_json()
+    again, _ = drive(controller, course)
+    assert np.array_equal(again.torque, used.torque)
+
+
+@controllers
+def test_warm_up_leaves_the_state(name):
+    controller = make(name)
+    controller.step(0.1, 0.05)
+    before = controller.state_to_json()
+    controller.warm_up()
+    assert controller.state_to_json() == before
+
+
+@controllers
+def test_controllers_of_the_same_kind_share_no_state(name):
+    course, first, second = lay_course(SHORT), make(name), make(name)
+    untouched = second.state_to_json()
+    drive(first, course)
+    assert second.state_to_json() == untouched
+
+
+@controllers
+@pytest.mark.parametrize("lost", [math.nan, math.inf, -math.inf], ids=str)
+def test_lost_measurements_are_counted_and_change_no_estimate(name, lost):
+    course, controller = lay_course(SHORT), make(name)
+    samples = {0, *range(250, 253), *range(300, 600, 25)}
+    seen = {}
+
+    def watch(k):
+        seen[k] = controller.estimates
+
+    own_loop(controller, course, lost=dict.fromkeys(samples, lost), watch=watch)
+    seen[course.noise.size] = controller.estimates
+    assert controller.rejected == len(samples)
+    for k in samples:
+        assert seen[k + 1] == seen[k]
+    assert all(np.all(np.isfinite(list(row.values()))) for row in seen.values())
+
+
+@identifying
+def test_after_lost_measurements_it_goes_on_learning(name):
+    course, controller = lay_course(SCENARIO), make(name)
+    noise = course.noise.copy()
+    noise[500:2000:50] = math.nan
+    noise[2000:2100] = math.inf
+    record, _ = drive(controller, course._replace(noise=noise))
+    intact, _ = drive(make(name), course)
+    assert controller.rejected == 130
+    assert np.all(np.isfinite(record.torque))
+    assert np.count_nonzero(np.any(np.diff(record.estimates[2100:], axis=0), axis=1)) > 500
+    assert error_of(course, record, 20.0) < 1.5 * error_of(course, intact, 20.0)
+
+
+@controllers
+def test_long_saturation_is_survived(name):
+    course, controller = lay_course(SCENARIO), make(name)
+    weak = course._replace(actuator=course.actuator._replace(torque_limit=0.5 * SCENARIO.joint.stiction))
+    blocked, end = drive(controller, weak)
+    assert np.mean(np.abs(blocked.torque) == weak.actuator.torque_limit) > 0.5
+    assert np.mean(blocked.velocity == 0.0) > 0.8
+    assert np.all(np.isfinite(list(controller.estimates.values())))
+    after, _ = drive(controller, course, position=end)
+    unspoilt, _ = drive(make(name), course)
+    assert np.all(np.isfinite(after.torque))
+    soon = slice(1000, 5000)  # from one second after the release on: nothing is wound up
+    errors = [np.max(np.abs(course.reference - record.velocity)[soon]) for record in (after, unspoilt)]
+    assert errors[0] < 1.5 * errors[1]
+    assert error_of(course, after, 20.0) < 1.2 * error_of(course, unspoilt, 20.0)
+
+
+def stand_still(controller, noise, minutes):
+    """Let a controller hold a joint at rest; return the position at the end."""
+    rest = course_along(np.zeros(60_001), substeps=10, noise=noise, seed=16)
+    position = begin(rest)
+    for _ in range(minutes):
+        record, position = drive(controller, rest, position=position)
+        assert np.all(np.isfinite(record.torque))
+        assert np.all(np.isfinite(record.estimates))
+        assert np.max(np.abs(record.velocity)) <= 20.0 * noise
+    return position
+
+
+@controllers
+@pytest.mark.parametrize("noise", [0.0, 0.002], ids=["silent", "noisy"])
+def test_after_a_minute_of_standstill_it_works_as_from_the_start(name, noise):
+    course, controller = lay_course(SCENARIO), make(name)
+    after, _ = drive(controller, course, position=stand_still(controller, noise, minutes=1))
+    unspoilt, _ = drive(make(name), course)
+    assert error_of(course, after, 20.0) < 1.2 * error_of(course, unspoilt, 20.0)
+
+
+@controllers
+@pytest.mark.parametrize("noise", [0.0, 0.002], ids=["silent", "noisy"])
+def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, noise):
+    course, controller = lay_course(SHORT), make(name)
+    after, _ = drive(controller, course, position=stand_still(controller, noise, minutes=65))
+    assert np.all(np.isfinite(after.torque))
+    assert np.all(np.isfinite(after.estimates))
+    assert np.any(np.diff(after.estimates, axis=0)) == (name in IDENTIFYING)
+
+
+@pytest.mark.parametrize("name", SWITCHED)
+def test_switched_off_it_keeps_its_estimates_and_feeds_them_forward(name):
+    course, controller = lay_course(SCENARIO), make(name)
+    assert controller.enabled is True
+    drive(controller, course)
+    learnt = controller.estimates
+    controller.enabled = False
+    assert controller.enabled is False
+    record, _ = drive(controller, course)
+    assert controller.estimates == learnt
+    assert np.all(record.estimates == list(learnt.values()))
+    assert np.ptp(record.feedforward) > 50.0
+    controller.enabled = True
+    drive(controller, course)
+    assert controller.estimates != learnt
+
+
+@controllers
+@pytest.mark.parametrize("part", [1, 137])
+def test_parts_of_a_run_make_no_difference(name, part, monkeypatch):
+    saturated = SHORT.modified(actuator={"torque_limit": 80.0})
+    whole = simulate(saturated, name)
+    monkeypatch.setattr(importlib.import_module("adaptive_ff.comparison.run"), "PART", part)
+    shares = []
+    parts = simulate(saturated, name, progress=shares.append)
+    assert len(shares) == math.ceil(SHORT.samples / part)
+    assert shares[-1] == 1.0
+    assert np.array_equal(parts.torque, whole.torque)
+    assert np.array_equal(parts.velocity, whole.velocity)
+    assert parts.final_estimates == whole.final_estimates
+
+
+@controllers
+@pytest.mark.parametrize("load", [35.0, -70.0])
+def test_a_known_load_that_is_told_changes_neither_motion_nor_estimates(name, load):
+    course, free, loaded = lay_course(SHORT), make(name), make(name)
+    expected = own_loop(free, course, limit=math.inf)
+    found = own_loop(loaded, course, limit=math.inf, load=load)
+    assert found - load == pytest.approx(expected, abs=1e-3)  # rounding, amplified by collinear regressors
+    assert loaded.estimates == pytest.approx(free.estimates, rel=1e-5, abs=1e-5)
+
+
+class Untold:
+    """Hides the known load from a controller."""
+
+    def __init__(self, controller):
+        self._controller = controller
+
+    def step(self, *motion, feedforward, **others):
+        return self._controller.step(*motion, **others)
+
+
+@identifying
+def test_a_load_that_is_not_told_does_change_the_estimates(name):
+    """The counterpart of the last test: it would pass for a controller that learns nothing."""
+    course, free, loaded = lay_course(SHORT), make(name), make(name)
+    own_loop(free, course)
+    own_loop(Untold(loaded), course, load=35.0)
+    assert loaded.estimates != pytest.approx(free.estimates, rel=0.01)

@@ -1,0 +1,81 @@
+"""The settings that the line-up gives to the rivals with an observer."""
+
+import math
+
+import pytest
+from closed_loops import SCENARIO, make
+
+from adaptive_ff import InputError, compare
+from adaptive_ff.comparison.registry import CONTROLLERS, balance, make_disturbance_observer, make_kalman_disturbance
+from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance
+
+NAMES = ["disturbance_observer", "extended_state", "kalman_disturbance"]
+FAST = SCENARIO.modified(sampling={"period": 0.001})
+
+observing = pytest.mark.parametrize("name", NAMES)
+
+
+def reached(controller, scenario):
+    """Margins of a controller as it was made."""
+    inertia, period, block = scenario.feedback.inertia, scenario.sampling.period, controller.parameters
+    gains = (block.feedback.proportional, block.feedback.integral)
+    if isinstance(controller, ExtendedState):
+        return ExtendedState.design(inertia, period, gains[0], block.pole / (2.0 * math.pi))
+    if isinstance(controller, DisturbanceObserver):
+        return DisturbanceObserver.design(inertia, period, *gains, block.pole / (2.0 * math.pi))
+    # bandwidth from the gains of a Kalman filter: q/(1 - l1) = (w0 Ts)^4 for a walk of the disturbance
+    angle = (block.disturbance_gain * period / inertia) ** 0.5 / (1.0 - block.velocity_gain) ** 0.25
+    return KalmanDisturbance.design(inertia, period, *gains, angle / (2.0 * math.pi * period))
+
+
+@observing
+@pytest.mark.parametrize("period", [0.01, 0.001])
+@pytest.mark.parametrize("noise", [0.0, 0.0005, 0.005])
+@pytest.mark.parametrize("inertia", [20.0, 16.0, 24.0])
+def test_maximum_sensitivity_stays_within_2(name, period, noise, inertia):
+    scenario = SCENARIO.modified(
+        sampling={"period": period}, sensor={"velocity_noise": noise}, feedback={"inertia": inertia}
+    )
+    found = reached(CONTROLLERS[name](scenario), scenario)
+    assert found.maximum_sensitivity <= 2.0 * (1.0 + 1e-6)
+    if noise == 0.0:
+        assert found.maximum_sensitivity == pytest.approx(2.0, rel=1e-4) or found.bandwidth * period > 0.499
+
+
+@observing
+def test_louder_noise_makes_the_observer_slower_where_the_margin_does_not_bind(name):
+    found = [
+        reached(CONTROLLERS[name](scenario), scenario).bandwidth
+        for scenario in (FAST.modified(sensor={"velocity_noise": noise}) for noise in (0.002, 0.008))
+    ]
+    assert found[0] == pytest.approx(2.0 * found[1], rel=1e-9)
+
+
+def test_balance_is_the_bandwidth_of_the_kalman_filter_of_the_stated_walk():
+    (proportional, _), vs = FAST.feedback.gains, FAST.adaptation.stribeck_velocity
+    walk = KalmanDisturbance.walk(20.0, 0.001, 0.002, balance(FAST))
+    assert walk == pytest.approx(proportional * vs, rel=1e-12)
+    assert balance(FAST.modified(sensor={"velocity_noise": 0.0})) == math.inf
+    told = make_kalman_disturbance(FAST, share=1.0)
+    expected = KalmanDisturbance(
+        *FAST.feedback.gains, 0.001, inertia=20.0, velocity_noise=0.002, disturbance_walk=proportional * vs
+    )
+    assert told.parameters[1:] == pytest.approx(expected.parameters[1:], rel=1e-9)
+    assert make_disturbance_observer(FAST, share=1.0).parameters.pole == pytest.approx(2.0 * math.pi * balance(FAST))
+
+
+@pytest.mark.parametrize("name", ["disturbance_observer", "kalman_disturbance"])
+def test_gains_that_leave_no_margin_are_refused_as_input(name):
+    hot = SCENARIO.modified(feedback={"bandwidth": None, "proportional": 3000.0, "integral": 15000.0})
+    with pytest.raises(InputError, match=r"^feedback: maximum_sensitivity = 2 is not allowed"):
+        CONTROLLERS[name](hot)
+
+
+@pytest.mark.parametrize(("scenario", "gain"), [(SCENARIO, 2.0), (FAST, 5.0)], ids=["100 Hz", "1 kHz"])
+def test_rivals_with_an_observer_are_rivals(scenario, gain):
+    improvement = compare(scenario.modified(seed=101, controllers=["pi", *NAMES])).improvement
+    assert all(improvement[name] > gain for name in NAMES)
+
+
+def test_names_are_those_of_the_classes():
+    assert [type(make(name)) for name in NAMES] == [DisturbanceObserver, ExtendedState, KalmanDisturbance]

@@ -1,0 +1,124 @@
+"""Monte Carlo over drawn joints."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from command_line import refusal, run_command_line
+from hypothesis import given
+from hypothesis import strategies as st
+from scenario_files import write_scenario
+
+from adaptive_ff import InputError, load_scenario
+from adaptive_ff.comparison.drawn_joints import (
+    QUANTITIES,
+    draw_scenario,
+    needed_torque,
+    quantities,
+    run_draw,
+    summary,
+    sweep,
+)
+from adaptive_ff.comparison.run import simulate
+from adaptive_ff.scenario.file import to_toml
+from benchmarks.tracking.cells import SCENARIOS
+from plant import steepest_fall
+
+SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    with ThreadPoolExecutor(1) as executor:
+        return sweep(SHORT, 24, seed=5, executor=executor)
+
+
+@given(st.integers(0, 10**6))
+def test_draws_lie_in_their_ranges_or_are_refused(draw):
+    try:
+        drawn = draw_scenario(SHORT, 3, draw)
+    except InputError as error:
+        assert f"draw {draw}" in str(error) or "solver_period" in str(error)  # noqa: PT017
+        return
+    ranges, joint, base = SHORT.sweep, drawn.joint, SHORT.joint
+    for name in ("inertia", "coulomb", "viscous"):
+        low, high = getattr(ranges, name)
+        assert low * 0.999 <= getattr(joint, name) / getattr(base, name) <= high * 1.001
+    assert 1.0 <= joint.stiction / joint.coulomb <= 2.0
+    assert 0.0 <= joint.friction_lag <= 0.05
+    assert 0.0 <= drawn.sensor.velocity_noise <= 0.001
+    assert 0.499 <= drawn.adaptation.stribeck_velocity / joint.stribeck_velocity <= 2.001
+    assert 0.699 <= drawn.feedback.inertia / joint.inertia <= 1.301
+    assert steepest_fall(joint.friction) <= 0.5 * drawn.feedback.gains[0]
+    same_share = drawn.actuator.torque_limit / needed_torque(drawn)
+    assert same_share == pytest.approx(SHORT.actuator.torque_limit / needed_torque(SHORT))
+
+
+def test_draw_depends_on_seed_and_number_only(outcomes):
+    assert draw_scenario(SHORT, 5, 7) == draw_scenario(SHORT, 5, 7)
+    assert draw_scenario(SHORT, 5, 7) != draw_scenario(SHORT, 6, 7)
+    ran = next(outcome for outcome in outcomes if not outcome.refused)
+    again = simulate(draw_scenario(SHORT, 5, ran.draw), "adaptive").metrics
+    assert again == ran.metrics["adaptive"]
+
+
+def test_processes_give_the_same_as_one_thread(outcomes):
+    shares = []
+    assert sweep(SHORT, 24, seed=5, progress=shares.append) == outcomes
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_summary_counts_and_ranks(outcomes):
+    result = summary(outcomes, seed=5)
+    ran = [outcome for outcome in outcomes if not outcome.refused]
+    assert (result["draws"], result["refused"]) == (24, 24 - len(ran))
+    whole = sorted((quantities(outcome)["whole_run"] for outcome in ran), reverse=True)
+    assert [case["whole_run"] for case in result["worst"]] == whole[:3]
+    assert result["quantiles"]["whole_run"]["0.5"] == pytest.approx(np.median(whole))
+    assert set(result["quantiles"]) == set(QUANTITIES)
+    assert result["worse_than_pi"] == sum(value > 1.05 for value in whole) / len(whole)
+
+
+def test_scenario_written_as_toml_reads_back_equal(tmp_path):
+    scenario = SHORT.modified(change=[{"time": 1.0, "friction_scale": 0.5}, {"time": 2.0, "friction_scale": 1.5}])
+    path = tmp_path / "scenario.toml"
+    path.write_text(to_toml(scenario), encoding="utf-8")
+    assert load_scenario(path) == scenario
+
+
+def test_command_line_writes_the_worst_cases(tmp_path):
+    scenario = write_scenario(tmp_path, SHORT.model_dump(mode="json", exclude_none=True))
+    out = tmp_path / "out"
+    outcome = run_command_line("sweep", scenario, "--runs", 6, "--seed", 5, "--out", out, "--json", tmp_path / "r.json")
+    assert outcome.status == 0, outcome.err
+    result = json.loads((out / "sweep.json").read_text())
+    assert result == json.loads((tmp_path / "r.json").read_text())
+    worst = load_scenario(out / "worst-1.toml")
+    assert worst == draw_scenario(SHORT, 5, result["worst"][0]["draw"])
+    assert "draws" in outcome.out
+
+
+def test_bad_input_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="runs"):
+        sweep(SHORT, 0)
+    assert "--runs" in refusal("sweep", "--runs", 0, "--out", tmp_path / "out")
+    for table in ({"inertia": [2.0, 1.0]}, {"stiction": [0.5, 2.0]}, {"inertia": [1.0]}, {"inertia": [-1.0, 1.0]}):
+        with pytest.raises(InputError, match=rf"sweep\.{next(iter(table))}"):
+            SHORT.modified(sweep=table)
+
+
+@pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic"])
+def test_joints_of_every_kind_are_drawn(name):
+    scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
+    outcomes = [run_draw(scenario, 101, draw) for draw in range(6)]
+    ran = [outcome for outcome in outcomes if not outcome.refused]
+    assert ran
+    for outcome in ran:
+        drawn = draw_scenario(scenario, 101, outcome.draw).joint
+        assert drawn.kind == scenario.joint.kind
+        forward, backward = drawn.friction, drawn.friction_backward
+        before = scenario.joint.friction_backward.coulomb / scenario.joint.coulomb
+        assert backward.coulomb / forward.coulomb == pytest.approx(before, rel=1e-12)
+        assert backward.stiction / forward.stiction == pytest.approx(before, rel=1e-12)

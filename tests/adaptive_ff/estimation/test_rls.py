@@ -1,0 +1,79 @@
+import warnings
+
+import numpy as np
+import pytest
+from filterpy.kalman import FadingKalmanFilter
+
+from adaptive_ff.estimation.rls import update_rls
+
+SIZE = 6
+TRUE = np.array([1.6, 0.7, 2e-2, 1e-2, -0.5, 0.3])
+
+
+def exciting_data(steps, seed, noise=0.05):
+    rng = np.random.default_rng(seed)
+    rows = rng.standard_normal((steps, SIZE)) * np.array([1.0, 1.0, 5.0, 5.0, 1.0, 1.0])
+    return rows, rows @ TRUE + noise * rng.standard_normal(steps)
+
+
+def fading_filter(forgetting_factor, prior):
+    """Filter whose covariance is that of (13): constant parameters, unit noise, ``alpha^2 = 1/lambda``."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        kalman = FadingKalmanFilter(forgetting_factor**-0.5, dim_x=SIZE, dim_z=1)
+    kalman.F, kalman.Q, kalman.R = np.eye(SIZE), np.zeros((SIZE, SIZE)), np.eye(1)
+    kalman.P = prior * np.eye(SIZE)
+    return kalman
+
+
+def assert_near(found, expected, tolerance):
+    assert np.linalg.norm(found - expected) <= tolerance * np.linalg.norm(expected)
+
+
+@pytest.mark.parametrize(("forgetting_factor", "prior"), [(0.998, 1e4), (0.99, 100.0), (1.0, 1.0)])
+def test_it_is_the_fading_memory_kalman_filter_of_filterpy(forgetting_factor, prior):
+    rows, outputs = exciting_data(10_000, seed=8)
+    estimate, covariance = np.zeros(SIZE), prior * np.eye(SIZE)
+    kalman = fading_filter(forgetting_factor, prior)
+    for row, output in zip(rows, outputs, strict=True):
+        error = update_rls(estimate, covariance, row, output, forgetting_factor)
+        kalman.predict()  # the division by lambda comes before the update
+        kalman.H = row[np.newaxis, :]
+        kalman.update(output)
+        assert error == pytest.approx(kalman.y.item(), rel=1e-6, abs=1e-9)
+        assert_near(estimate, kalman.x[:, 0], 1e-9)
+        assert_near(covariance, kalman.P, 1e-9)
+
+
+@pytest.mark.parametrize(("forgetting_factor", "prior"), [(0.995, 1e4), (0.9, 10.0), (1.0, 1.0)])
+@pytest.mark.parametrize("steps", [3, 60, 1500])
+def test_it_is_one_weighted_batch_solution_with_the_fading_prior(forgetting_factor, prior, steps):
+    rows, outputs = exciting_data(steps, seed=9)
+    start = np.array([1.0, 0.0, 0.1, 0.0, 0.0, 1.0])
+    estimate, covariance = start.copy(), prior * np.eye(SIZE)
+    for row, output in zip(rows, outputs, strict=True):
+        update_rls(estimate, covariance, row, output, forgetting_factor)
+    weights = forgetting_factor ** np.arange(steps - 1, -1, -1)
+    fading = forgetting_factor**steps / prior * np.eye(SIZE)
+    information = rows.T @ (weights[:, np.newaxis] * rows) + fading
+    expected = np.linalg.solve(information, rows.T @ (weights * outputs) + fading @ start)
+    assert_near(estimate, expected, 1e-8)
+    assert_near(covariance, np.linalg.inv(information), 1e-8)
+
+
+def test_covariance_stays_exactly_symmetric_and_positive_definite():
+    rows, outputs = exciting_data(3000, seed=10)
+    rows[:, 1] = rows[:, 0] + 1e-3 * rows[:, 1]  # nearly collinear
+    estimate, covariance = np.zeros(SIZE), 1e4 * np.eye(SIZE)
+    for row, output in zip(rows, outputs, strict=True):
+        update_rls(estimate, covariance, row, output, 0.99)
+        assert np.array_equal(covariance, covariance.T)
+    assert np.min(np.linalg.eigvalsh(covariance)) > 0.0
+
+
+def test_it_returns_the_error_of_the_prediction_before_the_update():
+    estimate, covariance = np.array([1.0, 2.0]), np.eye(2)
+    error = update_rls(estimate, covariance, np.array([3.0, 1.0]), 7.0, 0.5)
+    assert error == 2.0
+    assert estimate == pytest.approx([1.0 + 3.0 / 10.5 * 2.0, 2.0 + 1.0 / 10.5 * 2.0], rel=1e-14)
+    assert covariance == pytest.approx(2.0 * np.array([[1.5, -3.0], [-3.0, 9.5]]) / 10.5, rel=1e-14)

@@ -1,0 +1,334 @@
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from adaptive_ff.estimation.batch_least_squares import fit_least_squares
+from adaptive_ff.identify.batch import identify_series, identify_torque_form, slides_one_way
+from adaptive_ff.model.friction import ESTIMATED, TorqueModel
+from adaptive_ff.regression import rows as batch_rows
+from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients
+from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, settle_signals
+from plant import JointParameters, JointState, Stribeck, step_joint
+
+JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+TRUE = np.array(JOINT[:5])
+GIVEN = {"stribeck_velocity": 0.05, "stribeck_shape": 1.0}
+PERIOD = 0.01
+
+
+def regression(rows, noise, seed=3):
+    rng = np.random.default_rng(seed)
+    matrix = rng.standard_normal((rows, 3)) * [1.0, 20.0, 0.3]
+    return matrix, matrix @ [2.0, -0.1, 5.0] + noise * rng.standard_normal(rows)
+
+
+def test_slope_and_its_standard_error_are_those_of_linregress_of_scipy():
+    rng = np.random.default_rng(1)
+    x = rng.uniform(-2.0, 5.0, 40)
+    y = 3.0 * x - 1.0 + rng.standard_normal(40)
+    fit = fit_least_squares(np.column_stack([x, np.ones(40)]), y, names=("slope", "offset"))
+    oracle = stats.linregress(x, y)
+    assert fit.values == pytest.approx([oracle.slope, oracle.intercept], rel=1e-12)
+    assert fit.standard_errors == pytest.approx([oracle.stderr, oracle.intercept_stderr], rel=1e-12)
+    slope = fit.estimate("slope")
+    half = stats.t(38).ppf(0.975) * oracle.stderr
+    assert (slope.lower, slope.upper) == pytest.approx((oracle.slope - half, oracle.slope + half), rel=1e-12)
+
+
+def test_nearly_collinear_columns_are_solved_where_the_normal_equations_fail():
+    rng = np.random.default_rng(2)
+    base = rng.standard_normal((500, 3)) * [1.0, 1.0, 1e6]
+    matrix = np.column_stack([base[:, 0], base[:, 0] + 1e-9 * base[:, 1], base[:, 2]])
+    wanted = np.array([1.0, 2.0, 3e-6])
+    outputs = matrix @ wanted
+    fit = fit_least_squares(matrix, outputs)
+    assert fit.values == pytest.approx(wanted, rel=1e-5)
+    scaled = matrix / np.linalg.norm(matrix, axis=0)
+    normal = scaled.T @ scaled
+    try:
+        by_normal_equations = np.linalg.solve(normal, scaled.T @ outputs) / np.linalg.norm(matrix, axis=0)
+    except np.linalg.LinAlgError:
+        by_normal_equations = np.full(3, np.inf)
+    assert np.max(np.abs(by_normal_equations / wanted - 1.0)) > 1e-2
+
+
+def test_condition_numbers_tell_units_from_collinearity():
+    matrix = np.eye(4)[:, :2] * [1.0, 1000.0]
+    fit = fit_least_squares(matrix, np.ones(4))
+    assert fit.condition_number == pytest.approx(1.0, rel=1e-12)
+    assert fit.raw_condition_number == pytest.approx(1000.0, rel=1e-12)
+    angle = 0.1
+    oblique = np.array([[1.0, math.cos(angle)], [0.0, math.sin(angle)], [0.0, 0.0]])
+    assert fit_least_squares(oblique, np.ones(3)).condition_number == pytest.approx(1.0 / math.tan(angle / 2.0))
+
+
+def test_a_prior_draws_towards_zero_as_the_ridge_solution_does():
+    matrix, outputs = regression(60, 0.5)
+    information = np.array([[4.0, 1.0, 0.0], [1.0, 300.0, 0.2], [0.0, 0.2, 7.0]])
+    fit = fit_least_squares(matrix, outputs, prior_information=information)
+    ridge = np.linalg.solve(matrix.T @ matrix + information, matrix.T @ outputs)
+    assert fit.values == pytest.approx(ridge, rel=1e-11)
+    plain = fit_least_squares(matrix, outputs).values
+    assert np.max(np.abs(fit.values / plain - 1.0)) > 0.05
+    weak = fit_least_squares(matrix, outputs, prior_information=1e-9 * information).values
+    assert weak == pytest.approx(plain, rel=1e-8)
+    variance = np.sum((outputs - matrix @ ridge) ** 2) / 57
+    assert fit.covariance == pytest.approx(variance * np.linalg.inv(matrix.T @ matrix + information), rel=1e-9)
+
+
+def coverage(make_error, count, **options):
+    """Share of the intervals that hold the truth, over many draws of the error."""
+    rng = np.random.default_rng(4)
+    matrix = np.column_stack([np.ones(300), np.sin(0.05 * np.arange(300))])
+    held = 0
+    for _ in range(count):
+        fit = fit_least_squares(matrix, matrix @ [1.0, 2.0] + make_error(rng), **options)
+        for name, true in (("p0", 1.0), ("p1", 2.0)):
+            estimate = fit.estimate(name)
+            held += estimate.lower <= true <= estimate.upper
+    return held / (2 * count)
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say():
+    assert coverage(lambda rng: rng.standard_normal(300), 1000) == pytest.approx(0.95, abs=0.02)
+    assert coverage(lambda rng: rng.standard_normal(300), 1000, confidence=0.6) == pytest.approx(0.6, abs=0.04)
+
+
+def test_covariance_with_correlated_errors_is_that_of_newey_and_west():
+    matrix, outputs = regression(40, 1.0)
+    fit = fit_least_squares(matrix, outputs, correlated_samples=3)
+    distance = np.abs(np.subtract.outer(np.arange(40), np.arange(40)))
+    weights = np.maximum(1.0 - distance / 4.0, 0.0)
+    inverse = np.linalg.inv(matrix.T @ matrix)
+    middle = matrix.T @ (weights * np.outer(fit.residuals, fit.residuals)) @ matrix
+    assert fit.covariance == pytest.approx(inverse @ middle @ inverse * 40 / 37, rel=1e-9)
+
+
+def test_correlated_errors_need_to_be_told():
+    def filtered(rng):
+        return np.convolve(rng.standard_normal(310), np.ones(10) / 10.0, "valid")[:300]
+
+    assert coverage(filtered, 400) < 0.6
+    assert coverage(filtered, 400, correlated_samples=20) > 0.85
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"regressors": np.ones(5)}, r"regressors have shape \(5,\)"),
+        ({"regressors": np.ones((5, 0))}, r"regressors have shape \(5, 0\)"),
+        ({"outputs": np.ones(4)}, r"outputs have shape \(4,\); it must be \(60,\)"),
+        ({"regressors": np.full((60, 3), math.nan)}, r"regressors\[0, 0\] = nan .* finite"),
+        ({"outputs": np.append(np.ones(59), math.inf)}, r"outputs\[59\] = inf .* finite"),
+        ({"regressors": np.eye(3), "outputs": np.ones(3)}, "have 3 rows; there must be more than the 3"),
+        ({"regressors": np.eye(60)[:, :3] * [1.0, 0.0, 1.0]}, "regressor of p1 is zero"),
+        ({"regressors": np.tile([[1.0, 2.0, 3.0]], (60, 1))}, "rank 1; it must be 3"),
+        ({"names": ("a", "b")}, "has 2 entries; there must be one for each of 3"),
+        ({"confidence": 1.0}, "confidence = 1.0 .* between 0 and 1"),
+        ({"correlated_samples": 60}, "correlated_samples = 60 .* less than the 60 rows"),
+        ({"correlated_samples": -1}, "correlated_samples = -1 .* at least 0"),
+        ({"prior_information": np.eye(2)}, r"prior_information has shape \(2, 2\); it must be \(3, 3\)"),
+        ({"prior_information": np.tri(3)}, "not symmetric"),
+        ({"prior_information": -np.eye(3)}, "not positive definite"),
+        ({"prior_information": np.eye(3), "correlated_samples": 2}, "not allowed with a prior"),
+    ],
+    ids=str,
+)
+def test_bad_data_are_refused_by_name_value_and_rule(change, message):
+    matrix, outputs = regression(60, 0.1)
+    with pytest.raises(ValueError, match=message):
+        fit_least_squares(**{"regressors": matrix, "outputs": outputs, **change})
+
+
+def test_unknown_parameter_is_answered_with_the_known_ones():
+    with pytest.raises(ValueError, match=r"'x' is not known; allowed: p0, p1, p2"):
+        fit_least_squares(*regression(60, 0.1)).estimate("x")
+
+
+def recursion(seed, count=3000, noise=0.0, runs=1):
+    """Torques and velocities by (4), written out once more; independent runs side by side."""
+    rng = np.random.default_rng(seed)
+    torque = 150.0 * rng.standard_normal((count, runs))
+    a1, a2, b0, b1, c1, d1 = series_coefficients(JOINT, PERIOD)
+    velocity = np.zeros((count, runs))
+    for k in range(2, count):
+        last = velocity[k - 1]
+        share = np.exp(-np.abs(last) / JOINT.stribeck_velocity)
+        friction = np.sign(last) * (c1 * (1.0 - share) + d1 * share)
+        velocity[k] = a1 * last - a2 * velocity[k - 2] + b0 * torque[k] - b1 * torque[k - 1] - friction
+        velocity[k] += noise * rng.standard_normal(runs)
+    return torque, velocity
+
+
+def test_series_returns_the_joint_behind_the_recursion():
+    torque, velocity = recursion(5)
+    found = identify_series(velocity[:, 0], torque[:, 0], PERIOD, **GIVEN)
+    assert found.model == pytest.approx(JOINT, rel=1e-6)
+    assert [found.physical[name].value for name in ESTIMATED] == pytest.approx(TRUE, rel=1e-6)
+    assert found.regression.names == COEFFICIENTS
+    assert found.regression.values == pytest.approx(np.array(series_coefficients(JOINT, PERIOD)), rel=1e-8)
+    assert found.used.tolist() == [False, False, *[True] * 2998]
+
+
+def test_series_takes_the_torque_as_it_is_handed_in():
+    torque, velocity = recursion(5)
+    commanded = np.append(torque[1:, 0], 0.0)  # what will act over the period after the sample
+    found = identify_series(velocity[:, 0], np.roll(commanded, 1), PERIOD, **GIVEN)
+    assert found.model.inertia == pytest.approx(20.0, rel=1e-6)
+    with pytest.raises(ValueError, match="b0 must be larger than b1"):
+        identify_series(velocity[:, 0], -torque[:, 0], PERIOD, **GIVEN)
+
+
+def test_series_uses_only_the_samples_it_is_told():
+    torque, velocity = (array[:, 0].copy() for array in recursion(5))
+    velocity[1500] += 1.0  # spoils the three equations it appears in
+    spoilt = identify_series(velocity, torque, PERIOD, **GIVEN)
+    assert abs(spoilt.model.inertia / 20.0 - 1.0) > 0.01
+    use = np.ones(3000, dtype=bool)
+    use[1500:1503] = False
+    assert identify_series(velocity, torque, PERIOD, use=use, **GIVEN).model == pytest.approx(JOINT, rel=1e-6)
+
+
+def test_standard_errors_of_the_physical_parameters_are_their_scatter():
+    torque, velocity = recursion(6, count=1500, noise=1e-3, runs=200)
+    found = [identify_series(velocity[:, run], torque[:, run], PERIOD, **GIVEN) for run in range(200)]
+    for name in ESTIMATED:
+        scatter = np.std([each.physical[name].value for each in found])
+        claimed = np.mean([each.physical[name].standard_error for each in found])
+        assert claimed == pytest.approx(scatter, rel=0.2)
+
+
+def test_sliding_one_way_needs_three_samples_of_one_sign_that_are_fast_enough():
+    velocity = [0.3, 0.2, 0.1, 0.2, -0.2, -0.1, -0.3, -0.05, -0.2, -0.2, -0.2]
+    found = slides_one_way(velocity, 0.1)
+    assert np.flatnonzero(found).tolist() == [2, 3, 6, 10]
+
+
+@pytest.fixture(scope="module")
+def jittered_log():
+    """A joint that reverses under held torques, sampled at uneven times, on a fine solver."""
+    rng = np.random.default_rng(7)
+    steps = rng.integers(6, 15, 1500)  # of 1 ms
+    time = np.concatenate([[0.0], 1e-3 * np.cumsum(steps)])
+    torque = 130.0 * np.sin(2.0 * np.pi * 0.7 * time) + 90.0 * np.sin(2.0 * np.pi * 1.9 * time + 1.0)
+    friction = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
+    joint = JointParameters(20.0, friction, friction, 0.0, 0.02)
+    state, velocity = JointState(0.0, 0.0, 0.0), [0.0]
+    for held, count in zip(torque[1:], steps, strict=True):
+        for _ in range(4 * count):
+            state = step_joint(joint, state, held, 2.5e-4)
+        velocity.append(state.velocity)
+    return time, np.array(velocity), torque
+
+
+GATE = {"filter_pole": 60.0, "slowest": 0.01, "hold": 0.05}
+
+
+def test_torque_form_returns_the_joint_from_jittered_samples(jittered_log):
+    time, velocity, torque = jittered_log
+    assert np.count_nonzero(np.diff(np.sign(velocity))) > 20
+    found = identify_torque_form(time, velocity, torque, **GIVEN, **GATE)
+    assert [found.physical[name].value for name in ESTIMATED[:4]] == pytest.approx(TRUE[:4], rel=0.02)
+    assert found.model.friction_lag == pytest.approx(0.02, rel=0.1)
+    assert found.regression.estimate("inertia_lag").value == pytest.approx(0.4, rel=0.1)
+    assert found.model[5:] == (0.05, 1.0, 0.0, 0.0, 0.0)
+
+
+def test_standard_errors_of_the_torque_form_are_its_scatter_under_noise_of_the_torque(jittered_log):
+    time, velocity, torque = jittered_log
+    rng = np.random.default_rng(8)
+    noisy = (torque + 20.0 * rng.standard_normal(time.size) for _ in range(60))
+    found = [identify_torque_form(time, velocity, each, **GIVEN, **GATE) for each in noisy]
+    for name in ("inertia", "coulomb", "viscous"):
+        scatter = np.std([each.physical[name].value for each in found])
+        claimed = np.mean([each.physical[name].standard_error for each in found])
+        assert claimed == pytest.approx(scatter, rel=0.4)
+
+
+def test_torque_form_may_start_in_motion(jittered_log):
+    start = int(np.argmax(jittered_log[1]))
+    time, velocity, torque = (array[start : start + 250] for array in jittered_log)
+    gate = {**GATE, "hold": 0.0}  # from the first sample on
+    found = identify_torque_form(time, velocity, torque, **GIVEN, **gate)
+    assert [found.physical[name].value for name in ("inertia", "coulomb", "viscous")] == pytest.approx(
+        [20.0, 60.0, 80.0], rel=0.1
+    )
+
+
+def test_torque_form_needs_the_real_times_and_the_torque_that_acted(jittered_log):
+    time, velocity, torque = jittered_log
+    even = np.linspace(0.0, time[-1], time.size)
+    for wrong in ((even, velocity, torque), (time, velocity, np.roll(torque, -1))):
+        found = identify_torque_form(*wrong, **GIVEN, **GATE)
+        assert max(abs(found.physical[name].value / getattr(JOINT, name) - 1.0) for name in ESTIMATED) > 0.2
+
+
+def test_torque_form_uses_samples_only_a_hold_after_slow_motion(jittered_log):
+    time, velocity, torque = jittered_log
+    used = identify_torque_form(time, velocity, torque, **GIVEN, **GATE).used
+    slow = np.abs(velocity) < GATE["slowest"]
+    last = -math.inf
+    for k in range(time.size):
+        last = time[k] if slow[k] else last
+        assert not used[k] or time[k] - last > GATE["hold"] - 1e-9
+    assert np.count_nonzero(used) > 0.5 * time.size
+    open_gate = identify_torque_form(time, velocity, torque, **GIVEN, filter_pole=60.0, slowest=0.0, hold=0.0)
+    assert np.array_equal(open_gate.used[1:], velocity[1:] != 0.0)
+
+
+def test_compiled_rows_are_those_of_the_plain_kernels(jittered_log):
+    time, velocity, torque = (array[:300] for array in jittered_log)
+    form, found = TorqueForm(60.0, 0.05, 1.0), []
+    for function in (batch_rows.torque_form_rows, batch_rows.torque_form_rows.py_func):
+        rows, outputs, used = np.zeros((300, 6)), np.zeros(300), np.zeros(300, dtype=bool)
+        signals = settle_signals(form, initial_signals(), 0.0)
+        function(form, signals, time, velocity, torque, (0.01, 0.05), rows, outputs, used)
+        found.append((rows, outputs, used))
+    assert found[0][0] == pytest.approx(found[1][0], rel=1e-12, abs=1e-12)
+    assert found[0][1] == pytest.approx(found[1][1], rel=1e-12)
+    assert np.array_equal(found[0][2], found[1][2])
+    rows = np.zeros((2, 300, 6))
+    for filled, function in zip(rows, (batch_rows.series_rows, batch_rows.series_rows.py_func), strict=True):
+        function(velocity, torque, 0.05, 1.0, filled)
+    assert rows[0] == pytest.approx(rows[1], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"time": np.zeros(1501)}, r"time\[1\] = 0.0 s .* later than the one before"),
+        ({"velocity": np.zeros(1500)}, "velocity has 1500 samples; it must have 1501, as time"),
+        ({"torque": np.full(1501, math.nan)}, r"torque\[0\] = nan .* finite"),
+        ({"time": np.zeros((3, 3))}, r"time has shape \(3, 3\)"),
+        ({"filter_pole": 0.0}, "filter_pole = 0.0 .* positive"),
+        ({"stribeck_velocity": -1.0}, "stribeck_velocity = -1.0 .* positive"),
+        ({"hold": -1.0}, "hold = -1.0 .* zero or more"),
+        ({"slowest": math.nan}, "slowest = nan .* zero or more"),
+        ({"slowest": 50.0}, "slowest = 50 rad/s .* let 0 samples through; there must be more than"),
+    ],
+    ids=str,
+)
+def test_torque_form_refuses_bad_input_by_name_value_and_rule(jittered_log, change, message):
+    time, velocity, torque = jittered_log
+    given = {"time": time, "velocity": velocity, "torque": torque, **GIVEN, **GATE, **change}
+    with pytest.raises(ValueError, match=message):
+        identify_torque_form(**given)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"velocity": [1.0, 2.0]}, r"velocity has shape \(2,\); it must be a series of three"),
+        ({"period": 0.0}, "period = 0.0 .* positive"),
+        ({"use": np.ones(9)}, r"use has shape \(9,\) and type float64; it must be \(3000,\) and bool"),
+        ({"use": np.zeros(3000, dtype=bool)}, "have 0 rows; there must be more than the 6"),
+    ],
+    ids=str,
+)
+def test_series_refuses_bad_input_by_name_value_and_rule(change, message):
+    torque, velocity = recursion(5)
+    given = {"velocity": velocity[:, 0], "torque": torque[:, 0], "period": PERIOD, **GIVEN, **change}
+    with pytest.raises(ValueError, match=message):
+        identify_series(**given)

@@ -1,0 +1,153 @@
+"""Joints that are known: parameters in closed-form logs, coverage of the intervals, and joints of the simulation."""
+
+import numpy as np
+import pytest
+from scipy import signal
+from synthetic_logs import JOINT, make_log, motion
+
+from adaptive_ff import InputError, load_scenario, simulate
+from adaptive_ff.identify.filtering import condition
+from adaptive_ff.identify.fit import fit_terms
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.term_selection import BASE
+from adaptive_ff.logs.log import Log
+
+
+@pytest.mark.parametrize("as_position", [True, False])
+def test_noise_free_log_gives_the_joint(as_position):
+    found = identify_log(make_log(as_position=as_position))
+    for name, true in JOINT.items():
+        assert found.value(name) == pytest.approx(true, rel=2e-3)
+    assert found.fit.relative_error < 2e-3
+    assert found.validation.relative_error < 2e-3
+    assert found.samples == found.used == 15000
+
+
+def test_jittered_clock_is_undone():
+    log = make_log(period=0.004)
+    generator = np.random.default_rng(101)
+    time = np.sort(log.time + 0.001 * generator.uniform(-1.0, 1.0, log.time.size))
+    position, velocity, acceleration = motion(time)
+    torque = 2.0 * acceleration + 3.0 * np.sign(velocity) + 4.0 * velocity - 0.5
+    found = identify_log(Log("log", time, torque, position=position))
+    for name, true in JOINT.items():
+        assert found.value(name) == pytest.approx(true, rel=0.01)
+
+
+@pytest.mark.parametrize("lag", [0.004, 0.02])
+def test_friction_lag_is_found_within_its_interval(lag):
+    log = make_log(period=0.001, duration=25.0)
+    _, velocity, acceleration = motion(log.time)
+    static = 3.0 * np.sign(velocity) + 4.0 * velocity
+    friction = signal.lsim(([1.0], [lag, 1.0]), static, log.time)[1]  # oracle: scipy's exact step
+    friction += np.exp(-log.time / lag) * static[0]
+    generator = np.random.default_rng(101)
+    torque = 2.0 * acceleration + friction + 0.05 * generator.standard_normal(log.time.size)
+    found = identify_log(Log("log", log.time, torque, position=log.position))
+    estimate = found.parameters["friction_lag"].estimate
+    assert found.parameters["friction_lag"].told
+    assert estimate.value == pytest.approx(lag, abs=0.0004)
+    assert estimate.lower < lag < estimate.upper
+    for name, true in (("inertia", 2.0), ("coulomb", 3.0), ("viscous", 4.0)):
+        assert found.value(name) == pytest.approx(true, rel=0.01)
+    best = found.lags[np.argmin(found.lag_errors)]
+    assert abs(best - lag) <= found.lags[1] - found.lags[0]
+
+
+def test_torque_that_is_recorded_early_looks_like_a_lag_unless_its_delay_is_told():
+    log = make_log(period=0.001, noise=0.02)
+    shift = 8
+    early = Log("log", log.time[:-shift], log.torque[shift:], position=log.position[:-shift])
+    right = identify_log(early, torque_delay=0.001 * shift)
+    wrong = identify_log(early)
+    assert right.value("inertia") == pytest.approx(2.0, rel=0.01)
+    assert right.value("friction_lag") == 0.0
+    assert right.parameters["friction_lag"].estimate.lower < 0.0 < right.parameters["friction_lag"].estimate.upper
+    assert wrong.parameters["friction_lag"].estimate.upper < 0.0
+    assert any("friction seems to lead the motion" in caution for caution in wrong.cautions)
+
+
+def test_direction_asymmetry_is_reported_beside_the_model():
+    found = identify_log(make_log(noise=0.1, asymmetry=0.6, seed=103))
+    reported = found.parameters["viscous_asymmetry"]
+    assert reported.told
+    assert not reported.used
+    assert reported.estimate.lower < 0.6 < reported.estimate.upper
+    offset = found.selection.tried["viscous_asymmetry"].estimate("offset")
+    assert offset.lower < JOINT["offset"] < offset.upper
+    assert any("Viscous friction differs by direction: 4.6" in sentence for sentence in found.verdict)
+    same = identify_log(make_log(noise=0.1, seed=106))
+    assert not same.parameters["viscous_asymmetry"].told
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say_though_errors_are_correlated():
+    terms = (*BASE, "friction_lag")
+    truth = {**JOINT, "friction_lag": 0.0}
+    held = dict.fromkeys(truth, 0)
+    seeds = range(101, 161)
+    prepared = prepare(make_log(), 10.0)
+    for seed in seeds:
+        log = make_log(noise=0.3, seed=seed)
+        piece = condition(log, prepared.pieces[0], 10.0, prepared.period, prepared.rest)
+        fitted = fit_terms(Problem([piece], prepared.rest.stribeck, 0.1, 0.0), terms, 0.95)
+        for name, true in truth.items():
+            estimate = fitted.estimate(name)
+            held[name] += estimate.lower <= true <= estimate.upper
+    assert all(count >= 0.8 * len(seeds) for count in held.values()), held
+    assert 0.89 * len(seeds) * len(truth) <= sum(held.values()) <= 0.985 * len(seeds) * len(truth), held
+
+
+def test_motion_one_way_says_that_an_offset_is_not_told():
+    time = 0.002 * np.arange(15000)
+    velocity = 2.0 + np.sin(2.0 * np.pi * 0.4 * time) + 0.5 * np.sin(2.0 * np.pi * 1.1 * time)
+    acceleration = 2.0 * np.pi * (0.4 * np.cos(2.0 * np.pi * 0.4 * time) + 0.55 * np.cos(2.0 * np.pi * 1.1 * time))
+    torque = 2.0 * acceleration + 3.0 + 4.0 * velocity - 0.5
+    found = identify_log(Log("log", time, torque, velocity=velocity))
+    assert "offset" not in found.parameters
+    assert found.value("coulomb") == pytest.approx(2.5, rel=1e-3)
+    assert any("one way only" in sentence for sentence in found.verdict)
+
+
+def test_constant_speed_alone_does_not_determine_a_joint():
+    time = 0.002 * np.arange(15000)
+    velocity = np.full(15000, 2.0)
+    velocity[:5] += 1e-13  # not quite the same all over
+    torque = 5.0 + np.random.default_rng(101).standard_normal(15000)
+    with pytest.raises(InputError, match=r"log: the log does not determine a joint: .* cannot be told"):
+        identify_log(Log("log", time, torque, velocity=velocity))
+
+
+@pytest.mark.parametrize("seed", [101, 102])
+def test_joint_of_the_simulation_is_found_with_stiction_lag_and_stribeck_velocity(seed):
+    scenario = load_scenario().modified(sampling={"period": 0.001}, seed=seed, controllers=["oracle"])
+    columns = simulate(scenario, "oracle").columns()
+    log = Log("run", columns["time"], columns["torque"], velocity=columns["measured"])
+    found = identify_log(log, torque_delay=0.0005)  # held until the next sample
+    joint = scenario.joint
+    for name in ("inertia", "coulomb", "viscous", "friction_lag", "stiction", "stribeck_velocity"):
+        reported = found.parameters[name]
+        assert reported.told, name
+        assert reported.estimate.value == pytest.approx(getattr(joint, name), rel=0.1), name
+        half = reported.estimate.upper - reported.estimate.value
+        assert abs(reported.estimate.value - getattr(joint, name)) < 1.5 * half, name
+    assert abs(found.parameters["offset"].estimate.value) < 0.5
+    assert abs(found.parameters["viscous_asymmetry"].estimate.value) < 0.1 * joint.viscous
+
+
+@pytest.mark.parametrize(("later", "told"), [(2.0, True), (-1.0, False)])
+def test_stiction_that_one_half_of_the_log_does_not_foretell_of_the_other_is_not_told(later, told):
+    log = make_log(noise=0.02)
+    _, velocity, _ = motion(log.time)
+    excess = np.where(log.time < 0.65 * log.time[-1], 2.0, later)
+    torque = log.torque + excess * np.sign(velocity) * np.exp(-np.abs(velocity) / 0.2)
+    found = identify_log(Log("log", log.time, torque, position=log.position), held_out=0.0)
+    assert found.parameters["stiction"].told == told
+    holding = found.selection.chosen if told else found.selection.tried["stiction_excess"]
+    assert holding.estimate("stiction_excess").lower > 0.0
+    if told:
+        assert found.value("stiction") == pytest.approx(5.0, rel=0.02)
+        assert found.value("stribeck_velocity") == pytest.approx(0.2, rel=0.05)
+    else:
+        assert any("one half of the log does not foretell the other" in sentence for sentence in found.verdict)

@@ -1,0 +1,138 @@
+"""Logs with defects: the rest is used, or one line says what is wrong."""
+
+import numpy as np
+import pytest
+from synthetic_logs import JOINT, make_log
+
+from adaptive_ff import InputError
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.logs.log import Log
+
+
+def spoiled(log, **series):
+    return Log("log", *(series.get(name, getattr(log, name)) for name in ("time", "torque", "position", "velocity")))
+
+
+def test_stretches_without_numbers_and_a_clock_that_jumps_back_leave_the_rest_usable():
+    log = make_log(noise=0.1)
+    log.torque[2000:2600] = np.nan
+    log.position[7000] = np.inf
+    log.time[9000:] -= 7.0
+    found = identify_log(log)
+    for name, true in JOINT.items():
+        assert found.value(name) == pytest.approx(true, rel=0.05)
+    assert [skip[:2] for skip in found.skipped] == [(2000, 2600), (7000, 7001), (9000, 9000)]
+    assert found.used == 15000 - 601
+    assert found.fit.relative_error < 0.05
+
+
+def test_defects_do_not_bias_what_is_near_them():
+    """Each piece is filtered by itself and its ends are dropped: noise-free pieces give the joint."""
+    log = make_log()
+    for place in range(1500, 15000, 1500):
+        log.torque[place : place + 7] = np.nan
+    found = identify_log(log)
+    for name, true in JOINT.items():
+        assert found.value(name) == pytest.approx(true, rel=0.01)
+
+
+def test_pieces_that_are_too_short_are_skipped_and_said():
+    log = make_log()
+    log.torque[10000::100] = np.nan
+    found = identify_log(log, held_out=0.2)
+    assert found.used <= 10000
+    assert any("the filters need" in skip.reason for skip in found.skipped)
+    assert found.value("inertia") == pytest.approx(2.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"position": np.full(15000, 1.0)}, "log: the position is 1 all over; it must move to be identified"),
+        ({"torque": np.zeros(15000)}, "log: the torque is 0 all over; it must be that of the drive"),
+        (
+            {"torque": np.full(15000, np.nan)},
+            "log: no piece of 16 samples is without defect; mostly values that are no",
+        ),
+        ({"time": np.zeros(15000)}, "log: the time never goes forward"),
+    ],
+)
+def test_useless_column_is_refused(change, message):
+    with pytest.raises(InputError) as refused:
+        identify_log(spoiled(make_log(), **change))
+    assert message in str(refused.value)
+
+
+def test_ten_samples_are_refused():
+    log = make_log()
+    with pytest.raises(InputError, match="log: 10 samples are not enough; there must be at least 50"):
+        identify_log(Log("log", log.time[:10], log.torque[:10], log.position[:10]))
+
+
+def test_log_shorter_than_the_filters_is_refused():
+    log = make_log()
+    with pytest.raises(InputError, match=r"the longest piece without defect has 200 samples; .* there must be 247"):
+        identify_log(Log("log", log.time[:200], log.torque[:200], log.position[:200]))
+
+
+def test_joint_that_hardly_leaves_rest_is_refused():
+    log = make_log()
+    position = np.where(log.time < 15.0, 0.0, np.minimum(log.time - 15.0, 0.05))
+    with pytest.raises(InputError, match=r"log: the joint slides in [0-9]+ rows .* only; there must be at least 30"):
+        identify_log(spoiled(log, position=position))
+
+
+@pytest.mark.parametrize("series", ["torque", "position"])
+def test_reversed_sign_is_refused_with_what_to_do(series):
+    log = make_log(noise=0.1)
+    with pytest.raises(InputError, match=r"log: friction would drive the joint .* scale one of them by -1"):
+        identify_log(spoiled(log, **{series: -getattr(log, series)}))
+
+
+def test_degrees_are_suspected():
+    log = make_log(noise=0.1)
+    found = identify_log(spoiled(log, position=np.degrees(log.position)))
+    assert any("is the motion in degrees" in caution for caution in found.cautions)
+    assert identify_log(log).cautions == []
+
+
+def test_exchanged_columns_are_no_joint():
+    log = make_log(noise=0.1)
+    try:
+        cautions = identify_log(spoiled(log, torque=log.position, position=log.torque)).cautions
+    except InputError as refused:
+        cautions = [str(refused)]
+    assert any("columns" in caution or "negative" in caution for caution in cautions)
+
+
+def test_torque_of_something_else_is_said_to_be_unexplained():
+    log = make_log()
+    torque = 5.0 * np.sin(2.0 * np.pi * 2.3 * log.time) + 0.1 * log.torque
+    found = identify_log(spoiled(log, torque=torque))
+    assert any("of the torque unexplained" in caution for caution in found.cautions)
+    assert "do not explain" in found.verdict[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"bandwidth": 60.0}, "bandwidth = 60 Hz is not allowed: it must be positive and at most a tenth"),
+        ({"bandwidth": 0.0}, "bandwidth = 0 Hz is not allowed"),
+        ({"bandwidth": np.nan}, "bandwidth = nan Hz is not allowed"),
+        ({"held_out": 1.0}, "held_out = 1 is not allowed: it must be zero or more, and less than one"),
+        ({"held_out": 0.99}, "with 99 % held out, no piece is left"),
+        ({"torque_delay": np.inf}, "torque_delay = inf s is not allowed"),
+        ({"confidence": 1.0}, "confidence = 1 is not allowed"),
+    ],
+)
+def test_argument_out_of_range_is_refused(arguments, message):
+    with pytest.raises(InputError) as refused:
+        identify_log(make_log(), **arguments)
+    assert message in str(refused.value)
+
+
+def test_nothing_held_out_is_said():
+    found = identify_log(make_log(), held_out=0.0)
+    assert found.validation is None
+    assert "Nothing was held out" in found.verdict[1]
+    assert found.to_dict()["validation"] is None

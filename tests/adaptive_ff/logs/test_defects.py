@@ -1,0 +1,96 @@
+"""Defects of logs, and the pieces between them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adaptive_ff import InputError
+from adaptive_ff.logs.defects import Piece, Skipped, runs, usable_pieces
+from adaptive_ff.logs.log import Log
+
+SIZE = 60
+
+
+def make_log(**changes):
+    series = {"time": 0.01 * np.arange(SIZE), "torque": np.ones(SIZE), "position": np.arange(float(SIZE))}
+    for name, (place, value) in changes.items():
+        series[name][place] = value
+    return Log("log", **series)
+
+
+def test_sound_log_is_one_piece():
+    assert usable_pieces(make_log()) == ([Piece(0, SIZE)], [])
+
+
+@pytest.mark.parametrize("name", ["time", "torque", "position"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_stretch_without_numbers_is_skipped_and_the_rest_is_used(name, value):
+    pieces, skipped = usable_pieces(make_log(**{name: (slice(20, 25), value)}))
+    assert pieces == [Piece(0, 20), Piece(25, SIZE)]
+    assert skipped == [Skipped(20, 25, "values that are no finite numbers")]
+
+
+def test_clock_that_jumps_back_cuts_and_skips_nothing():
+    log = make_log()
+    log.time[30:] -= 0.2
+    pieces, skipped = usable_pieces(log)
+    assert pieces == [Piece(0, 30), Piece(30, SIZE)]
+    assert skipped == [Skipped(30, 30, "the clock jumps back, from 0.29 s to 0.1 s")]
+
+
+@pytest.mark.parametrize(("shift", "what"), [(0.1, "leaves a gap"), (-0.01, "stands still")])
+def test_gap_and_standing_clock_cut(shift, what):
+    log = make_log()
+    log.time[30:] += shift
+    pieces, skipped = usable_pieces(log)
+    assert pieces == [Piece(0, 30), Piece(30, SIZE)]
+    assert [what in skip.reason for skip in skipped] == [True]
+
+
+def test_jitter_does_not_cut():
+    log = make_log()
+    log.time[1:-1] += 0.004 * np.sin(np.arange(1, SIZE - 1))
+    assert usable_pieces(log)[0] == [Piece(0, SIZE)]
+
+
+def test_short_piece_is_skipped_with_its_length():
+    pieces, skipped = usable_pieces(make_log(torque=([10, 14], np.nan)), shortest=5)
+    assert pieces == [Piece(15, SIZE)] or pieces == [Piece(0, 10), Piece(15, SIZE)]
+    assert Skipped(11, 14, "a piece of 3 samples; 5 are needed") in skipped
+
+
+def test_clock_that_never_goes_forward_is_refused():
+    log = make_log()
+    log.time[:] = 5.0
+    with pytest.raises(InputError, match="log: the time never goes forward"):
+        usable_pieces(log)
+
+
+@given(
+    st.lists(st.integers(0, SIZE - 1), max_size=8),
+    st.lists(st.tuples(st.integers(1, SIZE - 1), st.sampled_from([-0.3, -0.01, 0.3])), max_size=4),
+)
+def test_pieces_hold_every_sound_sample_once_and_no_defect(lost, jumps):
+    log = make_log()
+    log.torque[lost] = np.nan
+    for place, shift in jumps:
+        log.time[place:] += shift
+    pieces, skipped = usable_pieces(log, shortest=1)
+    used = np.zeros(SIZE, dtype=int)
+    for piece in pieces:
+        used[piece.start : piece.stop] += 1
+        assert np.all(np.diff(log.time[piece.start : piece.stop]) > 0.0)
+        assert np.all(np.isfinite(log.torque[piece.start : piece.stop]))
+    assert np.array_equal(used, np.isfinite(log.torque))
+    assert sum(skip.stop - skip.start for skip in skipped) == len(set(lost))
+
+
+@given(st.lists(st.booleans()))
+def test_runs_are_where_the_mask_is_true(mask):
+    rebuilt = [False] * len(mask)
+    for start, stop in runs(np.array(mask, dtype=bool)):
+        assert stop > start
+        assert start == 0 or not mask[start - 1]
+        rebuilt[start:stop] = [True] * (stop - start)
+    assert rebuilt == mask

@@ -1,0 +1,221 @@
+"""Logs in every format, written by the library of the format and read back."""
+
+import builtins
+import sys
+
+import h5py
+import numpy as np
+import pyarrow
+import pytest
+from pyarrow import parquet
+from scipy import io
+
+from adaptive_ff import InputError
+from adaptive_ff.logs.log import read_log
+
+TIME = 0.01 * np.arange(7)
+POSITION = np.array([0.0, 1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
+TORQUE = np.array([3.0, -1.0, 2.5, 0.0, 7.0, 1e-3, 8.0])
+TABLE = np.column_stack([TORQUE, 2.0 * TORQUE, POSITION])
+
+
+def write_text(path, separator, header="t,q,u"):
+    rows = [separator.join(header.split(","))]
+    rows += [separator.join(map(repr, map(float, row))) for row in zip(TIME, POSITION, TORQUE, strict=True)]
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+def write_matlab_73(path, **arrays):
+    """Write a file as MATLAB's -v7.3 does: HDF5 behind a header of 512 bytes, axes reversed."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, array in arrays.items():
+            file[name] = np.atleast_2d(array).T if array.ndim == 1 else array.T
+    header = b"MATLAB 7.3 MAT-file".ljust(124, b" ") + b"\x00\x02IM"
+    with path.open("r+b") as stream:
+        stream.write(header)
+
+
+def write_hdf5(path):
+    with h5py.File(path, "w") as file:
+        file["t"], file["q"], file["u"] = TIME, POSITION, TORQUE
+
+
+WRITERS = {
+    "comma.csv": lambda path: write_text(path, ","),
+    "semicolon.csv": lambda path: write_text(path, ";"),
+    "tab.txt": lambda path: write_text(path, "\t"),
+    "arrays.npz": lambda path: np.savez(path, t=TIME, q=POSITION, u=TORQUE),
+    "packed.npz": lambda path: np.savez_compressed(path, t=TIME, q=POSITION[:, np.newaxis], u=TORQUE[np.newaxis]),
+    "old.mat": lambda path: io.savemat(path, {"t": TIME, "q": POSITION, "u": TORQUE}),
+    "new.mat": lambda path: write_matlab_73(path, t=TIME, q=POSITION, u=TORQUE),
+    "plain.h5": write_hdf5,
+    "table.parquet": lambda path: parquet.write_table(pyarrow.table({"t": TIME, "q": POSITION, "u": TORQUE}), path),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_gives_the_same_log(name, tmp_path):
+    path = tmp_path / name
+    WRITERS[name](path)
+    log = read_log(path, time="t", position="q", torque="u")
+    assert np.array_equal(log.time, TIME)
+    assert np.array_equal(log.position, POSITION)
+    assert np.array_equal(log.torque, TORQUE)
+    assert log.velocity is None
+    assert log.motion is log.position
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+@pytest.mark.parametrize("form", ["npz", "mat", "mat73", "h5"])
+def test_series_of_a_table_is_picked_by_its_number(form, transposed, tmp_path):
+    table = TABLE.T if transposed else TABLE
+    path = tmp_path / f"table.{form.removesuffix('73')}"
+    if form == "npz":
+        np.savez(path, all=table)
+    elif form == "mat":
+        io.savemat(path, {"all": table})
+    elif form == "mat73":
+        write_matlab_73(path, all=table)
+    else:
+        with h5py.File(path, "w") as file:
+            file["all"] = table
+    log = read_log(path, period=0.5, position="all[2]", torque="all[1]", extra={"feedforward": "all[0]"})
+    assert np.array_equal(log.position, POSITION)
+    assert np.array_equal(log.torque, 2.0 * TORQUE)
+    assert np.array_equal(log.extra["feedforward"], TORQUE)
+    assert np.array_equal(log.time, 0.5 * np.arange(7))
+
+
+def test_members_of_structs_and_groups_are_reached_by_dots(tmp_path):
+    io.savemat(tmp_path / "struct.mat", {"log": {"drive": {"u": TORQUE}, "q": POSITION}})
+    with h5py.File(tmp_path / "group.h5", "w") as file:
+        file["log/drive/u"], file["log/q"] = TORQUE, POSITION
+    for name in ("struct.mat", "group.h5"):
+        log = read_log(tmp_path / name, period=1.0, velocity="log.q", torque="log.drive.u")
+        assert np.array_equal(log.torque, TORQUE)
+        assert np.array_equal(log.velocity, POSITION)
+
+
+def test_factors_apply_to_their_columns_only(tmp_path):
+    np.savez(tmp_path / "log.npz", ms=1e3 * TIME, all=TABLE)
+    scale = {"ms": 1e-3, "all[2]": np.pi / 180.0, "all[0]": -48.0}
+    log = read_log(tmp_path / "log.npz", time="ms", position="all[2]", torque="all[0]", scale=scale)
+    assert log.time == pytest.approx(TIME, abs=1e-15)
+    assert np.array_equal(log.position, np.pi / 180.0 * POSITION)
+    assert np.array_equal(log.torque, -48.0 * TORQUE)
+
+
+def test_column_whose_own_name_has_brackets_is_found(tmp_path):
+    write_text(tmp_path / "log.csv", ",", "t,q[0],u")
+    assert np.array_equal(read_log(tmp_path / "log.csv", time="t", position="q[0]", torque="u").position, POSITION)
+
+
+def test_cells_without_a_number_become_nan_and_others_stay(tmp_path):
+    (tmp_path / "log.csv").write_text('t,q,"u"\n0,1,5\n1,,6\n2,x,"7"\n3,4\n', encoding="utf-8")
+    log = read_log(tmp_path / "log.csv", time="t", position="q", torque="u")
+    assert np.array_equal(log.time, [0.0, 1.0, 2.0, 3.0])
+    assert np.array_equal(log.position, [1.0, np.nan, np.nan, 4.0], equal_nan=True)
+    assert np.array_equal(log.torque, [5.0, 6.0, 7.0, np.nan], equal_nan=True)
+
+
+def test_arrays_that_are_not_wanted_are_not_read(tmp_path):
+    objects = np.array([{"note": 1}, None], dtype=object)  # reading it would need pickle, which is refused
+    np.savez(tmp_path / "log.npz", t=TIME, q=POSITION, u=TORQUE, note=objects)
+    assert read_log(tmp_path / "log.npz", time="t", position="q", torque="u").torque.size == 7
+    with pytest.raises(InputError, match="Object arrays cannot be loaded"):
+        read_log(tmp_path / "log.npz", time="t", position="q", torque="note")
+
+
+def test_series_of_floats_is_not_copied_but_taken(tmp_path, monkeypatch):
+    arrays = {"t": TIME.copy(), "q": POSITION.copy(), "u": TORQUE.copy()}
+    path = tmp_path / "log.npz"
+    np.savez(path, **arrays)
+    loaded = {}
+    original = np.lib.npyio.NpzFile.__getitem__
+    monkeypatch.setattr(
+        np.lib.npyio.NpzFile, "__getitem__", lambda file, key: loaded.setdefault(key, original(file, key))
+    )
+    log = read_log(path, time="t", position="q", torque="u")
+    for name, series in {"t": log.time, "q": log.position, "u": log.torque}.items():
+        assert np.shares_memory(series, loaded[name])
+
+
+GOOD = {"time": "t", "position": "q", "torque": "u"}
+
+REFUSED = [
+    ({**GOOD, "torque": "tau"}, "there is no column tau; there are t, q, u, all (7, 3), short, text"),
+    ({**GOOD, "torque": "all"}, "all has shape (7, 3); to pick a series of it write all[0]"),
+    ({**GOOD, "torque": "all[3]"}, "all has shape (7, 3); all[3] must count one of its 3 series from 0"),
+    ({**GOOD, "torque": "u[0]"}, "u has shape (7,); u[0] must count"),
+    ({**GOOD, "torque": "short"}, "t has 7 samples, short has 3; they must be alike"),
+    ({**GOOD, "torque": "text"}, "text holds <U1; it must hold numbers"),
+    ({**GOOD, "velocity": "q"}, "a position or a velocity must be named, one of them"),
+    ({**GOOD, "position": None}, "a position or a velocity must be named, one of them"),
+    ({**GOOD, "period": 0.1}, "a column of time or a period must be given, one of them"),
+    ({**GOOD, "time": None, "period": -1.0}, "period = -1 s is not allowed: it must be positive"),
+    ({**GOOD, "time": None, "period": np.nan}, "period = nan s is not allowed: it must be positive"),
+    ({**GOOD, "scale": {"all": 2.0}}, "scale: all is no column that is used; these are u, t, q"),
+    ({**GOOD, "scale": {"q": 0.0}}, "scale: q = 0 is not allowed: it must be finite and not zero"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), REFUSED)
+def test_wrong_choice_of_columns_is_refused_with_what_there_is(arguments, message, tmp_path):
+    path = tmp_path / "log.npz"
+    text = np.array(["a"] * 7)
+    np.savez(path, t=TIME, q=POSITION, u=TORQUE, all=TABLE, short=TORQUE[:3], text=text)
+    with pytest.raises(InputError) as refused:
+        read_log(path, **arguments)
+    assert str(refused.value).startswith(f"{path}: ")
+    assert message in str(refused.value)
+
+
+def test_column_of_words_is_refused(tmp_path):
+    (tmp_path / "log.csv").write_text("t,q,u\n0,a,1\n1,b,2\n", encoding="utf-8")
+    with pytest.raises(InputError, match="q holds no finite number"):
+        read_log(tmp_path / "log.csv", **GOOD)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("log.csv", None, "No such file"),
+        ("log.npz", b"PK no archive", "cannot be read"),
+        ("log.mat", b"\x00" * 300, "cannot be read"),
+        ("log.parquet", b"PAR?", "cannot be read"),
+        ("log.h5", b"no HDF5", "cannot be read"),
+        ("log.csv", b"", "the file is empty"),
+        ("log.csv", b"\xff\xfe\x00t", "cannot be read"),
+        ("log.csv", b"t,q,q,u\n1,2,3,4\n", "there are 2 columns q; there must be one"),
+        ("log.xlsx", b"", "the ending '.xlsx' is not known; allowed: .csv, .txt, .tsv, .npz, .mat"),
+    ],
+)
+def test_damaged_file_is_refused_in_one_line(name, content, message, tmp_path):
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError) as refused:
+        read_log(path, **GOOD)
+    assert str(path) in str(refused.value)
+    assert message in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "library", "extra"), [("new.mat", "h5py", "hdf5"), ("table.parquet", "pyarrow", "parquet")]
+)
+def test_missing_library_is_named_with_its_extra(name, library, extra, tmp_path, monkeypatch):
+    path = tmp_path / name
+    WRITERS[name](path)
+    for module in [module for module in sys.modules if module.partition(".")[0] == library]:
+        monkeypatch.delitem(sys.modules, module)
+    original = builtins.__import__
+
+    def without(module, *arguments, **named):
+        if module.partition(".")[0] == library:
+            raise ImportError(f"No module named {module!r}")
+        return original(module, *arguments, **named)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, library, None)  # what importlib refuses
+    with pytest.raises(InputError, match=rf"takes {library}, .* pip install 'adaptive-ff\[{extra}\]'"):
+        read_log(path, **GOOD)

@@ -1,0 +1,270 @@
+import itertools
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, course_along, drive, make
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from adaptive_ff.model.feedforward import FeedforwardState, exchange_model, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.friction import TorqueModel, directed_friction, model_friction
+from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.scenario.truth import true_model
+from plant import Stribeck, sliding_friction
+
+MODEL = true_model(SCENARIO)
+COULOMB_VISCOUS = MODEL._replace(stiction=MODEL.coulomb)
+PERIOD = 0.01
+
+
+def static_friction(model, velocity, direction):
+    return math.copysign(model_friction(model, abs(velocity)), direction)
+
+
+def pieces(start, end):
+    """Parts of a period between reversals: share of the period, velocity at its ends."""
+    if start * end < 0.0:
+        turn = start / (start - end)
+        return [(turn, start, 0.0), (1.0 - turn, 0.0, end)]
+    return [(1.0, start, end)]
+
+
+def friction_by_runge_kutta(model, friction, start, end, between):
+    """Integral of the lagged friction over a period, and its value at the end; ``between`` gives F within a part."""
+    total = 0.0
+    for share, first, last in pieces(start, end):
+        duration = share * PERIOD
+
+        def slope(t, y, first=first, last=last, duration=duration):
+            return [y[1], (between(model, first, last, t / duration) - y[1]) / model.friction_lag]
+
+        path = solve_ivp(slope, (0.0, duration), [0.0, friction], rtol=1e-11, atol=1e-12, max_step=duration / 20.0)
+        total, friction = total + path.y[0, -1], path.y[1, -1]
+    return total, friction
+
+
+def linear_between_the_ends(model, first, last, share):
+    direction = first + last
+    return (1.0 - share) * static_friction(model, first, direction) + share * static_friction(model, last, direction)
+
+
+def true_between_the_ends(model, first, last, share):
+    return static_friction(model, first + share * (last - first), first + last)
+
+
+def torque_by_runge_kutta(model, friction, start, end, between):
+    integral, friction = friction_by_runge_kutta(model, friction, start, end, between)
+    return (model.inertia * (end - start) + integral) / PERIOD, friction
+
+
+PIECES = [(0.1, 0.13), (-0.2, -0.19), (0.02, -0.03), (-0.004, 0.05), (0.0, 0.02), (0.02, 0.0), (0.1, 0.1)]
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+@pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
+def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_reversal(start, end, friction):
+    expected = torque_by_runge_kutta(MODEL, friction, start, end, linear_between_the_ends)
+    torque, state = step_feedforward(MODEL, FeedforwardState(friction, 0.0, True), start, end, PERIOD)
+    assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
+    assert state.reference == start
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+def test_coulomb_and_viscous_friction_are_linear_between_reversals_so_the_integral_is_exact(start, end):
+    expected = torque_by_runge_kutta(COULOMB_VISCOUS, 30.0, start, end, true_between_the_ends)
+    torque, state = step_feedforward(COULOMB_VISCOUS, FeedforwardState(30.0, 0.0, True), start, end, PERIOD)
+    assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
+
+
+def test_stribeck_friction_is_integrated_with_second_order_in_the_change_of_the_reference():
+    errors = []
+    for change in (0.02, 0.01, 0.005):
+        exact, _ = torque_by_runge_kutta(MODEL, 80.0, 0.02, 0.02 + change, true_between_the_ends)
+        torque, _ = step_feedforward(MODEL, FeedforwardState(80.0, 0.0, True), 0.02, 0.02 + change, PERIOD)
+        errors.append(torque - exact)
+    assert 0.0 < errors[0] < 0.1  # of some 100 N m; the chord lies above the convex curve
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.3)
+    assert math.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+def test_without_lag_friction_follows_the_static_curve_at_once(start, end):
+    prompt = MODEL._replace(friction_lag=0.0)
+    expected = prompt.inertia * (end - start) / PERIOD
+    for share, first, last in pieces(start, end):
+        mean = 0.5 * sum(static_friction(prompt, speed, first + last) for speed in (first, last))
+        expected += share * mean
+    torque, state = step_feedforward(prompt, FeedforwardState(-50.0, 0.0, True), start, end, PERIOD)
+    assert torque == pytest.approx(expected, rel=1e-12)
+    assert state.friction == pytest.approx(static_friction(prompt, last, first + last), rel=1e-12)
+
+
+@pytest.mark.parametrize("lag", [1e-9, 1e-6])
+@pytest.mark.parametrize(("start", "end"), PIECES)
+def test_short_lag_tends_to_none(start, end, lag):
+    state = FeedforwardState(-50.0, 0.0, True)
+    prompt = step_feedforward(MODEL._replace(friction_lag=0.0), state, start, end, PERIOD)
+    lagged = step_feedforward(MODEL._replace(friction_lag=lag), state, start, end, PERIOD)
+    assert lagged[0] == pytest.approx(prompt[0], abs=400.0 * lag / PERIOD)
+    assert lagged[1].friction == pytest.approx(prompt[1].friction, abs=1e4 * lag)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_at_rest_nothing_is_fed_forward_and_friction_fades(lag):
+    model = MODEL._replace(friction_lag=lag)
+    assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True))
+    torque, state = step_feedforward(model, FeedforwardState(60.0, 0.0, True), 0.0, 0.0, PERIOD)
+    decay = math.exp(-PERIOD / lag) if lag else 0.0
+    assert state.friction == pytest.approx(60.0 * decay, abs=1e-12)
+    assert torque == pytest.approx(60.0 * lag * (1.0 - decay) / PERIOD, abs=1e-12)
+
+
+def test_without_preview_the_last_slope_of_the_reference_is_continued():
+    reference = 0.1 + 0.05 * np.sin(0.2 * np.arange(30))
+    blind, guided = initial_feedforward_state(), initial_feedforward_state()
+    for last, now in itertools.pairwise([reference[0], *reference]):
+        found, blind = step_feedforward(MODEL, blind, now, math.nan, PERIOD)
+        expected, guided = step_feedforward(MODEL, guided, now, 2.0 * now - last, PERIOD)
+        assert found == pytest.approx(expected, rel=1e-13)
+        assert blind == pytest.approx(guided, rel=1e-13)
+
+
+def test_without_preview_the_first_sample_takes_the_reference_as_constant():
+    first = step_feedforward(MODEL, initial_feedforward_state(), 0.1, math.nan, PERIOD)
+    assert first == step_feedforward(MODEL, initial_feedforward_state(), 0.1, 0.1, PERIOD)
+
+
+@pytest.mark.parametrize("delay", [0.5, 1.0, 2.3])
+@pytest.mark.parametrize("preview", [True, False])
+def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, preview):
+    """Along a straight line, through the reversal, continuing the slope is exact."""
+
+    def ramp(sample):
+        return 0.05 - 0.004 * sample
+
+    early, late = (FeedforwardState(90.0, ramp(-1.0), True) for _ in range(2))
+    for k in range(40):
+        following = ramp(k + 1.0) if preview else math.nan
+        found, early = step_feedforward(UNEQUAL, early, ramp(k), following, PERIOD, delay)
+        expected, late = step_feedforward(UNEQUAL, late, ramp(k + delay), ramp(k + 1.0 + delay), PERIOD)
+        assert found == pytest.approx(expected, rel=1e-9)
+        assert early.friction == pytest.approx(late.friction, rel=1e-9)
+        assert early.reference == ramp(k)
+
+
+@pytest.mark.parametrize(("delay", "first"), [(0.0, 50), (1.0, 49), (2.0, 48)])
+def test_model_that_changes_is_fed_forward_for_the_period_in_which_it_acts(delay, first):
+    controller = ModelBased(0.0, 0.0, PERIOD, MODEL._replace(friction_lag=0.0), [(0.5, 0.5)], delay=delay)
+    torques = [controller.step(0.2, 0.2, next_reference=0.2) for _ in range(60)]
+    assert np.flatnonzero(np.diff(torques)).tolist() == [first - 1]
+
+
+frictions = st.builds(
+    lambda coulomb, excess, viscous, velocity, shape: Stribeck(coulomb, coulomb + excess, viscous, velocity, shape),
+    st.floats(0.0, 200.0),
+    st.floats(0.0, 200.0),
+    st.floats(0.0, 500.0),
+    st.floats(1e-3, 1.0),
+    st.sampled_from([1.0, 2.0]) | st.floats(0.3, 3.0),
+)
+
+
+@settings(max_examples=300)
+@given(frictions, st.just(0.0) | st.floats(1e-9, 5.0))
+def test_friction_of_the_model_is_that_of_the_plant(friction, speed):
+    hypothesis = TorqueModel(20.0, *friction[:3], 0.02, *friction[3:])
+    truth = sliding_friction(friction, speed)
+    assert model_friction(hypothesis, speed) == pytest.approx(truth, rel=1e-12, abs=1e-12)
+
+
+def test_model_has_the_fields_of_the_joint_in_its_table():
+    joint = SCENARIO.joint.model_dump()
+    assert true_model(SCENARIO)._asdict() == {name: joint.get(name, 0.0) for name in TorqueModel._fields}
+
+
+FORWARD = MODEL._replace(coulomb=70.0, stiction=105.0, viscous=95.0)
+BACKWARD = MODEL._replace(coulomb=50.0, stiction=60.0, viscous=60.0)
+LOAD = -25.0
+UNEQUAL = TorqueModel.from_directions(20.0, (70.0, 50.0), (105.0, 60.0), (95.0, 60.0), 0.02, 0.05, 1.0, LOAD)
+
+
+def unequal_friction(velocity, direction):
+    """The paper's curve for each direction by itself, and the load."""
+    return static_friction(FORWARD if direction > 0.0 else BACKWARD, velocity, direction) + LOAD
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-4, 0.03, 0.4])
+def test_model_from_directions_has_the_friction_of_each(speed):
+    for direction in (1.0, -1.0):
+        found = directed_friction(UNEQUAL, speed, direction) + UNEQUAL.offset
+        assert found == pytest.approx(unequal_friction(speed, direction), rel=1e-12)
+    mean = 0.5 * (model_friction(FORWARD, speed) + model_friction(BACKWARD, speed))
+    assert model_friction(UNEQUAL, speed) == pytest.approx(mean, rel=1e-12)
+
+
+def test_coulomb_friction_that_differs_by_direction_is_an_offset_of_the_model():
+    assert UNEQUAL.offset == LOAD + 10.0
+    same = TorqueModel.from_directions(*MODEL[:1], *((value, value) for value in MODEL[1:4]), *MODEL[4:7])
+    assert same == MODEL
+
+
+@pytest.mark.parametrize(("start", "end"), PIECES)
+@pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
+def test_friction_that_differs_by_direction_is_lagged_as_a_whole(start, end, friction):
+    """Oracle: both directions and the load in one static curve, which the lag follows, integrated numerically."""
+
+    def between(model, first, last, share):
+        direction = first + last
+        return (1.0 - share) * unequal_friction(first, direction) + share * unequal_friction(last, direction)
+
+    expected = torque_by_runge_kutta(MODEL, friction, start, end, between)
+    state = FeedforwardState(friction - UNEQUAL.offset, 0.0, True)
+    torque, state = step_feedforward(UNEQUAL, state, start, end, PERIOD)
+    assert (torque, state.friction + UNEQUAL.offset) == pytest.approx(expected, rel=1e-8)
+
+
+def test_the_offset_is_fed_forward_at_rest_as_well_and_at_once():
+    torque, state = step_feedforward(UNEQUAL, initial_feedforward_state(), 0.0, 0.0, PERIOD)
+    assert torque == UNEQUAL.offset
+    assert state.friction == 0.0
+
+
+def test_friction_that_changes_leaves_the_load_as_it_is():
+    times = np.arange(0.0, 1.0, PERIOD)
+    reference = 0.2 * np.sin(10.0 * times)
+    halved = TorqueModel.from_directions(20.0, (35.0, 25.0), (52.5, 30.0), (47.5, 30.0), 0.02, 0.05, 1.0, LOAD)
+    controller, state = ModelBased(0.0, 0.0, PERIOD, UNEQUAL, [(0.495, 0.5)], load=LOAD), initial_feedforward_state()
+    for time, (now, following) in zip(times, itertools.pairwise(reference), strict=False):
+        found = controller.step(now, 0.0, next_reference=following)
+        expected, state = step_feedforward(halved if time > 0.485 else UNEQUAL, state, now, following, PERIOD)
+        assert found == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("reference", [0.2, -0.2])
+def test_exchanged_model_of_unequal_directions_leaves_the_friction_of_the_new_one(reference):
+    settled = FeedforwardState(directed_friction(MODEL, 0.2, reference), reference, True)
+    found = exchange_model(settled, MODEL, UNEQUAL, reference).friction
+    assert found == pytest.approx(directed_friction(UNEQUAL, 0.2, reference), rel=1e-12)
+
+
+def tracking_error(name, solver_period, substeps, **joint):
+    """Root of the mean square of the error along a motion with reversals, without noise."""
+    scenario = SCENARIO.modified(
+        joint={"solver_period": solver_period, **joint}, sampling={"period": substeps * solver_period}
+    )
+    time = solver_period * np.arange(round(10.0 / solver_period) + 1)
+    reference = 0.2 * np.sin(2.0 * np.pi * 0.3 * time) + 0.1 * np.sin(2.0 * np.pi * 0.8 * time)
+    reference *= 1.0 - np.exp(-((time / 0.5) ** 3))  # from rest
+    course = course_along(reference, joint=scenario.joint, substeps=substeps)
+    record, _ = drive(make(name, scenario), course)
+    return float(np.sqrt(np.mean((record.velocity - reference) ** 2)))
+
+
+def test_true_parameters_fed_forward_leave_an_error_that_vanishes_with_the_period():
+    errors = [tracking_error("oracle", period, 4) for period in (1e-3, 5e-4, 2.5e-4)]
+    assert errors[0] > 1.2 * errors[1] > 1.2**2 * errors[2]
+    assert errors[2] < 0.15e-3
+    assert errors[2] < 0.01 * tracking_error("pi", 2.5e-4, 4)
+    assert errors[2] < 0.03 * tracking_error("fixed", 2.5e-4, 4)

@@ -1,0 +1,175 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adaptive_ff.model.friction import TorqueModel, adhesion_share
+from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients, series_regressors, write_physical
+
+JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+PERIOD = 0.01
+MODELS = st.builds(
+    TorqueModel,
+    inertia=st.floats(0.1, 100.0),
+    coulomb=st.floats(0.1, 200.0),
+    stiction=st.floats(0.1, 200.0),
+    viscous=st.floats(0.1, 200.0),
+    friction_lag=st.floats(1e-3, 0.2),
+    stribeck_velocity=st.floats(0.01, 1.0),
+    stribeck_shape=st.floats(0.5, 2.0),
+)
+PERIODS = st.floats(1e-3, 0.05)
+
+
+def printed_coefficients(model, period):
+    """``a1, a2, b0, b1`` as the paper prints them below (4)."""
+    inertia, lag = model.inertia, model.friction_lag
+    denominator = inertia * lag + inertia * period + model.viscous * period**2
+    return (
+        (inertia * lag + inertia * period) / denominator,
+        inertia * lag / denominator,
+        (period**2 + lag * period**2) / denominator,
+        lag * period**2 / denominator,
+    )
+
+
+def in_other_unit_of_time(model, period, seconds):
+    """The same joint with time counted in units of so many seconds; torques stay in N m, angles in rad."""
+    return (
+        model._replace(
+            inertia=model.inertia / seconds**2,
+            viscous=model.viscous / seconds,
+            friction_lag=model.friction_lag / seconds,
+            stribeck_velocity=model.stribeck_velocity * seconds,
+        ),
+        period / seconds,
+    )
+
+
+@given(MODELS, PERIODS)
+def test_misprint_of_a1_a_joint_without_friction_keeps_its_velocity_only_with_the_corrected_one(model, period):
+    free = model._replace(coulomb=0.0, stiction=0.0, viscous=0.0)
+    found = series_coefficients(free, period)
+    assert found.a1 - found.a2 == pytest.approx(1.0, rel=1e-12)
+    a1, a2, _, _ = printed_coefficients(free, period)
+    assert a1 - a2 == pytest.approx(period / (period + free.friction_lag), rel=1e-9)
+    assert a1 - a2 < 0.99
+
+
+@given(MODELS, PERIODS, st.sampled_from([1e-3, 60.0]))
+def test_misprints_of_b0_and_b1_their_ratio_depends_on_the_unit_of_time_only_as_printed(model, period, seconds):
+    other = in_other_unit_of_time(model, period, seconds)
+    found, again = series_coefficients(model, period), series_coefficients(*other)
+    assert again.b1 / again.b0 == pytest.approx(found.b1 / found.b0, rel=1e-12)
+    assert found.b1 / found.b0 == pytest.approx(model.friction_lag / (model.friction_lag + period), rel=1e-12)
+    _, _, b0, b1 = printed_coefficients(model, period)
+    _, _, b0_again, b1_again = printed_coefficients(*other)
+    assert b1 / b0 == pytest.approx(model.friction_lag / (1.0 + model.friction_lag), rel=1e-12)
+    assert abs(math.log((b1 / b0) / (b1_again / b0_again))) > 0.5
+
+
+@given(MODELS, PERIODS, st.sampled_from([1e-3, 60.0]))
+def test_all_coefficients_scale_as_their_units_say(model, period, seconds):
+    found = np.array(series_coefficients(model, period))
+    again = np.array(series_coefficients(*in_other_unit_of_time(model, period, seconds)))
+    velocity_per_torque = np.array([1.0, 1.0, seconds, seconds, seconds, seconds])
+    assert again == pytest.approx(found * velocity_per_torque, rel=1e-11)
+
+
+@given(MODELS, PERIODS)
+def test_physical_parameters_come_back(model, period):
+    row = np.full(5, math.nan)
+    assert write_physical(np.array(series_coefficients(model, period)), period, row)
+    names = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
+    # sigma is a small difference of a1 and a2: rounding is amplified by J/(sigma Ts)
+    amplified = {"viscous": 1e-14 * (1.0 + model.inertia * (model.friction_lag + period) / (model.viscous * period**2))}
+    for name, value in zip(names, row, strict=True):
+        assert value == pytest.approx(getattr(model, name), rel=max(1e-10, amplified.get(name, 0.0)))
+
+
+def share(velocity):
+    return math.exp(-abs(velocity) / JOINT.stribeck_velocity)
+
+
+@pytest.fixture(scope="module")
+def series():
+    """Torque and velocity by the recursion (4), written out here once more."""
+    rng = np.random.default_rng(7)
+    torque = 150.0 * rng.standard_normal(2000)
+    a1, a2, b0, b1, c1, d1 = series_coefficients(JOINT, PERIOD)
+    velocity = np.zeros(2000)
+    for k in range(2, 2000):
+        last = velocity[k - 1]
+        friction = np.sign(last) * (c1 * (1.0 - share(last)) + d1 * share(last))
+        velocity[k] = a1 * last - a2 * velocity[k - 2] + b0 * torque[k] - b1 * torque[k - 1] - friction
+    assert 0.05 < np.std(velocity) < 5.0
+    return torque, velocity
+
+
+def regressors(torque, velocity, k):
+    row = np.empty(6)
+    last = (velocity[k - 1], velocity[k - 2]), (torque[k], torque[k - 1])
+    series_regressors(row, *last, JOINT.stribeck_velocity, JOINT.stribeck_shape)
+    return row
+
+
+def test_the_series_is_the_equation_of_motion_with_backward_differences(series):
+    torque, velocity = series
+    w, before, earlier = velocity[2:], velocity[1:-1], velocity[:-2]
+    second = (w - 2.0 * before + earlier) / PERIOD**2
+    slide = np.exp(-np.abs(before) / JOINT.stribeck_velocity)
+    friction = np.sign(before) * (JOINT.coulomb * (1.0 - slide) + JOINT.stiction * slide) + JOINT.viscous * w
+    inertial = JOINT.inertia * (JOINT.friction_lag * second + (w - before) / PERIOD)
+    applied = torque[2:] + JOINT.friction_lag * np.diff(torque)[1:] / PERIOD
+    assert inertial + friction == pytest.approx(applied, abs=1e-8 * np.max(np.abs(applied)))  # (2)
+
+
+def test_least_squares_on_the_recursion_returns_its_coefficients_and_the_joint(series):
+    torque, velocity = series
+    rows = np.array([regressors(torque, velocity, k) for k in range(2, velocity.size)])
+    found = np.linalg.lstsq(rows, velocity[2:])[0]
+    assert found == pytest.approx(np.array(series_coefficients(JOINT, PERIOD)), rel=1e-8)
+    physical = np.empty(5)
+    assert write_physical(found, PERIOD, physical)
+    assert physical == pytest.approx(JOINT[:5], rel=1e-6)
+
+
+def test_regressors_are_odd_and_without_friction_at_rest():
+    torque, velocity = np.array([3.0, 5.0, 8.0]), np.array([0.02, -0.03, 0.0])
+    row = regressors(torque, velocity, 2)
+    assert row == pytest.approx([-0.03, -0.02, 8.0, -5.0, 1.0 - math.exp(-0.6), math.exp(-0.6)], rel=1e-12)
+    assert regressors(-torque, -velocity, 2) == pytest.approx(-row, rel=1e-15)
+    assert not np.any(regressors(torque, np.zeros(3), 2)[[0, 1, 4, 5]])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"b0": 1e-3, "b1": 1e-3},
+        {"b0": -1e-3},
+        {"b0": 0.0, "b1": 0.0},
+        {"b0": math.nan},
+        {"a1": math.nan},
+        {"c1": math.inf},
+        {"d1": math.nan},
+    ],
+    ids=str,
+)
+def test_coefficients_that_no_joint_has_are_refused_and_the_row_is_left(wrong):
+    coefficients = series_coefficients(JOINT, PERIOD)._replace(**wrong)
+    row = np.arange(5.0)
+    assert not write_physical(np.array(coefficients), PERIOD, row)
+    assert row.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@given(st.floats(0.0, 10.0), st.floats(1e-3, 1.0), st.floats(0.3, 3.0))
+def test_share_of_stiction_falls_from_one_by_the_power_law(speed, stribeck_velocity, shape):
+    for exact in (shape, 1.0, 2.0):
+        expected = math.exp(-math.pow(speed / stribeck_velocity, exact))
+        assert adhesion_share(speed, stribeck_velocity, exact) == pytest.approx(expected, rel=1e-12)
+
+
+def test_names_follow_the_order_of_the_regression():
+    assert COEFFICIENTS == series_coefficients(JOINT, PERIOD)._fields == ("a1", "a2", "b0", "b1", "c1", "d1")

@@ -1,0 +1,210 @@
+import itertools
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, course_along, drive
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from adaptive_ff.regression.sliding_gate import sliding_time
+from adaptive_ff.regression.torque_form import (
+    ADHESION,
+    COULOMB,
+    REGRESSORS,
+    SHARE,
+    SPEED,
+    TORQUE,
+    VELOCITY,
+    TorqueForm,
+    advance_signals,
+    initial_signals,
+    regressor_names,
+    settle_signals,
+    write_regressors,
+)
+from controllers import PI, pi_gains
+
+FINE = SCENARIO.joint.model_copy(update={"solver_period": 1e-4})
+TRUE = {
+    "inertia_lag": FINE.inertia * FINE.friction_lag,
+    "inertia": FINE.inertia,
+    "coulomb": FINE.coulomb,
+    "stiction": FINE.stiction,
+    "viscous": FINE.viscous,
+    "friction_lag": FINE.friction_lag,
+}
+FORM = TorqueForm(50.0, FINE.stribeck_velocity, FINE.stribeck_shape)
+HOLD = 8.0  # time constants of the filters: what is left of a false sample is then below a thousandth
+
+
+def log_of_a_run(reference, bandwidth):
+    """Torque over each period of 1 ms and velocity at its end, without noise."""
+    course = course_along(reference, joint=FINE, substeps=10, limit=None)
+    record, _ = drive(PI(*pi_gains(FINE.inertia, bandwidth), 1e-3), course)
+    return record.torque[:-1], record.measured[1:], record.measured[0]
+
+
+def parameters_by_least_squares(log, slowest, hold):
+    torques, velocities, first = log
+    signals = settle_signals(FORM, initial_signals(), first)
+    sliding, rows, outputs = 0.0, [], []
+    for torque, velocity in zip(torques, velocities, strict=True):
+        signals = advance_signals(FORM, signals, torque, velocity, 1e-3)
+        sliding = sliding_time(sliding, velocity, velocity, True, slowest, 1e-3)
+        if sliding * FORM.pole >= hold:
+            rows.append(np.zeros(6))
+            outputs.append(write_regressors(FORM, signals, rows[-1]))
+    solution = np.linalg.lstsq(np.array(rows), np.array(outputs))[0]
+    return dict(zip(REGRESSORS, solution, strict=True)), len(rows)
+
+
+@pytest.fixture(scope="module")
+def sliding_log():
+    time = 1e-4 * np.arange(100_001)
+    reference = 0.15 + 0.06 * np.sin(2.0 * np.pi * 0.7 * time) + 0.05 * np.sin(2.0 * np.pi * 2.3 * time + 1.0)
+    return log_of_a_run(reference, 20.0)
+
+
+@pytest.fixture(scope="module")
+def reversing_log():
+    time = 1e-4 * np.arange(300_001)
+    sines = ((0.2, 0.23, 0.0), (0.1, 0.7, 1.0), (0.05, 1.3, 2.0))
+    reference = sum(size * np.sin(2.0 * np.pi * frequency * time + phase) for size, frequency, phase in sines)
+    return log_of_a_run(reference, 10.0)
+
+
+def test_a_joint_that_slides_one_way_is_identified_within_one_percent(sliding_log):
+    assert np.all(sliding_log[1] > 0.02)
+    found, rows = parameters_by_least_squares(sliding_log, 0.01, HOLD)
+    assert rows > 9000
+    assert found == pytest.approx(TRUE, rel=0.01)
+
+
+def test_a_joint_that_reverses_is_identified_within_one_percent_where_the_gate_is_open(reversing_log):
+    assert np.count_nonzero(np.diff(np.sign(reversing_log[1]))) > 20
+    found, rows = parameters_by_least_squares(reversing_log, 0.02, HOLD)
+    assert rows > 15_000
+    assert found == pytest.approx(TRUE, rel=0.01)
+
+
+def test_without_the_gate_samples_at_rest_spoil_the_estimates(reversing_log):
+    found, rows = parameters_by_least_squares(reversing_log, 0.0, -1.0)
+    assert rows == reversing_log[1].size
+    wrong = {name: abs(found[name] / TRUE[name] - 1.0) for name in REGRESSORS}
+    assert min(wrong[name] for name in ("inertia_lag", "friction_lag")) > 0.2
+    assert min(wrong[name] for name in ("coulomb", "stiction", "viscous")) > 0.03
+
+
+def test_the_gate_needs_its_hold(reversing_log):
+    found, _ = parameters_by_least_squares(reversing_log, 0.02, 0.0)
+    assert max(abs(found[name] / TRUE[name] - 1.0) for name in REGRESSORS) > 0.05
+
+
+def impulse_response_integral(signal, until, breaks):
+    """Output of ``(p/(s+p))^2`` at a time, by adaptive quadrature of its impulse response with a signal."""
+    pole, edges = FORM.pole, [0.0, *breaks, until]
+
+    def share(t):
+        return pole * pole * (until - t) * math.exp(-pole * (until - t)) * signal(t)
+
+    pieces = [quad(share, a, b, epsabs=1e-13, epsrel=1e-12)[0] for a, b in itertools.pairwise(edges)]
+    return math.fsum(pieces)
+
+
+def adhesion(velocity):
+    return math.copysign(math.exp(-abs(velocity) / FORM.stribeck_velocity), velocity)
+
+
+def velocities_and_times(velocities, durations):
+    """Breakpoints of a piecewise linear velocity, moments of reversal included."""
+    times, nodes = [0.0], [velocities[0]]
+    for end, duration in zip(velocities[1:], durations, strict=True):
+        start, begin = nodes[-1], times[-1]
+        if start * end < 0.0:
+            times.append(begin + duration * abs(start) / (abs(start) + abs(end)))
+            nodes.append(0.0)
+        times.append(begin + duration)
+        nodes.append(end)
+    return np.array(times), np.array(nodes)
+
+
+def filters_after(velocities, durations):
+    signals = initial_signals(8)._replace(velocity=velocities[0])
+    for velocity, duration in zip(velocities[1:], durations, strict=True):
+        signals = advance_signals(FORM, signals, 0.0, velocity, duration)
+    return signals.filters
+
+
+speeds = st.floats(0.01, 0.3)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.tuples(speeds, st.sampled_from([-1.0, 1.0]), st.floats(1e-3, 0.03)), min_size=2, max_size=6))
+def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(steps):
+    velocities = [size * sign for size, sign, _ in steps]
+    durations = [duration for _, _, duration in steps[1:]]
+    times, nodes = velocities_and_times(velocities, durations)
+    shares = np.exp(-np.abs(nodes) / FORM.stribeck_velocity)
+
+    def direction(t):
+        return math.copysign(1.0, np.interp(t, times, nodes))
+
+    found = filters_after(velocities, durations)
+    for index, sizes in ((COULOMB, 1.0 - shares), (ADHESION, shares)):
+        expected = impulse_response_integral(
+            lambda t, sizes=sizes: direction(t) * np.interp(t, times, sizes), times[-1], list(times[1:-1])
+        )
+        assert found[index, 0] == pytest.approx(expected, abs=1e-9)
+    for index, sizes in ((SHARE, shares), (SPEED, np.abs(nodes))):  # these do not jump
+        expected = impulse_response_integral(
+            lambda t, sizes=sizes: np.interp(t, times, sizes), times[-1], list(times[1:-1])
+        )
+        assert found[index, 0] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("place", [0.1, 0.4, 0.9])
+def test_reversal_within_a_step_is_seen_where_it_happens(place):
+    duration, swing = 0.004, 0.01  # slow against Vs: g and h are as good as linear
+    start = swing * place
+    found = filters_after([start, start - swing], [duration])[ADHESION, 0]
+    turn = place * duration
+    exact = impulse_response_integral(lambda t: adhesion(start - swing * t / duration), duration, [turn])
+    ends = adhesion(start), adhesion(start - swing)
+    unsplit = impulse_response_integral(lambda t: np.interp(t, [0.0, duration], ends), duration, [])
+    assert found == pytest.approx(exact, abs=1e-4)
+    assert abs(unsplit - exact) > 1e-3
+
+
+def test_joint_that_has_moved_for_long_starts_settled():
+    signals = settle_signals(FORM, initial_signals(), -0.08)
+    before = signals.filters.copy()
+    signals = advance_signals(FORM, signals, 0.0, -0.08, 0.01)
+    assert signals.filters == pytest.approx(before, abs=1e-15)
+    assert before[VELOCITY, 0] == -0.08
+    assert before[[COULOMB, ADHESION], 0] == pytest.approx([-(1.0 - math.exp(-1.6)), -math.exp(-1.6)], rel=1e-12)
+    resting = settle_signals(FORM, initial_signals(8), 0.0)
+    assert not np.any(resting.filters)
+
+
+def test_columns_of_an_offset_and_of_directions_are_there_where_they_are_asked_for():
+    signals, row = settle_signals(FORM, initial_signals(8), -0.08), np.empty(9)
+    before = signals.filters.copy()
+    signals = advance_signals(FORM, signals, 0.0, -0.08, 0.01)
+    assert signals.filters == pytest.approx(before, abs=1e-15)
+    write_regressors(FORM, signals, row)
+    share = math.exp(-1.6)
+    assert row[2:5] == pytest.approx([share - 1.0, -share, -0.08], rel=1e-12)
+    assert row[6:] == pytest.approx([1.0, share, 0.08], rel=1e-12)
+    assert initial_signals(6).filters.shape == initial_signals().filters.shape == (4, 2)
+    assert regressor_names(("inertia", "offset")) == ("inertia_lag", "inertia", "offset")
+
+
+def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_with_a_minus():
+    signals, row = initial_signals(), np.empty(6)
+    signals = advance_signals(FORM, signals, 7.0, 0.0, 0.02)  # p t = 1
+    torque = write_regressors(FORM, signals, row)
+    assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)
+    assert row == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, -7.0 * 50.0 * math.exp(-1.0)], rel=1e-12)
+    assert signals.filters[TORQUE, 0] == torque

@@ -1,0 +1,262 @@
+"""Replay of logs, against the controller in the loop, models that are known, and itself in other parts."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_logs import make_log
+
+from adaptive_ff import AdaptiveController, InputError, TorqueModel, load_scenario, simulate
+from adaptive_ff.logs.derivatives import lowpass
+from adaptive_ff.logs.log import Log
+from adaptive_ff.replay.replay import replay_log
+from controllers import PI, pi_gains
+
+TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05, "rest_speed": 0.0}
+MODEL = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+NOT_JUDGED_IN_A_BAND = math.inf
+
+
+def log_of(run):
+    """The log of a simulated run: what the controller was told, its torques with the stamp of their command."""
+    columns = run.columns()
+    extra = {"reference_velocity": columns["reference"], "feedforward": columns["feedforward"]}
+    return Log("run", columns["time"], columns["torque"], velocity=columns["measured"], extra=extra)
+
+
+@pytest.fixture(scope="module")
+def run():
+    scenario = load_scenario().modified(duration=20.0, seed=101)
+    gains = pi_gains(20.0, 10.0)
+    told = {"inertia": 20.0, "stribeck_velocity": 0.05, "memory": 5.0, "tunes_lag": False}
+    own = AdaptiveController(*gains, 0.01, **told)
+    return simulate(scenario, own)
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """A run of the PI loop alone, whose log the others watch."""
+    scenario = load_scenario().modified(duration=20.0, seed=102)
+    return log_of(simulate(scenario, PI(*pi_gains(20.0, 10.0), 0.01)))
+
+
+def watch_run(log, **options):
+    told = {**TOLD, "identify": "symmetric", "torque_delay": 0.005, "fixed": MODEL, "band": NOT_JUDGED_IN_A_BAND}
+    return replay_log(log, **{**told, **options})
+
+
+def test_replay_learns_what_the_controller_learnt_in_the_loop(run):
+    replayed = watch_run(log_of(run))
+    assert run.final_estimates["stiction"] > 30.0
+    for name, history in run.estimates.items():
+        np.testing.assert_allclose(replayed.series.estimates["adaptive"][name], history, rtol=1e-6, atol=1e-9)
+
+
+def test_replay_feeds_forward_what_the_controller_fed_forward(run):
+    replayed = watch_run(log_of(run))
+    mine, own = (replayed.series.feedforward[name][0][:-1] for name in ("adaptive", "recorded"))
+    np.testing.assert_allclose(mine, own, rtol=1e-6, atol=1e-6)
+    assert np.ptp(own) > 100.0
+    np.testing.assert_allclose(replayed.series.needed[0][:-1], run.torque[:-1], rtol=1e-12)
+    # the last sample of a log has no preview
+    assert replayed.left["adaptive"].whole == pytest.approx(replayed.left["recorded"].whole, rel=1e-4)
+
+
+def held_log(noise, period=0.002, samples=10_000):
+    """A motion, and the mean of the torque that it needs over each period, by quadrature; with noise."""
+    fine = 100
+    time = period * np.arange(samples)
+    centres = time[:, np.newaxis] + period * (np.arange(fine) + 0.5) / fine
+    omega = 2.0 * np.pi * np.array([0.31, 0.83])
+    velocity, acceleration = 0.0, 0.0
+    at_samples = 0.0
+    for w, a, phase in zip(omega, (0.9, 0.7), (0.4, 2.0), strict=True):
+        velocity = velocity + a * np.sin(w * centres + phase)
+        acceleration = acceleration + a * w * np.cos(w * centres + phase)
+        at_samples = at_samples + a * np.sin(w * time + phase)
+    torque = (2.0 * acceleration + 3.0 * np.sign(velocity) + 4.0 * velocity).mean(axis=1) - 0.5 + noise
+    return Log("held", time, torque, velocity=at_samples, extra={"reference_velocity": at_samples})
+
+
+def test_perfect_model_leaves_the_noise():
+    noise = 0.05 * np.random.default_rng(103).standard_normal(10_000)
+    model = TorqueModel(2.0, 3.0, 3.0, 4.0, 0.0, 0.05, 1.0, -0.5)
+    told = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.0, "torque_delay": 0.001, "fixed": model}
+    silent = replay_log(held_log(0.0), **told)
+    assert silent.left["fixed"].whole < 1e-3 * silent.left["none"].whole
+    found = replay_log(held_log(noise), **told)
+    in_band = lowpass(noise, (20.0,), 0.002)
+    assert found.left["fixed"].whole == pytest.approx(float(np.sqrt(np.mean(in_band**2))), rel=0.02)
+    assert found.left["fixed"].second_half == pytest.approx(float(np.sqrt(np.mean(in_band[5000:] ** 2))), rel=0.03)
+    assert found.left["adaptive"].second_half < 0.05 * found.left["none"].second_half
+
+
+def test_fixed_model_is_that_of_the_first_half():
+    """Friction doubles in the middle: the model fitted before it does not know."""
+    before, after = make_log(duration=30.0), make_log(duration=30.0, coulomb=6.0)
+    torque = np.where(np.arange(before.time.size) < before.time.size // 2, before.torque, after.torque)
+    found = replay_log(replace(before, torque=torque))
+    assert found.fixed.coulomb == pytest.approx(3.0, rel=0.03)
+    assert found.fixed.offset == pytest.approx(-0.5, rel=0.1)
+    assert found.left["fixed"].second_half == pytest.approx(3.0, rel=0.1)
+    assert found.estimates["adaptive"]["coulomb"] == pytest.approx(6.0, rel=0.1)
+    assert found.left["adaptive"].second_half < 0.6 * found.left["fixed"].second_half
+
+
+@pytest.mark.parametrize("part", [1_000_000, 137])
+def test_parts_make_no_difference(driven, part):
+    for log, options in (
+        (driven, {**TOLD, "identify": "directions", "torque_delay": 0.005}),
+        (make_log(duration=20.0, noise=0.1), {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.01}),
+    ):
+        whole, parted = (replay_log(log, fixed=MODEL, part=size, **options) for size in (50_000, part))
+        for name in whole.left:
+            assert parted.left[name] == pytest.approx(whole.left[name], rel=1e-9)
+        assert parted.estimates["adaptive"] == pytest.approx(whole.estimates["adaptive"], rel=1e-9)
+        np.testing.assert_allclose(parted.series.needed, whole.series.needed, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("as_position", [True, False])
+def test_future_of_the_log_changes_nothing_before(as_position):
+    log = make_log(duration=10.0, noise=0.1, as_position=as_position)
+    reference = make_log(duration=10.0, as_position=False).velocity
+    log = replace(log, extra={"reference_velocity": reference})
+    told = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.01, "fixed": MODEL, "band": math.inf}
+    other = {"torque": log.torque.copy(), "position": log.motion.copy()}
+    since = 3000
+    other["torque"][since:] *= -2.0
+    other["position"][since:] += 0.5
+    changed = replace(log, torque=other["torque"], **{"position" if as_position else "velocity": other["position"]})
+    before, after = replay_log(log, **told).series, replay_log(changed, **told).series
+    for name, history in before.estimates["adaptive"].items():
+        assert np.array_equal(history[:since], after.estimates["adaptive"][name][:since])
+    given, others = before.feedforward["adaptive"][0], after.feedforward["adaptive"][0]
+    assert np.array_equal(given[:since], others[:since])
+    assert not np.array_equal(given[since:-1], others[since:-1])
+
+
+def test_coming_reference_counts_one_sample_ahead_and_not_more():
+    log = make_log(duration=10.0, as_position=False)
+    told = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.0, "fixed": MODEL, "band": math.inf}
+    reference = log.velocity.copy()
+    reference[3000:] += 0.1
+    series = [
+        replay_log(replace(log, extra={"reference_velocity": given}), **told).series.feedforward["fixed"][0]
+        for given in (log.velocity, reference)
+    ]
+    assert np.array_equal(series[0][:2999], series[1][:2999])
+    assert series[0][2999] != series[1][2999]
+
+
+def test_state_is_saved_and_restored_exactly(driven):
+    """Two logs one after the other, the second from the state at the end of the first, are one log with a jump."""
+    middle = driven.time.size // 2
+    halves = [
+        Log(
+            "half",
+            driven.time[part],
+            driven.torque[part],
+            velocity=driven.velocity[part],
+            extra={name: series[part] for name, series in driven.extra.items()},
+        )
+        for part in (slice(0, middle), slice(middle, None))
+    ]
+    jumping = replace(driven, time=np.append(driven.time[:middle], driven.time[middle:] - 3.0))
+    options = {**TOLD, "identify": "offset", "fixed": MODEL}
+    one = replay_log(jumping, **options)
+    assert [skip.reason for skip in one.skipped] == ["the clock jumps back, from 9.99 s to 7 s"]
+    first = replay_log(halves[0], **options)
+    second = replay_log(halves[1], state=first.state_to_json(), fixed=MODEL)
+    assert second.settings == first.settings
+    assert second.estimates["adaptive_saved"] == one.estimates["adaptive"]
+    assert second.estimates["adaptive_saved"] != second.estimates["adaptive"]
+    saved = second.state_to_json()
+    third = replay_log(halves[0], state=saved, fixed=MODEL)
+    assert third.series.estimates["adaptive_saved"]["coulomb"][0] == second.estimates["adaptive_saved"]["coulomb"]
+
+
+def test_defects_are_skipped_and_the_rest_is_used(driven):
+    time, torque, velocity = driven.time.copy(), driven.torque.copy(), driven.velocity.copy()
+    extra = {name: series.copy() for name, series in driven.extra.items()}
+    velocity[500:520] = np.nan
+    torque[700] = np.inf
+    extra["reference_velocity"][800:805] = np.nan
+    time[1000:] += 1.0
+    time[1500:] -= 5.0
+    time[1600:] = time[1599]
+    time[1605:] = time[1599] + 0.01 * np.arange(1, time.size - 1604)
+    broken = Log("broken", time, torque, velocity=velocity, extra=extra)
+    found = watch_run(broken)
+    reasons = [(skip.start, skip.stop, skip.reason.split(",")[0]) for skip in found.skipped]
+    assert (500, 520, "values that are no finite numbers") in reasons
+    assert (700, 701, "values that are no finite numbers") in reasons
+    assert (800, 805, "values that are no finite numbers") in reasons
+    assert (1000, 1000, "the clock leaves a gap") in reasons
+    assert (1500, 1500, "the clock jumps back") in reasons
+    assert any(reason == "the clock stands still" for _, _, reason in reasons)
+    assert found.used >= driven.time.size - 40
+    sound = watch_run(driven)
+    for name in ("coulomb", "viscous", "inertia"):
+        assert found.estimates["adaptive"][name] == pytest.approx(sound.estimates["adaptive"][name], rel=0.15)
+        history = found.series.estimates["adaptive"][name]
+        assert history[520] == history[499]  # kept over the defect, and while the filters settle
+    for left in found.left.values():
+        assert all(math.isfinite(value) for value in left)
+
+
+def test_motion_stands_for_a_reference_and_it_is_said():
+    found = replay_log(make_log(duration=20.0))
+    assert any("no reference" in note for note in found.notes)
+    assert found.left["adaptive"].second_half < 0.1 * found.left["none"].second_half
+    told = replay_log(replace(make_log(duration=20.0), extra={"reference_position": make_log(duration=20.0).position}))
+    assert not any("no reference" in note for note in told.notes)
+    assert told.left["fixed"].whole == pytest.approx(found.left["fixed"].whole, abs=0.1)
+
+
+def test_slow_sampling_is_judged_at_all_frequencies():
+    found = replay_log(make_log(duration=60.0, period=0.03), inertia=2.0)
+    assert found.band is None
+    assert any("all frequencies" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"band": 0.0}, "band = 0 Hz is not allowed"),
+        ({"memory": -1.0}, "memory = -1 is not allowed"),
+        ({"identify": "all"}, "identify = 'all' is not allowed: it must be one of symmetric, offset, directions"),
+        ({"torque_delay": -0.1}, "torque_delay = -0.1 s is not allowed"),
+        ({"rest_speed": math.nan}, "rest_speed = nan is not allowed"),
+        ({"velocity_cutoff": 0.0}, "velocity_cutoff = 0 is not allowed"),
+        ({"state": "{}"}, "is no saved state"),
+        ({"state": '{"settings": {"period": 1}}'}, "the settings period are not allowed"),
+    ],
+)
+def test_arguments_out_of_range_are_refused(options, message):
+    with pytest.raises(InputError, match=message.replace("(", r"\(")):
+        replay_log(make_log(duration=5.0), **{"inertia": 2.0, **options})
+
+
+def test_state_of_another_clock_or_beside_other_settings_is_refused(driven):
+    state = watch_run(driven).state_to_json()
+    with pytest.raises(InputError, match=r"sample time of 0\.002 s; it must be 0\.01 s"):
+        replay_log(make_log(duration=5.0), state=state)
+    with pytest.raises(InputError, match=r"inertia = 3\.0 is not allowed beside a saved state"):
+        replay_log(driven, state=state, inertia=3.0)
+
+
+def test_log_without_a_joint_needs_an_inertia():
+    generator = np.random.default_rng(104)
+    time = 0.01 * np.arange(2000)
+    still = np.where(time < 10.0, 0.0, np.sin(time - 10.0))
+    log = Log("late", time, still + 0.01 * generator.standard_normal(2000), velocity=still)
+    with pytest.raises(InputError, match=r"late: inertia must be given"):
+        replay_log(log)
+    found = replay_log(log, inertia=1.0)
+    assert "fixed" not in found.left
+    assert found.to_dict()["fixed"] is None
+    with pytest.raises(InputError, match="stands still"):
+        replay_log(Log("still", time, log.torque, velocity=np.zeros(2000)), inertia=1.0)
+    with pytest.raises(InputError, match="no piece of 10 samples"):
+        replay_log(Log("short", time[:9], time[:9], velocity=time[:9]), inertia=1.0)

@@ -1,0 +1,74 @@
+"""Pictures of an identified log: what is in them."""
+
+import numpy as np
+import pytest
+from synthetic_logs import make_log
+
+from adaptive_ff.identify.identification import identify_log
+
+NAMES = ["torque", "friction", "lag"]
+
+
+@pytest.fixture(scope="module")
+def found():
+    log = make_log(noise=0.1)
+    log.torque[5000:5200] = np.nan
+    log.time[9000:] -= 5.0
+    return identify_log(log)
+
+
+@pytest.fixture(scope="module")
+def figures(found):
+    return found.plot()
+
+
+def lines_of(axes):
+    return [line for line in axes.get_lines() if line.get_xdata().size > 2]
+
+
+def test_pictures_are_written(found, tmp_path):
+    assert list(found.plot(tmp_path / "new")) == NAMES
+    for name in NAMES:
+        assert (tmp_path / "new" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_torque_is_shown_measured_and_identified_with_times_that_ascend(found, figures):
+    whole, near, left = figures["torque"].axes
+    pieces = [*found.rows, *found.held_out]
+    lines = lines_of(whole)
+    assert len(lines) == 2 * len(pieces)
+    starts = [line.get_xdata()[0] for line in lines[::2]]
+    assert np.all(np.diff(starts) > 0.0)  # though the clock of the log jumps back
+    for rows, measured, model in zip(pieces, lines[::2], lines[1::2], strict=True):
+        assert np.array_equal(measured.get_ydata(), rows.torque)
+        assert np.array_equal(model.get_ydata()[rows.slides], rows.fitted[rows.slides])
+        assert np.all(np.isnan(model.get_ydata()[~rows.slides]))
+    low, high = near.get_xlim()
+    assert high - low < 0.1 * (whole.get_xlim()[1] - whole.get_xlim()[0])
+    assert left.get_xlabel() == "time (s)"
+
+
+def test_friction_curve_is_the_identified_one(found, figures):
+    curve = figures["friction"].axes[0]
+    backward, forward = (line for line in curve.get_lines() if line.get_xdata().size == 400)
+    values = found.selection.chosen.values
+    speeds = forward.get_xdata()
+    assert forward.get_ydata() == pytest.approx(values["offset"] + values["coulomb"] + values["viscous"] * speeds)
+    assert backward.get_ydata() == pytest.approx(values["offset"] - values["coulomb"] - values["viscous"] * speeds)
+
+
+def test_residual_is_shown_over_the_velocity(found, figures):
+    points = figures["friction"].axes[1].get_lines()[0]
+    residual = np.concatenate([(rows.torque - rows.fitted)[rows.slides] for rows in found.rows])
+    assert np.array_equal(points.get_ydata(), residual)
+
+
+def test_lag_is_shown_with_its_interval(found, figures):
+    (axes,) = figures["lag"].axes
+    profile = axes.get_lines()[0]
+    assert np.array_equal(profile.get_xdata(), 1e3 * found.lags)
+    assert np.min(profile.get_ydata()) == pytest.approx(100.0 * found.fit.relative_error, rel=0.05)
+    (span,) = axes.patches
+    estimate = found.parameters["friction_lag"].estimate
+    assert span.get_x() == pytest.approx(1e3 * estimate.lower)
+    assert span.get_width() == pytest.approx(1e3 * (estimate.upper - estimate.lower))

@@ -1,0 +1,132 @@
+"""What feedback-error learning claims, and the choices made here."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, drive, lay_course
+
+from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
+from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.scenario.truth import true_model
+
+GAINS = SCENARIO.feedback.gains
+TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05}
+RESPONSE = 20.0 / GAINS[0]
+
+
+def with_lags(lags, period=0.01, **others):
+    return FeedbackErrorLearning(*GAINS, period, **{**TOLD, "lags": lags, **others})
+
+
+def teach(controller, model, lag=0):
+    """Give a controller the weights that make its inverse model the given one; ``lag`` is the place of its lag."""
+    controller.state.weights[:3] = model.inertia, model.viscous, 0.0
+    controller.state.weights[3 + 2 * lag : 5 + 2 * lag] = model.coulomb, model.stiction
+
+
+def quiet(**joint):
+    """The built-in joint sampled at 1 kHz without noise."""
+    return SCENARIO.modified(duration=120.0, sampling={"period": 0.001}, sensor={"velocity_noise": 0.0}, joint=joint)
+
+
+def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
+    """Oracle: the fixed feedforward. The lag acts on viscous friction there, which leaves ``sigma tau dw_ref/dt``."""
+    course, model = lay_course(SCENARIO.modified(duration=6.0)), true_model(SCENARIO)._replace(viscous=0.0)
+    learning = with_lags([model.friction_lag / 2.0, model.friction_lag])
+    teach(learning, model, lag=1)
+    learning.enabled = False
+    found, _ = drive(learning, course)
+    expected, _ = drive(ModelBased(*GAINS, 0.01, model), course)
+    assert found.feedforward == pytest.approx(expected.feedforward, abs=1e-9)
+    assert np.ptp(found.feedforward) > 100.0
+
+
+def test_it_converges_to_the_inverse_model_of_a_joint_without_lag_and_the_feedback_torque_vanishes():
+    scenario = quiet(friction_lag=0.0)
+    course, learning = lay_course(scenario), with_lags([0.0], period=0.001)
+    record, _ = drive(learning, course)
+    joint = scenario.joint
+    found = learning.estimates
+    assert found["inertia"] == pytest.approx(joint.inertia, rel=0.05)
+    assert found["coulomb"] == pytest.approx(joint.coulomb, rel=0.03)
+    assert found["stiction"] == pytest.approx(joint.stiction, rel=0.03)
+    assert found["viscous"] == pytest.approx(joint.viscous, rel=0.1)
+    assert found["friction_lag"] == 0.0
+    assert abs(found["offset"]) < 1.0
+    feedback = record.torque - record.feedforward
+    early, late = (np.sqrt(np.mean(feedback[part] ** 2)) for part in (slice(0, 5000), slice(-20_000, None)))
+    assert late < 0.05 * early
+
+
+def test_a_mixture_of_lags_stands_for_the_one_in_between():
+    """The built-in lag is 20 ms; the features have 8 and 40 ms."""
+    course, learning = lay_course(quiet()), with_lags(None, period=0.001)
+    drive(learning, course)
+    assert learning.estimates["friction_lag"] == pytest.approx(0.02, rel=0.2)
+    rough, _ = drive(with_lags([0.0], period=0.001), course)
+    fine, _ = drive(with_lags(None, period=0.001), course)
+    errors = [np.sqrt(np.mean((course.reference - record.velocity)[60_000:] ** 2)) for record in (rough, fine)]
+    assert errors[1] < 0.5 * errors[0]
+
+
+@pytest.mark.parametrize("rate", [0.5, 20.0])
+@pytest.mark.parametrize("reference", [0.02, -0.3])
+def test_learning_hands_over_the_feedback_torque_at_its_rate(rate, reference):
+    """From one sample to the next at a constant reference, the inverse model takes over ``1 - exp(-rate dt)`` of it."""
+    learning = with_lags([0.0], rate=rate)
+    learning.step(reference, reference, next_reference=reference)
+    before = learning.state.weights.copy()
+    learning.step(reference, 0.8 * reference, next_reference=reference, dt=0.02)
+    proportional, integral = GAINS
+    feedback = (proportional + integral * 0.02) * 0.2 * reference
+    gained = (learning.state.weights - before) @ learning.parameters.row
+    assert gained == pytest.approx(-math.expm1(-rate * 0.02) * feedback, rel=1e-12)
+
+
+def test_the_feedback_torque_is_laid_to_the_features_of_the_period_that_it_answers_to():
+    """The reference reverses between two samples; the error at the second comes from the motion before."""
+    learning = with_lags([0.0])
+    learning.step(0.1, 0.1, next_reference=0.1)
+    learning.step(-0.1, -0.2, next_reference=-0.1)  # positive feedback torque
+    assert min(learning.estimates["coulomb"], learning.estimates["stiction"], learning.estimates["viscous"]) > 0.0
+
+
+@pytest.mark.parametrize(
+    "pause",
+    [
+        {"velocity": math.nan},
+        {"reference": 0.0},
+        {"realised_torque": 5.0},
+    ],
+    ids=str,
+)
+def test_it_pauses_where_the_feedback_torque_is_no_error_of_the_model(pause):
+    learning = with_lags([0.0])
+    for _ in range(3):
+        command = learning.step(0.1, 0.05, next_reference=0.1)
+    before = learning.state.weights.copy()
+    sample = {"reference": 0.1, "velocity": 0.05, "realised_torque": command, **pause}
+    learning.step(**sample)
+    assert np.array_equal(learning.state.weights, before)
+    learning.step(0.1, 0.05)
+    learning.step(0.1, 0.05)
+    assert not np.array_equal(learning.state.weights, before)
+
+
+def test_inertia_stays_within_what_all_controllers_believe():
+    learning = with_lags([0.0], rate=1e3)
+    for k in range(400):
+        learning.step(0.1 + 0.05 * (k % 2), -1.0 if k % 2 else 1.0, next_reference=0.1 + 0.05 * ((k + 1) % 2))
+        assert 2.0 <= learning.estimates["inertia"] <= 200.0
+    assert learning.estimates["inertia"] in (2.0, 200.0)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"rate": 0.0}, {"lags": []}, {"lags": [-0.1]}, {"lags": [0.02, 0.01]}, {"lags": [math.inf]}, {"inertia": -1.0}],
+    ids=str,
+)
+def test_wrong_values_are_refused_by_name(wrong):
+    with pytest.raises(ValueError, match=f"{next(iter(wrong))} = "):
+        FeedbackErrorLearning(*GAINS, 0.01, **{**TOLD, **wrong})

@@ -1,0 +1,197 @@
+"""Reference motions: the spectrum of the multisine, and recorded motions resampled."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from adaptive_ff import InputError, load_scenario
+from adaptive_ff.scenario.reference import Multisine, Recorded
+
+MULTISINE = load_scenario().reference
+PERIOD = 0.001
+
+
+def grid(duration, period=PERIOD):
+    return period * np.arange(round(duration / period) + 1)
+
+
+def draw(multisine, time, seed=0):
+    return multisine.velocity(time, np.random.default_rng(seed))
+
+
+def motion(time):
+    """Position (rad) and velocity (rad/s) of a smooth motion that comes back to where it started after 20 s."""
+    slow, fast = 2.0 * math.pi * 0.05, 2.0 * math.pi * 0.4
+    position = 0.5 * np.sin(slow * time) - 0.08 * np.cos(fast * time)
+    return position, 0.5 * slow * np.cos(slow * time) + 0.08 * fast * np.sin(fast * time)
+
+
+def write(folder, columns, name="motion.csv"):
+    path = folder / name
+    rows = zip(*columns.values(), strict=True)
+    lines = [",".join(columns), *(",".join(map(repr, map(float, row))) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def read(path, **names):
+    return Recorded(kind="csv", path=str(path), **names).read()
+
+
+def test_multisine_has_the_stated_frequencies_with_amplitudes_in_the_stated_ratios():
+    time = grid(100.0)[:-1]  # whole cycles of all frequencies
+    velocity = draw(MULTISINE.model_copy(update={"fade_in": 0.0}), time)
+    spectrum = 2.0 * np.abs(np.fft.rfft(velocity)) / time.size
+    lines = np.rint(np.array(MULTISINE.frequencies) * 100.0).astype(int)
+    found = spectrum[lines]
+    assert found / found[0] == pytest.approx(np.array(MULTISINE.amplitudes) / MULTISINE.amplitudes[0], rel=1e-9)
+    spectrum[lines] = 0.0
+    assert np.max(spectrum) < 1e-12
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-320, 1e305])
+def test_largest_velocity_is_the_peak_whatever_the_size_of_the_amplitudes(scale):
+    multisine = Multisine(amplitudes=[scale * 100.0, -scale * 50.0], frequencies=[0.1, 0.3], peak=0.35, fade_in=0.0)
+    for seed in range(5):
+        velocity = draw(multisine, grid(10.0), seed)
+        assert np.max(np.abs(velocity)) == pytest.approx(0.35, rel=1e-12)
+    assert np.max(np.abs(load_scenario().reference_velocity())) == pytest.approx(0.35, rel=1e-12)
+
+
+def test_fade_in_starts_from_rest_without_a_jump_and_leaves_the_rest_alone():
+    time = grid(10.0)
+    faded, whole = draw(MULTISINE, time), draw(MULTISINE.model_copy(update={"fade_in": 0.0}), time)
+    share = np.minimum(time / 2.0, 1.0)
+    assert faded == pytest.approx(whole * (3.0 * share**2 - 2.0 * share**3), abs=1e-15)
+    assert faded[0] == 0.0
+    assert np.array_equal(faded[2000:], whole[2000:])
+    jumps = np.abs(np.diff(faded))
+    assert np.max(jumps[:2000]) < 2.0 * np.max(jumps[2000:])
+
+
+def test_phases_come_from_the_generator():
+    time = grid(20.0)
+    assert np.array_equal(draw(MULTISINE, time, 3), draw(MULTISINE, time, 3))
+    sine = Multisine(frequencies=[0.1], amplitudes=[1.0], fade_in=0.0)
+    phases = [math.asin(draw(sine, time, seed)[0] / 0.35) for seed in range(200)]
+    assert np.std(phases) == pytest.approx(math.pi / math.sqrt(12.0), rel=0.1)  # of evenly spread ones, folded
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "amplitudes", "rule"),
+    [([0.1], [1.0, 2.0], "amplitudes has 2 values, frequencies has 1"), ([0.1], [0.0], "amplitudes are all zero")],
+)
+def test_amplitudes_that_do_not_fit_are_refused(frequencies, amplitudes, rule):
+    with pytest.raises(InputError, match=f"reference: {rule}"):
+        load_scenario().modified(reference={"frequencies": frequencies, "amplitudes": amplitudes})
+
+
+@pytest.mark.parametrize("frequency", [50.0, 100.0, 1000.0, 1e308])  # on the solver's grid, some are at rest
+def test_frequency_that_sampling_cannot_tell_from_a_slower_one_is_refused(frequency):
+    with pytest.raises(InputError, match=r"reference\.frequencies\.1 = .* must be less than half the sampling freq"):
+        load_scenario().modified(reference={"frequencies": [0.1, frequency], "amplitudes": [1.0, 1e-9]})
+
+
+@pytest.mark.parametrize(("frequency", "accepted"), [(5.0, True), (40.0, False)])
+def test_reference_that_is_too_fast_for_the_sampling_is_refused(frequency, accepted):
+    table = {"frequencies": [frequency], "amplitudes": [1.0]}
+    if accepted:
+        assert load_scenario().modified(reference=table).reference.frequencies == [frequency]
+        return
+    with pytest.raises(InputError, match=r"lie between the samples; .* slow against sampling\.period = 0\.01 s$"):
+        load_scenario().modified(reference=table)
+
+
+def test_recorded_reference_that_is_too_fast_for_the_sampling_is_refused(tmp_path):
+    time = grid(1.0)
+    path = write(tmp_path, {"time": time, "velocity": np.sin(2.0 * math.pi * 50.0 * time)})  # zero at every sample
+    with pytest.raises(
+        InputError, match=r"^built-in scenario: reference: 0\.7\d* of 0\.7\d* rad/s \(rms\) lie between"
+    ):
+        load_scenario(reference=path)
+
+
+@pytest.mark.parametrize("value", [1e160, 1.7e308])
+def test_reference_too_large_to_reckon_with_is_refused(tmp_path, value):
+    path = write(tmp_path, {"time": [0, 20, 40, 60], "velocity": [0, value, -value, 0]})
+    with pytest.raises(InputError, match="velocity does not stay finite"):
+        load_scenario(reference=path)
+    with pytest.raises(InputError, match="velocity does not stay finite"):
+        load_scenario().modified(reference={"peak": value})
+
+
+@pytest.mark.parametrize(
+    ("column", "tolerance"),
+    [("velocity", 5e-4), ("position", 2e-5)],  # rad/s, of a peak of 0.35 rad/s
+)
+def test_recorded_motion_with_jittered_times_is_resampled_closely(tmp_path, column, tolerance):
+    jitter = np.random.default_rng(0).uniform(-0.009, 0.009, 1001)
+    jitter[[0, -1]] = 0.0
+    recorded = 12.5 + grid(20.0, 0.02) + jitter  # the clock of a recording need not start at zero
+    position, velocity = motion(recorded - 12.5)
+    path = write(tmp_path, {"time": recorded, column: {"position": position, "velocity": velocity}[column]})
+    scenario = load_scenario(reference=path).modified(sampling={"period": 0.004})
+    assert scenario.reference_velocity() == pytest.approx(motion(scenario.times())[1], abs=tolerance)
+
+
+def test_velocity_is_taken_where_there_are_both_and_never_overshoots(tmp_path):
+    time = grid(60.0, 1.0)
+    steps = np.where(time % 4.0 < 2.0, 0.1, -0.1)
+    path = write(tmp_path, {"position": 0.0 * time, "velocity": steps, "torque": 3.0 + time, "time": time})
+    velocity = read(path).velocity(grid(60.0))
+    assert np.max(np.abs(velocity)) == 0.1
+    assert np.array_equal(velocity[::1000], steps)
+
+
+def test_columns_may_have_other_names(tmp_path):
+    time = grid(60.0, 0.1)
+    path = write(tmp_path, {"t": time, "dq": motion(time)[1], "q": motion(time)[0]})
+    by_velocity = read(path, time="t", velocity="dq").velocity(grid(60.0))
+    by_position = read(path, time="t", position="q").velocity(grid(60.0))
+    assert by_velocity == pytest.approx(motion(grid(60.0))[1], abs=2e-2)
+    assert by_position == pytest.approx(motion(grid(60.0))[1], abs=2e-2)
+    assert not np.array_equal(by_velocity, by_position)
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_byte_order_mark_blank_lines_spaces_and_trailing_commas_do_not_matter(tmp_path, newline):
+    lines = ["", " time , velocity", "0, 0", "", " 1 ,1.5", "2,1e0,", ",", "3,-.5", "   ", "4,0", ""]
+    path = tmp_path / "motion.csv"
+    path.write_bytes(("\ufeff" + newline.join(lines)).encode("utf-8"))
+    recorded = read(path)
+    assert recorded.duration == 4.0
+    assert recorded.velocity(np.arange(4.0)).tolist() == [0.0, 1.5, 1.0, -0.5]
+
+
+def test_motion_shorter_than_a_minute_repeats_until_then(tmp_path):
+    time = grid(20.0, 0.02)
+    scenario = load_scenario(reference=write(tmp_path, {"time": time, "velocity": motion(time)[1]}))
+    repeated = scenario.modified(duration=None)
+    assert (repeated.motion.duration, repeated.length) == (20.0, 60.0)
+    velocity = repeated.reference_velocity()
+    assert velocity[20_000:40_000] == pytest.approx(velocity[:20_000], abs=1e-12)
+    assert velocity[40_000:60_000] == pytest.approx(velocity[:20_000], abs=1e-12)
+    assert scenario.modified(duration=10.0).length == 10.0
+
+
+def test_seam_that_jumps_is_warned_of_when_it_is_reached(tmp_path):
+    recorded = read(write(tmp_path, {"time": grid(4.0, 1.0), "velocity": [0.0, 0.3, 0.2, 0.1, 0.03]}))
+    with pytest.warns(UserWarning, match=r"motion\.csv: the motion is repeated every 4 s, but ends 0\.03 rad/s away"):
+        velocity = recorded.velocity(grid(9.0))
+    assert velocity[[3999, 4001, 8001]] == pytest.approx([0.03, 0.0, 0.0], abs=1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert recorded.velocity(grid(4.0))[-1] == 0.03  # the end itself belongs to the first time
+        read(write(tmp_path, {"time": grid(4.0, 1.0), "velocity": [0.0, 0.3, 0.2, 0.1, 0.01]})).velocity(grid(9.0))
+
+
+@pytest.mark.parametrize("duration", [75.0, 75.0072])
+def test_motion_longer_than_a_minute_is_followed_to_its_end(tmp_path, duration):
+    time = np.linspace(0.0, duration, 751)
+    path = write(tmp_path, {"time": time, "velocity": 0.002 * time})  # ends far from where it starts
+    scenario = load_scenario(reference=path).modified(duration=None)
+    assert scenario.length == duration
+    assert scenario.times()[-1] == pytest.approx(75.0, abs=1e-9)
+    assert scenario.reference_velocity() == pytest.approx(0.002 * scenario.times(), abs=1e-12)

@@ -1,0 +1,191 @@
+"""Scenarios as a whole: the built-in one, and what its fields have to do with each other."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from scenario_files import REMOVED, built_in, changed, write_scenario
+
+from adaptive_ff import InputError, Scenario, TorqueModel, load_scenario
+from adaptive_ff.scenario.reference import Multisine
+
+MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
+
+DESIGNED = {
+    "duration": 60.0,
+    "seed": 1,
+    "joint": {
+        "inertia": 20.0,
+        "coulomb": 60.0,
+        "stiction": 90.0,
+        "viscous": 80.0,
+        "stribeck_velocity": 0.05,
+        "stribeck_shape": 1.0,
+        "friction_lag": 0.02,
+        "solver_period": 0.001,
+    },
+    "sampling": {"period": 0.01},
+    "sensor": {"velocity_noise": 0.002},
+    "actuator": {"torque_limit": 400.0},
+    "reference": {
+        "kind": "multisine",
+        "frequencies": [0.01, 0.05, 0.11, 0.23, 0.41, 0.7, 1.0],
+        "amplitudes": [0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03],
+        "peak": 0.35,
+        "fade_in": 2.0,
+    },
+    "feedback": {"inertia": 20.0, "bandwidth": 10.0},
+    "adaptation": {"stribeck_velocity": 0.05, "stribeck_shape": 1.0},
+    "fixed": {"inertia": 20.0, "coulomb": 60.0, "viscous": 80.0},
+}
+
+
+def load(folder, content):
+    return load_scenario(write_scenario(folder, content))
+
+
+def refusal(folder, content):
+    with pytest.raises(InputError) as caught:
+        load(folder, content)
+    message = str(caught.value)
+    assert message.splitlines() == [message]
+    return message.removeprefix(f"{folder / 'scenario.toml'}: ")
+
+
+def test_built_in_scenario_is_the_designed_one():
+    scenario = load_scenario()
+    assert scenario.model_dump(exclude_unset=True) == DESIGNED
+    assert scenario.controllers == MAIN_JOB
+    assert scenario.change == []
+    assert (scenario.length, scenario.samples, scenario.substeps) == (60.0, 6000, 10)
+    assert scenario.times()[[0, 1, -1]] == pytest.approx([0.0, 0.001, 60.0], rel=1e-15)
+
+
+def test_what_may_be_left_out_has_the_stated_value(tmp_path):
+    needed = ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")
+    least = {
+        "joint": {name: DESIGNED["joint"][name] for name in needed},
+        "feedback": {"inertia": 20.0, "bandwidth": 10.0},
+        "adaptation": {"stribeck_velocity": 0.05},
+    }
+    scenario = load(tmp_path, least)
+    assert (scenario.duration, scenario.length, scenario.seed, scenario.controllers) == (None, 60.0, 1, MAIN_JOB)
+    assert (scenario.joint.stribeck_shape, scenario.joint.friction_lag, scenario.joint.solver_period) == (1, 0, 0.001)
+    assert (scenario.sampling.period, scenario.sensor.velocity_noise) == (0.01, 0.0)
+    assert scenario.actuator.torque_limit is None
+    assert scenario.actuator.parameters.torque_limit == math.inf
+    assert scenario.reference == Multisine(**DESIGNED["reference"])
+    assert (scenario.adaptation.stribeck_shape, scenario.adaptation.memory) == (1.0, None)
+    assert scenario.fixed.model == TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+    assert scenario.change == []
+
+
+def test_fixed_stiction_equals_its_coulomb_friction_unless_given():
+    scenario = load_scenario()
+    assert scenario.fixed.model == TorqueModel(20.0, 60.0, 60.0, 80.0, 0.0, 1.0, 1.0)
+    given = scenario.modified(fixed={"stiction": 90.0, "stribeck_velocity": 0.05, "friction_lag": 0.02})
+    assert given.fixed.model == TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+
+
+def test_feedback_takes_a_bandwidth_or_both_gains(tmp_path):
+    crossover = 2.0 * math.pi * 10.0
+    designed = load_scenario().feedback.gains
+    assert designed == pytest.approx((crossover * 20.0, crossover * 20.0 * crossover / 5.0), rel=1e-14)
+    gains = {"inertia": 20.0, "proportional": 5000.0, "integral": 0.0}  # faster than the design allows: not checked
+    assert load(tmp_path, {**built_in(), "feedback": gains}).feedback.gains == (5000.0, 0.0)
+    for taken in ("proportional", "integral"):
+        message = refusal(tmp_path, changed({**built_in(), "feedback": gains}, f"feedback.{taken}", REMOVED))
+        assert message == "feedback: bandwidth is missing; give it, or both proportional and integral"
+        message = refusal(tmp_path, changed(built_in(), f"feedback.{taken}", 100.0))
+        assert message == "feedback: bandwidth = 10 is given beside gains; give it or both gains, not both"
+
+
+@pytest.mark.parametrize("period", [0.001, 0.01, 0.022])
+def test_bandwidth_that_the_design_refuses_is_answered_with_one_that_it_accepts(tmp_path, period):
+    content = changed(changed(built_in(), "sampling.period", period), "feedback.bandwidth", 400.0)
+    message = refusal(tmp_path, content)
+    assert message.startswith(f"feedback.bandwidth = 400 Hz is not allowed: with a period of {period:g} s")
+    named = float(re.search(r"at most (\S+) Hz", message)[1])
+    assert load(tmp_path, changed(content, "feedback.bandwidth", named)).feedback.bandwidth == named
+    assert "is not allowed" in refusal(tmp_path, changed(content, "feedback.bandwidth", 1.001 * named))
+
+
+@pytest.mark.parametrize("inertia", [1e308, 1e307])
+def test_gains_beyond_floating_point_are_refused(tmp_path, inertia):
+    message = refusal(tmp_path, changed(built_in(), "feedback.inertia", inertia))
+    assert message.startswith(f"feedback: inertia = {inertia:g} kg m^2 and bandwidth = 10 Hz make a proportional gain")
+
+
+def test_stiction_below_coulomb_friction_is_refused(tmp_path):
+    message = refusal(tmp_path, changed(built_in(), "joint.stiction", 59.0))
+    assert message == "joint: stiction = 59 N m is less than coulomb = 60 N m; stiction must be at least coulomb"
+
+
+@pytest.mark.parametrize("period", [0.0105, 0.0005, 0.001 / 3])
+def test_sampling_period_that_the_solver_cannot_meet_is_refused(tmp_path, period):
+    message = refusal(tmp_path, changed(built_in(), "sampling.period", period))
+    assert message.startswith(f"sampling.period = {period:g} s is not allowed: it must be a whole multiple of joint.")
+    assert message.endswith("solver_period = 0.001 s")
+
+
+def test_solver_period_that_makes_the_step_ambiguous_is_refused(tmp_path):
+    content = changed(changed(built_in(), "joint.solver_period", 0.1), "sampling.period", 0.1)
+    assert refusal(tmp_path, content).startswith("joint: solver_period = 0.1 s is too long for this joint: beyond 0.0")
+
+
+@pytest.mark.parametrize("duration", [1e300, 1.7e308, 10**300, 10**18, 200_001.0, 1e-300, 5e-324, 0.009])
+def test_duration_out_of_range_is_refused(tmp_path, duration):
+    message = refusal(tmp_path, {**built_in(), "duration": duration})
+    assert message == (
+        f"duration = {float(duration):g} s is not allowed: it must be from one sampling period (0.01 s) "
+        "to 200000000 solver periods (200000 s)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("duration", "period", "samples"),
+    [(0.01, 0.01, 1), (0.3, 0.1, 3), (0.1 + 0.2, 0.1, 3), (0.019, 0.01, 1), (7, 1, 7)],
+)
+def test_run_has_the_whole_samples_that_its_duration_holds(duration, period, samples):
+    slow = {"frequencies": [0.01], "amplitudes": [1.0]}
+    scenario = load_scenario().modified(
+        duration=duration, sampling={"period": period}, feedback={"bandwidth": 0.01}, reference=slow
+    )
+    assert scenario.samples == samples
+    assert scenario.times()[-1] == pytest.approx(samples * period, rel=1e-12)
+    assert scenario.noise().shape == (samples,)
+    assert scenario.reference_velocity().shape == scenario.times().shape
+
+
+@pytest.mark.parametrize("times", [[20.0, 10.0], [10.0, 10.0]])
+def test_changes_that_do_not_ascend_are_refused(tmp_path, times):
+    changes = [{"time": time, "friction_scale": 0.6} for time in times]
+    message = refusal(tmp_path, {**built_in(), "change": changes})
+    assert message == f"change: time = 10 s follows {times[0]:g} s; the times of changes must ascend strictly"
+
+
+@pytest.mark.parametrize(("duration", "time"), [(60.0, 60.0), (60.0, 1e300), (0.0149, 0.0145), (0.5, 0.5)])
+def test_change_beyond_the_end_is_refused(tmp_path, duration, time):
+    changes = [{"time": 0.001, "friction_scale": 0.6}, {"time": time, "friction_scale": 0.6}]
+    message = refusal(tmp_path, {**built_in(), "duration": duration, "change": changes})
+    assert message.startswith(f"change.1.time = {time:g} s is not allowed: it must be before the end, ")
+
+
+def test_change_that_makes_the_step_ambiguous_is_refused(tmp_path):
+    content = changed(changed(built_in(), "joint.solver_period", 0.03), "sampling.period", 0.03)
+    content = changed(content, "feedback.bandwidth", 2.0)
+    assert load(tmp_path, {**content, "change": [{"time": 3.0, "friction_scale": 2.0}]}).plan.starts[1] == 100
+    message = refusal(tmp_path, {**content, "change": [{"time": 3.0, "friction_scale": 2.2}]})
+    assert message.startswith(
+        "change: friction up to 2.2 times the joint's is not allowed: solver_period = 0.03 s is too"
+    )
+
+
+def test_seed_draws_noise_and_reference_and_nothing_else_does():
+    scenario = load_scenario()
+    other, again = scenario.modified(seed=2), scenario.modified(joint={"viscous": 70.0})
+    assert np.std(scenario.noise()) == pytest.approx(0.002, rel=0.05)
+    for draw in (Scenario.noise, Scenario.reference_velocity):
+        assert np.array_equal(draw(scenario), draw(again))
+        assert np.max(np.abs(draw(scenario) - draw(other))) > 0.002

@@ -1,0 +1,122 @@
+"""Drives with a computation delay: every controller is told how long it is."""
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, lay_course
+from unequal_joint import EQUAL, Unequal, rms, unequal_loop
+
+from adaptive_ff import AdaptiveController
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION
+from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.rivals.paper import PaperController
+from controllers import PI, pi_gains
+
+GAINS, PERIOD = pi_gains(20.0, 5.0), SCENARIO.sampling.period
+TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05}
+
+
+def adaptive(delay, parameters=ESTIMATED):
+    return AdaptiveController(*GAINS, PERIOD, **TOLD, parameters=parameters, delay=delay)
+
+
+def oracle(delay, joint=EQUAL):
+    return ModelBased(*GAINS, PERIOD, joint.model, delay=delay)
+
+
+@pytest.fixture(scope="module")
+def course():
+    return lay_course(SCENARIO.modified(seed=103, duration=40.0))
+
+
+@pytest.fixture(scope="module")
+def short_course():
+    return lay_course(SCENARIO.modified(seed=104, duration=5.0))
+
+
+def error(controller, course, delay, joint=EQUAL):
+    return rms(unequal_loop(controller, course, joint, delay=delay)[0], 15.0)
+
+
+def test_feedforward_that_knows_the_delay_is_better_than_one_that_does_not_and_than_none(course):
+    told = error(oracle(1.0), course, 1.0)
+    assert told < 0.7 * error(oracle(0.0), course, 1.0)
+    assert told < 0.15 * error(PI(*GAINS, PERIOD, delay=1.0), course, 1.0)
+    assert told < 1.4 * error(oracle(0.0), course, 0.0)
+
+
+@pytest.mark.parametrize("delay", [0.5, 1.0, 1.5])
+def test_adaptive_controller_that_knows_the_delay_is_about_as_good_as_the_oracle(course, delay):
+    expected = error(oracle(delay), course, delay)
+    informed = error(adaptive(delay), course, delay)
+    assert informed < 1.15 * expected
+    assert error(adaptive(0.0), course, delay) > 1.15 * informed  # a longer lag makes up for a part of the delay
+
+
+def test_adaptive_controller_finds_unequal_directions_behind_a_delay(course):
+    joint = Unequal()
+    expected = error(oracle(1.0, joint), course, 1.0, joint)
+    controller = adaptive(1.0, PER_DIRECTION)
+    assert error(controller, course, 1.0, joint) < 1.15 * expected
+    assert controller.estimates["offset"] == pytest.approx(joint.model.offset, abs=2.0)
+    assert controller.estimates["friction_lag"] == pytest.approx(0.02, abs=0.004)
+
+
+MAKERS = {
+    "PI": lambda delay: PI(*GAINS, PERIOD, delay=delay),
+    "ModelBased": oracle,
+    "PaperController": lambda delay: PaperController(*GAINS, PERIOD, **TOLD, delay=delay),
+    "AdaptiveController": adaptive,
+}
+controllers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
+
+
+@controllers
+@pytest.mark.parametrize("delay", [0.0, 1.0, 1.5])
+def test_torque_that_is_not_told_is_taken_as_what_was_asked_for_in_that_period(make, delay, short_course):
+    _, told = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf)
+    _, untold = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf, tell=False)
+    assert untold == pytest.approx(told, abs=1e-3)  # rounding, amplified by a large covariance at the start
+
+
+@controllers
+@pytest.mark.parametrize("delay", [0.0, 1.0, 1.5])
+def test_load_that_is_told_for_when_the_drive_acts_changes_no_motion(make, delay, short_course):
+    load = 30.0 * np.sin(0.05 * np.arange(short_course.noise.size))
+    free, free_torques = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf)
+    loaded, torques = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf, known=load)
+    assert loaded == pytest.approx(free, abs=1e-6)
+    assert torques - load == pytest.approx(free_torques, abs=1e-2)
+
+
+@controllers
+def test_compiled_equals_plain_and_a_saved_state_goes_on(make, short_course):
+    _, expected = unequal_loop(make(1.5).run_uncompiled(), short_course, delay=1.5)
+    controller = make(1.5)
+    _, found = unequal_loop(controller, short_course, delay=1.5)
+    assert found == pytest.approx(expected, rel=1e-12)
+    other = make(1.5)
+    other.state_from_json(controller.state_to_json())
+    assert other.step(0.1, 0.09, realised_torque=50.0) == controller.step(0.1, 0.09, realised_torque=50.0)
+
+
+class Twins:
+    """A controller that learns, and one that does not beside it, until the first sample that is learnt from."""
+
+    def __init__(self, delay):
+        self.learning, self.frozen = adaptive(delay), adaptive(delay)
+        self.frozen.enabled = False
+        self.torques = None
+
+    def step(self, *motion, **others):
+        torques = [controller.step(*motion, **others) for controller in (self.learning, self.frozen)]
+        if self.torques is None and self.learning.estimates["coulomb"] > 10.0:
+            self.torques = torques
+        return torques[0]
+
+
+@pytest.mark.parametrize("delay", [1.0, 1.5])
+def test_learning_does_not_make_the_torque_jump_behind_a_delay(delay, short_course):
+    twins = Twins(delay)
+    unequal_loop(twins, short_course, delay=delay)
+    assert twins.torques[0] == pytest.approx(twins.torques[1], rel=1e-9)
+    assert abs(twins.torques[0]) > 15.0

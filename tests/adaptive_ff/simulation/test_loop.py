@@ -1,0 +1,178 @@
+"""What the loop itself does: when a command acts, what the drive reports, when samples are taken, what is measured."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, drive, make
+
+from adaptive_ff import compare, simulate
+from adaptive_ff.comparison.run import Foreign
+from adaptive_ff.simulation.experiment import empty_record, lay_course
+from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from plant import Actuator, Joint, ripple_torque
+
+SHORT = SCENARIO.modified(duration=6.0)
+
+
+class Script:
+    """Gives torques from a list and writes down what it is told."""
+
+    def __init__(self, torques):
+        self.torques, self.told = iter(torques), []
+
+    def step(self, reference, velocity, *, realised_torque, **_):
+        self.told.append(realised_torque)
+        return next(self.torques)
+
+
+def run_script(course, torques):
+    """Run a list of torques; return the record and what the controller was told of the drive."""
+    script, record = Script(torques), empty_record(course, 0)
+    run_plain(Foreign(script), None, course, start_position(course), course.noise.size, record)
+    return record, script.told
+
+
+def delayed(steps, samples=40):
+    """Course of the built-in joint at 100 Hz with a delay in solver steps."""
+    return lay_course(SCENARIO.modified(duration=samples / 100))._replace(delay=steps)
+
+
+@pytest.mark.parametrize("steps", [0, 3, 10, 17, 25])
+def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
+    torques = 300.0 * np.sin(np.arange(40.0))
+    course = delayed(steps)
+    record, told = run_script(course, torques)
+    held = np.concatenate([np.zeros(steps), np.repeat(torques, 10)])[:400]
+    joint = Joint(SCENARIO.joint)
+    expected = [0.0, *(joint.step(torque, 0.001) for torque in held)]
+    assert np.array_equal(record.velocity, expected)
+    assert record.given == pytest.approx(torques, rel=1e-14)
+    assert record.torque == pytest.approx(held.reshape(-1, 10).mean(axis=1), rel=1e-12, abs=1e-12)
+    assert told[0] is None
+    assert told[1:] == pytest.approx(record.torque[:-1].tolist(), rel=1e-14)
+
+
+@pytest.mark.parametrize("part", [1, 7])
+def test_parts_of_a_delayed_run_make_no_difference(part):
+    course = delayed(17)._replace(noise=0.01 * np.cos(np.arange(40.0)))
+    whole, pieces = empty_record(course, 0), empty_record(course, 0)
+    block = make("pi")
+    run_compiled(block.parameters, block.state, course, start_position(course), 40, whole)
+    state, position = block.state, start_position(course)
+    while position.sample < 40:
+        stop = min(position.sample + part, 40)
+        state, position = run_compiled(block.parameters, state, course, position, stop, pieces)
+    assert np.array_equal(whole.velocity, pieces.velocity)
+    assert np.ptp(whole.velocity) > 0.01
+
+
+def test_ripple_moves_the_joint_and_is_not_reported():
+    actuator = Actuator(ripple_amplitude=40.0, ripple_period=0.01)
+    course = lay_course(SCENARIO.modified(duration=1.0, actuator={"ripple_amplitude": 40.0, "ripple_period": 0.01}))
+    record, _ = run_script(course, [200.0] * 100)
+    assert np.array_equal(record.torque, [200.0] * 100)
+    joint, expected = Joint(SCENARIO.joint), [0.0]
+    for _ in range(1000):
+        expected.append(joint.step(200.0 + ripple_torque(actuator.parameters, joint.state.position), 0.001))
+    assert np.array_equal(record.velocity, expected)
+
+
+def test_rate_limit_and_resolution_shape_what_the_joint_gets():
+    course = lay_course(SCENARIO.modified(duration=0.1, actuator={"rate_limit": 1000.0, "torque_resolution": 4.0}))
+    record, _ = run_script(course, [30.0] * 5 + [-30.0] * 5)
+    assert record.torque.tolist() == [12.0, 24.0, 32.0, 32.0, 32.0, 24.0, 16.0, 8.0, 0.0, -8.0]
+
+
+def test_drift_and_position_change_the_friction_that_acts():
+    """A joint dragged at nearly constant speed: what the drive must give follows the factor on friction."""
+    slow = {"frequencies": [0.001], "amplitudes": [1.0], "peak": 0.3, "fade_in": 1.0}
+    base = SCENARIO.modified(duration=60.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
+    plain = simulate(base, "pi")
+    warming = simulate(base.modified(variation={"warm_up_excess": 0.5, "warm_up_time": 20.0}), "pi")
+    wavy = simulate(base.modified(variation={"position_amplitude": 0.2, "position_period": 2.0}), "pi")
+    late = plain.time > 5.0
+    drag = plain.torque[late]
+    factor = 1.0 + 0.5 * np.exp(-plain.time[late] / 20.0)
+    assert warming.torque[late] == pytest.approx(factor * drag, rel=0.01)
+    position = np.cumsum(wavy.velocity[:-1]) * 0.001
+    assert wavy.torque[late] == pytest.approx((1.0 + 0.2 * np.sin(np.pi * position[late])) * drag, rel=0.01)
+    assert np.ptp(wavy.torque[late] / drag) > 0.35
+
+
+def test_jittered_samples_have_the_outliers_of_the_papers_figure_10_and_keep_the_mean():
+    scenario = SCENARIO.modified(duration=100.0, sampling={"period": 0.022, "jitter": 0.9}, feedback={"bandwidth": 5.0})
+    intervals = np.diff(scenario.sample_steps)
+    assert np.mean(intervals) == pytest.approx(22.0, abs=0.05)
+    assert set(intervals) <= {20, 21, 31, 32, 41, 42}
+    assert set(intervals) >= {20, 21, 32}
+    late = np.nonzero(intervals > 40)[0]
+    assert np.all(np.diff(late) == 40)  # one nearly twice as long in forty, periodic
+    assert np.count_nonzero(intervals > 30) == pytest.approx(3 * intervals.size / 40, abs=3)
+    run = simulate(scenario, "adaptive")
+    assert run.columns()["time"] == pytest.approx(scenario.sample_steps[:-1] * 0.001)
+    assert run.metrics.rms_error_settled < 0.5 * simulate(scenario, "pi").metrics.rms_error_settled
+
+
+def test_jitter_passes_the_real_time_to_the_controller():
+    scenario = SCENARIO.modified(duration=5.0, sampling={"jitter": 0.9})
+    seen = []
+
+    class Watch:
+        def step(self, reference, velocity, *, dt, **_):
+            seen.append(dt)
+            return 0.0
+
+    simulate(scenario, Watch())
+    assert seen[1:] == pytest.approx((np.diff(scenario.sample_steps)[:-1] * 0.001).tolist(), rel=1e-12)
+
+
+def test_encoder_shows_the_controller_multiples_of_its_resolution_only():
+    resolution = 1e-3
+    coarse = SCENARIO.modified(
+        duration=3.0,
+        sensor={"velocity_noise": 0.0, "encoder_resolution": resolution},
+        velocity={"method": "difference"},
+    )
+    run = simulate(coarse, "pi")
+    counts = run.measured[1:] * 0.01 / resolution
+    assert counts == pytest.approx(np.round(counts), abs=1e-6)
+    assert np.unique(np.round(counts)).size > 3
+
+
+def test_pause_is_a_standstill_inside_the_motion():
+    scenario = SCENARIO.modified(duration=40.0, reference={"pause": [15.0, 25.0]})
+    velocity, time = scenario.reference_velocity(), scenario.times()
+    unbroken = SCENARIO.modified(duration=40.0).reference_velocity()
+    assert np.all(velocity[(time >= 15.0) & (time <= 25.0)] == 0.0)
+    outside = (time < 13.0) | (time > 27.0)
+    assert np.array_equal(velocity[outside], unbroken[outside])
+    assert np.max(np.abs(np.diff(velocity))) < 1.5 * np.max(np.abs(np.diff(unbroken)))
+
+
+def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once():
+    scenario = SHORT.modified(
+        sampling={"jitter": 0.9},
+        feedback={"bandwidth": 5.0},
+        actuator={"delay": 0.004, "torque_resolution": 0.5, "ripple_amplitude": 2.0, "rate_limit": 2e4},
+        variation={"warm_up_excess": 0.4, "position_amplitude": 0.2},
+        change=[{"time": 3.0, "friction_scale": 0.7}],
+    )
+    course, controller, other = lay_course(scenario), make("adaptive", scenario), make("adaptive", scenario)
+    plain, _ = drive(controller, course, run=run_plain)
+    fast, _ = drive(other, course)
+    assert np.array_equal(plain.torque, fast.torque)
+    assert np.array_equal(plain.velocity, fast.velocity)
+    assert np.ptp(fast.velocity) > 0.1
+
+
+def test_delay_that_the_bandwidth_does_not_allow_is_refused():
+    with pytest.raises(ValueError, match=r"feedback.bandwidth = 10 Hz is not allowed: .* 1 periods of delay"):
+        SCENARIO.modified(actuator={"delay": 0.01})
+    slower = SCENARIO.modified(actuator={"delay": 0.01}, feedback={"bandwidth": 5.0}, controllers=["pi"], duration=5.0)
+    assert math.isfinite(compare(slower).runs["pi"].metrics.rms_error)
+
+
+def test_delay_between_two_solver_steps_is_refused():
+    with pytest.raises(ValueError, match=r"actuator.delay = 0.0015 s is not allowed: .* whole multiple"):
+        SCENARIO.modified(actuator={"delay": 0.0015})

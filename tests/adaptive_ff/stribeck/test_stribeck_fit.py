@@ -1,0 +1,228 @@
+import math
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from scipy.optimize import curve_fit
+
+from adaptive_ff.stribeck.fit import fit_stribeck
+from adaptive_ff.stribeck.problem import Points, bend_slopes, make_problem, solve_linear
+from adaptive_ff.stribeck.profile import minimise, search
+from plant import Stribeck, sliding_friction
+
+TRUE = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
+SPEEDS = np.geomspace(0.005, 0.35, 30)
+BOTH = np.concatenate([-SPEEDS[::-1], SPEEDS])
+
+
+def torque_of(friction, velocity):
+    return np.array([math.copysign(sliding_friction(friction, abs(w)), w) for w in velocity])
+
+
+def noisy(seed, velocity=BOTH, error=0.01, friction=TRUE):
+    exact = torque_of(friction, velocity)
+    spread = error * np.abs(exact)
+    return velocity, exact + spread * np.random.default_rng(seed).standard_normal(velocity.size), spread
+
+
+@pytest.fixture(scope="module")
+def noisy_fit():
+    return fit_stribeck(*noisy(1))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(1.0, 200.0), st.floats(1.1, 3.0), st.floats(1.0, 300.0), st.floats(0.01, 0.15), st.floats(0.6, 3.0))
+def test_points_without_error_give_back_the_curve(coulomb, ratio, viscous, stribeck_velocity, shape):
+    true = Stribeck(coulomb, ratio * coulomb, viscous, stribeck_velocity, shape)
+    speeds = np.geomspace(0.001, 1.0, 25)
+    fit = fit_stribeck(speeds, torque_of(true, speeds))
+    found = {name: estimate.value for name, estimate in fit.estimates.items()}
+    assert found == pytest.approx(true._asdict(), rel=1e-7)
+    assert fit.curve(speeds) == pytest.approx(torque_of(true, speeds), rel=1e-9)
+    assert fit.determined
+
+
+def test_offset_of_the_torque_is_told_from_friction_where_both_directions_are_given():
+    fit = fit_stribeck(BOTH, torque_of(TRUE, BOTH) - 7.0)
+    assert fit.estimates["offset"].value == pytest.approx(-7.0, abs=1e-8)
+    assert fit.estimates["coulomb"].value == pytest.approx(60.0, rel=1e-8)
+    assert fit.residuals == pytest.approx(np.zeros(60), abs=1e-8)
+    assert fit.covariance.shape == (6, 6)
+    assert "offset" not in fit_stribeck(SPEEDS, torque_of(TRUE, SPEEDS)).estimates
+
+
+def test_one_direction_backward_is_as_good_as_forward(noisy_fit):
+    velocity, torque, error = noisy(3, SPEEDS)
+    forward, backward = fit_stribeck(velocity, torque, error), fit_stribeck(-velocity, -torque, error)
+    for name, estimate in forward.estimates.items():
+        assert backward.estimates[name] == pytest.approx(estimate, rel=1e-6)
+    assert backward.curve([-0.1, 0.0, 0.1]) == pytest.approx(-forward.curve([0.1, 0.0, -0.1]))
+
+
+def curve(velocity, coulomb, stiction, viscous, stribeck_velocity, shape, offset):
+    share = np.exp(-((np.abs(velocity) / stribeck_velocity) ** shape))
+    return np.sign(velocity) * (coulomb * (1.0 - share) + stiction * share) + viscous * velocity + offset
+
+
+def test_estimates_and_covariance_are_those_of_curve_fit(noisy_fit):
+    velocity, torque, error = noisy(1)
+    start = (50.0, 100.0, 100.0, 0.04, 1.2, 0.0)
+    values, covariance = curve_fit(curve, velocity, torque, start, error, method="lm", ftol=1e-13, xtol=1e-13)
+    assert [estimate.value for estimate in noisy_fit.estimates.values()] == pytest.approx(values, rel=1e-5, abs=1e-4)
+    assert noisy_fit.covariance == pytest.approx(covariance, rel=1e-3, abs=1e-7)
+    assert noisy_fit.residuals == pytest.approx(torque - curve(velocity, *values), abs=1e-3)
+    assert noisy_fit.scatter == pytest.approx(math.sqrt(np.sum((noisy_fit.residuals / error) ** 2) / 54))
+
+
+@pytest.mark.parametrize("name", [*TRUE._fields, "offset"])
+def test_interval_ends_where_the_sum_of_squares_has_risen_by_students_t(noisy_fit, name):
+    velocity, torque, error = noisy(1)
+    points = Points(velocity, torque, 1.0 / error, True)
+    squares = float(np.sum((noisy_fit.residuals / error) ** 2))
+    rise = stats.t.ppf(0.975, 54) ** 2 * squares / 54
+    estimate = noisy_fit.estimates[name]
+    assert estimate.lower < estimate.value < estimate.upper
+    for end in (estimate.lower, estimate.upper):
+        held = math.log(end) if name.startswith("stribeck") else end
+        there = search(make_problem(points, name, held))[1] - squares
+        assert math.sqrt(there / rise) == pytest.approx(1.0, abs=0.02)
+
+
+def test_analytic_slopes_are_those_of_finite_differences_across_the_linear_part():
+    velocity, torque, error = noisy(2)
+    problem = make_problem(Points(velocity, torque, 1.0 / error, True))
+    bend, step = np.log([0.04, 1.3]), 1e-6
+    solved = solve_linear(problem, bend)
+    slopes = bend_slopes(problem, bend, solved)
+    for place in range(2):
+        ahead, behind = bend.copy(), bend.copy()
+        ahead[place] += step
+        behind[place] -= step
+        numeric = (solve_linear(problem, ahead).residuals - solve_linear(problem, behind).residuals) / (2.0 * step)
+        # Kaufman's derivative leaves out a part inside the span of the linear columns, which has no slope
+        across = numeric - solved.basis @ (solved.basis.T @ numeric)
+        assert slopes[:, place] == pytest.approx(across, abs=1e-4 * np.linalg.norm(across))
+        assert slopes[:, place] @ solved.residuals == pytest.approx(numeric @ solved.residuals, rel=1e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", [5, 19, 26, 42, 47])
+def test_search_finds_the_lowest_of_several_minima(seed):
+    velocity, torque, error = noisy(seed, np.geomspace(0.003, 0.35, 12), 0.1)
+    problem = make_problem(Points(velocity, torque, 1.0 / error, False))
+    starts = [np.log([speed, shape]) for speed in np.geomspace(0.003, 0.35, 20) for shape in (0.5, 1.0, 2.0, 5.0)]
+    minima = [minimise(problem, start, 1e-12)[1] for start in starts]
+    assert max(minima) > 1.01 * min(minima)
+    assert search(problem)[1] <= min(minima) * (1.0 + 1e-6)
+
+
+def hits(seeds, confidence, **kwargs):
+    count = {"stribeck_velocity": 0, "stribeck_shape": 0, "coulomb": 0}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        for seed in seeds:
+            fit = fit_stribeck(*noisy(seed, **kwargs), confidence=confidence)
+            for name in count:
+                estimate = fit.estimates[name]
+                count[name] += estimate.lower <= getattr(TRUE, name) <= estimate.upper
+    return count
+
+
+@pytest.mark.parametrize(
+    ("velocity", "error", "trials"), [(BOTH, 0.003, 120), (np.geomspace(0.003, 0.35, 12), 0.03, 60)]
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(velocity, error, trials):
+    confidence = 0.8
+    low, high = stats.binom.ppf([1e-4, 1.0 - 1e-4], trials, confidence)
+    for name, count in hits(range(trials), confidence, velocity=velocity, error=error).items():
+        assert low <= count <= high, name
+
+
+def test_weights_make_a_bad_point_harmless():
+    velocity, torque, error = noisy(5)
+    torque[40] += 20.0
+    error[40] = 20.0
+    weighted = fit_stribeck(velocity, torque, error)
+    plain = fit_stribeck(velocity, torque)
+    assert weighted.stribeck_velocity == pytest.approx(0.05, rel=0.15)
+    wrong = [abs(np.log(fit.stribeck_velocity / 0.05)) + abs(np.log(fit.stribeck_shape)) for fit in (weighted, plain)]
+    assert wrong[0] < 0.5 * wrong[1]
+
+
+def test_only_ratios_of_standard_errors_matter():
+    velocity, torque, error = noisy(6)
+    one, other = fit_stribeck(velocity, torque, error), fit_stribeck(velocity, torque, 10.0 * error)
+    for name, estimate in one.estimates.items():
+        assert other.estimates[name] == pytest.approx(estimate, rel=1e-6)
+    assert other.scatter == pytest.approx(0.1 * one.scatter)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "friction"),
+    [
+        (np.linspace(0.4, 1.0, 30), TRUE),  # no point in the Stribeck range
+        (SPEEDS, TRUE._replace(stiction=60.0)),  # no Stribeck peak
+        (np.geomspace(0.0002, 0.002, 30), TRUE),  # nothing but it
+    ],
+)
+def test_warns_where_the_points_do_not_tell_the_curve(velocity, friction):
+    with pytest.warns(UserWarning, match="do not tell the Stribeck curve"):
+        fit = fit_stribeck(*noisy(8, velocity, 0.003, friction))
+    assert not fit.determined
+    ends = [fit.estimates[name][2:] for name in ("stribeck_velocity", "stribeck_shape", "coulomb")]
+    assert any(upper > 10.0 * lower for lower, upper in ends)
+
+
+def test_does_not_warn_where_they_do(noisy_fit):
+    assert noisy_fit.determined  # a warning would have been an error
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_friction_stays_possible_on_poor_points(seed):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        fit = fit_stribeck(*noisy(seed, np.geomspace(0.003, 0.35, 12), 0.1))
+    found = {name: estimate.value for name, estimate in fit.estimates.items()}
+    assert found["stiction"] >= found["coulomb"] >= 0.0
+    assert found["viscous"] >= 0.0
+    assert min(found["stribeck_velocity"], found["stribeck_shape"]) > 0.0
+    for estimate in fit.estimates.values():
+        assert estimate.lower <= estimate.value <= estimate.upper
+
+
+GOOD = (SPEEDS, torque_of(TRUE, SPEEDS), np.ones(30))
+
+
+def changed(which, place, value):
+    arrays = [np.array(array) for array in GOOD]
+    arrays[which][place] = value
+    return arrays
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (changed(0, 3, np.nan), r"velocity\[3\] = nan is not allowed"),
+        (changed(1, 4, np.inf), r"torque\[4\] = inf is not allowed"),
+        (changed(0, 5, 0.0), r"velocity\[5\] = 0 is not allowed: at rest"),
+        (changed(2, 6, 0.0), r"standard_error\[6\] = 0 is not allowed: it must be positive"),
+        (changed(2, 6, -2.0), r"standard_error\[6\] = -2 is not allowed"),
+        ((SPEEDS, GOOD[1][:-1]), r"torque has shape \(29,\); it must be \(30,\)"),
+        ((SPEEDS.reshape(2, 15), GOOD[1].reshape(2, 15)), r"velocity has shape \(2, 15\)"),
+        ((SPEEDS[:5], GOOD[1][:5]), "5 points at 5 different speeds; there must be at least 6 points"),
+        ((np.tile(SPEEDS[:4], 3), np.tile(GOOD[1][:4], 3)), "12 points at 4 different speeds"),
+        ((SPEEDS, -GOOD[1]), "the torque of the drive has the sign of the velocity"),
+        ((BOTH, -torque_of(TRUE, BOTH)), "the torque of the drive has the sign of the velocity"),
+    ],
+)
+def test_bad_points_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        fit_stribeck(*arguments)
+
+
+@pytest.mark.parametrize("confidence", [0.0, 1.0, math.nan])
+def test_bad_confidence_is_refused(confidence):
+    with pytest.raises(ValueError, match="confidence = "):
+        fit_stribeck(*GOOD, confidence=confidence)

@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+
+from adaptive_ff.stribeck.fit import fit_stribeck
+from adaptive_ff.stribeck.points import support_points
+
+SPEEDS = np.geomspace(0.005, 0.35, 30)
+BOTH = np.concatenate([-SPEEDS[::-1], SPEEDS])
+
+
+def readings(seed, count, spread=0.03, offset=0.0):
+    torque = np.sign(BOTH) * (60.0 + 30.0 * np.exp(-np.abs(BOTH) / 0.05)) + 80.0 * BOTH + offset
+    noise = spread * np.abs(torque)[:, np.newaxis] * np.random.default_rng(seed).standard_normal((BOTH.size, count))
+    return np.repeat(BOTH[:, np.newaxis], count, axis=1), torque[:, np.newaxis] + noise
+
+
+def test_mean_spread_and_count_are_those_of_each_drive():
+    points = support_points([0.1, 0.3, 0.12, 0.32, 0.11], [5.0, 7.0, 6.0, 8.0, 7.0], ["a", "b", "a", "b", "a"])
+    assert points.velocity == pytest.approx([0.11, 0.31])
+    assert points.torque == pytest.approx([6.0, 7.5])
+    assert points.spread == pytest.approx([1.0, np.sqrt(0.5)])
+    assert points.count.tolist() == [3, 2]
+
+
+def test_rows_are_drives_where_there_are_no_labels_and_points_ascend():
+    velocity, torque = readings(1, 7)
+    mixed = np.random.default_rng(2).permutation(BOTH.size)
+    by_row = support_points(velocity[mixed], torque[mixed])
+    by_label = support_points(velocity.ravel(), torque.ravel(), np.repeat(np.arange(60), 7))
+    for name in ("velocity", "torque", "spread", "count", "standard_error"):
+        assert getattr(by_row, name) == pytest.approx(getattr(by_label, name))
+    assert by_row.velocity == pytest.approx(BOTH)
+    assert by_row.torque == pytest.approx(torque.mean(axis=1))
+
+
+def test_standard_errors_follow_the_spread_where_there_are_many_readings():
+    velocity, torque = readings(3, 4000)
+    points = support_points(velocity, torque)
+    assert points.standard_error == pytest.approx(points.spread / np.sqrt(4000.0), rel=0.05)
+
+
+def test_standard_errors_from_few_readings_scatter_less_than_their_spread():
+    velocity, torque = readings(4, 5)
+    points = support_points(velocity, torque)
+    true = 0.03 * np.abs(torque.mean(axis=1))
+    own, shared = (np.std(np.log(error / true)) for error in (points.spread, points.standard_error))
+    assert own > 0.25
+    assert shared < 0.15
+    assert np.median(points.standard_error * np.sqrt(5.0) / true) == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_spread_that_really_differs_is_not_smoothed_away():
+    velocity, torque = readings(5, 200)
+    torque[10] = torque[10].mean() + 20.0 * (torque[10] - torque[10].mean())
+    points = support_points(velocity, torque)
+    assert points.standard_error[10] == pytest.approx(points.spread[10] / np.sqrt(200.0), rel=0.1)
+    assert points.standard_error[10] > 10.0 * np.median(points.standard_error)
+
+
+def test_averaged_directions_are_free_of_an_offset():
+    both = support_points(*readings(6, 50, spread=1e-6, offset=11.0))
+    points = both.averaged_directions()
+    assert points.standard_error == pytest.approx(
+        0.5 * np.hypot(both.standard_error[:30][::-1], both.standard_error[30:])
+    )
+    assert points.velocity == pytest.approx(SPEEDS)
+    assert points.torque == pytest.approx(60.0 + 30.0 * np.exp(-SPEEDS / 0.05) + 80.0 * SPEEDS, rel=1e-5)
+    assert points.count.tolist() == [100] * 30
+
+
+def test_averaged_and_joint_fit_agree():
+    points = support_points(*readings(7, 100, offset=-3.0))
+    joint = fit_stribeck(points.velocity, points.torque, points.standard_error)
+    mean = points.averaged_directions()
+    averaged = fit_stribeck(mean.velocity, mean.torque, mean.standard_error)
+    for name in ("coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape"):
+        first, second = joint.estimates[name], averaged.estimates[name]
+        assert abs(first.value - second.value) < 0.5 * first.standard_error
+        assert second.standard_error == pytest.approx(first.standard_error, rel=0.4)
+
+
+def test_averaging_needs_the_same_speeds_both_ways():
+    velocity, torque = readings(8, 5)
+    with pytest.raises(ValueError, match="30 points forward and 29 backward"):
+        support_points(velocity[1:], torque[1:]).averaged_directions()
+    velocity[0] *= 1.2
+    with pytest.raises(ValueError, match="speeds must agree within 5 %"):
+        support_points(velocity, torque).averaged_directions()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([0.1, 0.2], [1.0]), r"velocity has shape \(2,\), torque \(1,\)"),
+        (([], []), "not empty"),
+        (([0.1, 0.2], [1.0, 2.0]), "drive is not given"),
+        (([0.1, 0.2], [1.0, 2.0], [1]), r"drive has shape \(1,\)"),
+        (([0.1, np.nan], [1.0, 2.0], [1, 1]), r"velocity\[1\] = nan is not allowed"),
+        (([[0.1, 0.2]], [[np.inf, 2.0]]), r"torque\[0, 0\] = inf is not allowed"),
+        (([0.1, 0.2, 0.2], [1.0, 2.0, 1.0], [1, 2, 2]), "single reading"),
+        (([0.1, 0.1], [1.0, 2.0], [np.nan, 1.0]), "label that is not a finite number"),
+        (([[0.1, -0.1]], [[1.0, 2.0]]), "drive 0 does not move"),
+        (([[0.1, 0.1], [0.2, 0.2]], [[1.0, 2.0], [3.0, 3.0]]), "drive 1 has no spread"),
+    ],
+)
+def test_bad_readings_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        support_points(*arguments)

@@ -1,0 +1,65 @@
+import math
+
+import numpy as np
+import pytest
+from inertia_loops import GAINS, INERTIA, PERIOD, make_observing, response, run_inertia, z_transform
+
+from controllers.observers.extended_state import extended_state_gains
+
+BANDWIDTH = 8.0
+KEPT = math.exp(-2.0 * math.pi * BANDWIDTH * PERIOD)
+
+
+def observer_matrices():
+    """Error dynamics ``(I - L c) F`` of a current observer of velocity and disturbance."""
+    transition = np.array([[1.0, -PERIOD / INERTIA], [0.0, 1.0]])
+    velocity_gain, disturbance_gain = extended_state_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
+    gain = np.array([[velocity_gain], [-disturbance_gain]])
+    return transition, gain
+
+
+def test_both_poles_are_where_gao_and_miklosovic_put_them():
+    transition, gain = observer_matrices()
+    polynomial = np.poly((np.eye(2) - gain @ np.array([[1.0, 0.0]])) @ transition)
+    assert polynomial == pytest.approx([1.0, -2.0 * KEPT, KEPT**2], rel=1e-12)
+
+
+def test_estimation_error_decays_with_these_poles():
+    """From a wrong state, the error runs through ``(c0 + c1 k) exp(-wo Ts k)``: two second differences vanish."""
+    controller = make_observing("ExtendedState", BANDWIDTH)
+    _, disturbance = run_inertia(controller, np.zeros(80), load=25.0)
+    error = disturbance - 25.0
+    left = error[2:] - 2.0 * KEPT * error[1:-1] + KEPT**2 * error[:-2]
+    assert np.max(np.abs(left)) < 1e-11 * 25.0
+    assert abs(error[20]) > 1e-4
+
+
+def test_estimate_is_the_load_behind_two_equal_poles_and_a_period():
+    z = z_transform()
+    load = 40.0 * np.random.default_rng(7).standard_normal(400)
+    _, disturbance = run_inertia(make_observing("ExtendedState", BANDWIDTH), np.zeros(400), load=load)
+    assert disturbance == pytest.approx(response((1.0 - KEPT) ** 2 * z / (z - KEPT) ** 2, load), abs=1e-7)
+
+
+def test_load_that_rises_steadily_leaves_the_offset_that_two_poles_predict():
+    """An observer with a constant disturbance as its model lags behind a ramp by ``(1 + b)/(1 - b)`` periods."""
+    slope = 0.3  # N m a period
+    load = slope * np.arange(1500)
+    velocity, disturbance = run_inertia(make_observing("ExtendedState", BANDWIDTH), np.zeros(1500), load=load)
+    lag = slope * (1.0 + KEPT) / (1.0 - KEPT)
+    assert load[-1] - disturbance[-1] == pytest.approx(lag, rel=1e-9)
+    # the torque must be the load: Kp (0 - observed velocity) + estimate = load
+    observed = -lag / GAINS[0]
+    velocity_gain, disturbance_gain = extended_state_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
+    innovation = -slope / disturbance_gain
+    assert velocity[-1] == pytest.approx(observed + (1.0 - velocity_gain) * innovation, rel=1e-9)
+
+
+def test_plant_becomes_an_integrator_so_steps_of_the_reference_are_followed_by_one_pole():
+    """Gao: with the total disturbance cancelled, the loop is ``wc/(s + wc)``; sampled, ``1 - wc Ts``."""
+    controller = make_observing("ExtendedState", BANDWIDTH)
+    reference = np.full(60, 0.3)
+    velocity, disturbance = run_inertia(controller, reference)
+    pole = 1.0 - GAINS[0] * PERIOD / INERTIA
+    assert velocity == pytest.approx(0.3 * (1.0 - pole ** np.arange(60)), abs=1e-12)
+    assert np.max(np.abs(disturbance)) < 1e-10

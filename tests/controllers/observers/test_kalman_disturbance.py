@@ -1,0 +1,164 @@
+import math
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from inertia_loops import GAINS, INERTIA, NOISE, PERIOD, make_observing, response, run_inertia, z_transform
+from scipy.integrate import quad_vec
+from scipy.linalg import solve_discrete_are
+
+from controllers import KalmanDisturbance
+from controllers.design.stationary import stationary_gain
+from controllers.observers.inertia_observer import ObserverState, correct, predict
+
+TRANSITION = np.array([[1.0, -PERIOD / INERTIA], [0.0, 1.0]])
+INPUT = np.array([PERIOD / INERTIA, 0.0])
+WALKS = [3.0, 60.0, 300.0, 5000.0]
+
+walks = pytest.mark.parametrize("walk", WALKS)
+
+
+def process_noise(walk):
+    """Covariance that a period adds, by quadrature: white noise enters the disturbance, and through it the velocity."""
+
+    def spread(time):
+        reached = walk * np.array([-time / INERTIA, 1.0])
+        return np.outer(reached, reached)
+
+    return quad_vec(spread, 0.0, PERIOD)[0]
+
+
+def make_filter(walk):
+    controller = KalmanDisturbance(*GAINS, PERIOD, inertia=INERTIA, velocity_noise=NOISE, disturbance_walk=walk)
+    return controller, np.array([controller.parameters.velocity_gain, -controller.parameters.disturbance_gain])
+
+
+def filterpy_filter(walk):
+    kalman = KalmanFilter(dim_x=2, dim_z=1, dim_u=1)
+    kalman.F, kalman.B, kalman.Q = TRANSITION, INPUT[:, None], process_noise(walk)
+    kalman.H, kalman.R = np.array([[1.0, 0.0]]), np.array([[NOISE**2]])
+    kalman.P = np.diag([NOISE**2, (0.1 * walk) ** 2])
+    return kalman
+
+
+@walks
+def test_gains_solve_the_riccati_equation_of_scipy(walk):
+    measured = np.array([[1.0, 0.0]])
+    covariance = solve_discrete_are(TRANSITION.T, measured.T, process_noise(walk), np.array([[NOISE**2]]))
+    expected = covariance[:, 0] / (covariance[0, 0] + NOISE**2)
+    assert make_filter(walk)[1] == pytest.approx(expected, rel=1e-8)
+
+
+@walks
+def test_gains_are_those_at_which_filterpy_settles(walk):
+    kalman = filterpy_filter(walk)
+    for _ in range(4000):
+        kalman.predict()
+        kalman.update(0.0)
+    assert make_filter(walk)[1] == pytest.approx(kalman.K[:, 0], rel=1e-9)
+
+
+def test_estimates_are_those_of_settled_filterpy_step_by_step():
+    walk = 60.0
+    kalman, (controller, _) = filterpy_filter(walk), make_filter(walk)
+    for _ in range(4000):
+        kalman.predict()
+        kalman.update(0.0)
+    kalman.x = np.zeros((2, 1))
+    generator, realised = np.random.default_rng(8), None
+    velocities = 0.1 * np.cumsum(generator.standard_normal(300))
+    velocities[0] = 0.0
+    for k, velocity in enumerate(velocities):
+        if k > 0:
+            kalman.predict(u=np.array([[realised]]))
+            kalman.update(velocity)
+        controller.step(0.1, velocity, realised_torque=realised)
+        assert controller.state.observer == pytest.approx(kalman.x[:, 0], rel=1e-8, abs=1e-10)
+        realised = 50.0 * generator.standard_normal()
+    assert abs(controller.disturbance) > 10.0
+
+
+def innovations(walk, factor):
+    """Innovations of the filter, its gain of the disturbance scaled, on data of the model that it assumes."""
+    _, gain = make_filter(walk)
+    generator = np.random.default_rng(9)
+    steps = generator.multivariate_normal(np.zeros(2), process_noise(walk), size=20_000, method="cholesky")
+    state, believed, found = np.zeros(2), ObserverState(0.0, 0.0), []
+    for step in steps:
+        torque = -1000.0 * believed.velocity + believed.disturbance
+        state = TRANSITION @ state + INPUT * torque + step
+        believed = predict(INERTIA, believed, torque, PERIOD)
+        measured = state[0] + NOISE * generator.standard_normal()
+        found.append(measured - believed.velocity)
+        believed = correct(believed, measured, gain[0], -factor * gain[1])
+    return np.array(found[500:])
+
+
+def autocorrelation(series, lags):
+    return np.array([np.mean(series[lag:] * series[:-lag]) for lag in range(1, lags + 1)]) / np.mean(series**2)
+
+
+def test_innovation_is_white_and_as_large_as_predicted_on_the_model_it_assumes():
+    walk = 60.0
+    series = innovations(walk, 1.0)
+    bound = 4.0 / math.sqrt(series.size)
+    assert np.max(np.abs(autocorrelation(series, 20))) < bound
+    covariance = solve_discrete_are(TRANSITION.T, np.array([[1.0], [0.0]]), process_noise(walk), np.array([[NOISE**2]]))
+    assert np.var(series) == pytest.approx(covariance[0, 0] + NOISE**2, rel=4.0 * math.sqrt(2.0 / series.size))
+    # a gain that is not the right one is seen
+    for factor in (0.3, 2.0):
+        assert np.max(np.abs(autocorrelation(innovations(walk, factor), 20))) > 2.0 * bound
+
+
+@pytest.mark.parametrize("bandwidth", [0.1, 0.5])
+def test_slow_filter_is_a_butterworth_one_with_the_stated_natural_frequency(bandwidth):
+    controller = make_observing("KalmanDisturbance", bandwidth)
+    gain = np.array([[controller.parameters.velocity_gain], [-controller.parameters.disturbance_gain]])
+    poles = np.linalg.eigvals((np.eye(2) - gain @ np.array([[1.0, 0.0]])) @ TRANSITION)
+    found = np.log(poles) / PERIOD
+    natural = 2.0 * math.pi * bandwidth
+    assert np.abs(found) == pytest.approx([natural, natural], rel=2e-2)
+    assert -found.real / np.abs(found) == pytest.approx([math.sqrt(0.5)] * 2, rel=2e-2)
+
+
+def test_loads_reach_the_velocity_through_what_the_filter_leaves():
+    """``w/d = -P (1 - Q/z)/(1 + P C)``, ``Q`` from the settled gains."""
+    z, controller = z_transform(), make_observing("KalmanDisturbance", 6.0)
+    first, second = controller.parameters.velocity_gain, controller.parameters.disturbance_gain
+    share = PERIOD / INERTIA * second
+    q_filter = share * z**2 / ((z - 1) * (z - (1.0 - first)) + share * z)
+    feedback, inertia = GAINS[0] + GAINS[1] * PERIOD * z / (z - 1), PERIOD / INERTIA / (z - 1)
+    load = 40.0 * np.random.default_rng(10).standard_normal(400)
+    velocity, _ = run_inertia(controller, np.zeros(400), load=load)
+    expected = response(-inertia * (1 - q_filter / z) / (1 + inertia * feedback), load)
+    assert velocity == pytest.approx(expected, abs=1e-8)
+
+
+def test_only_the_ratio_of_walk_to_noise_matters_and_its_unit_holds_at_every_period():
+    loud = KalmanDisturbance(*GAINS, PERIOD, inertia=INERTIA, velocity_noise=0.02, disturbance_walk=600.0)
+    assert loud.parameters == make_filter(60.0)[0].parameters
+    rates = [KalmanDisturbance.walk(INERTIA, period, NOISE * math.sqrt(0.01 / period), 6.0) for period in (0.01, 0.001)]
+    assert rates[0] == pytest.approx(rates[1], rel=1e-12)  # the same noise density, the same walk
+
+
+@pytest.mark.parametrize("setting", ["velocity_noise", "disturbance_walk"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_bad_noise_is_refused_by_name(setting, value):
+    settings = {"velocity_noise": NOISE, "disturbance_walk": 60.0, setting: value}
+    with pytest.raises(ValueError, match=rf"^{setting} = {value} is not allowed"):
+        KalmanDisturbance(*GAINS, PERIOD, inertia=INERTIA, **settings)
+
+
+def test_gain_that_stands_still_for_a_step_has_not_settled():
+    """Without process noise the first two gains are ``(2/3, 1/3)``, the later ones fall to zero."""
+    measured, noise = np.array([[1.0, 0.0]]), 1e-4 * np.eye(2)
+    transition = np.array([[1.0, 1.0], [0.0, 1.0]])
+    covariance = solve_discrete_are(transition.T, measured.T, noise, np.eye(1))
+    expected = covariance[:, 0] / (covariance[0, 0] + 1.0)
+    assert stationary_gain(transition, noise) == pytest.approx(expected, rel=1e-9)
+
+
+def test_gain_that_does_not_settle_is_said_to(monkeypatch):
+    monkeypatch.setattr("controllers.design.stationary.LONGEST", 2000)
+    with pytest.raises(ValueError, match=r"process noise is too small .* after 2000 periods"):
+        stationary_gain(np.array([[1.0, 1.0], [0.0, 1.0]]), np.zeros((2, 2)))

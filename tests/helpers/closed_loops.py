@@ -1,0 +1,112 @@
+"""Closed loops for tests: a course laid by hand, and controllers run on it."""
+
+import math
+
+import numpy as np
+
+from adaptive_ff import load_scenario
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.simulation.experiment import empty_record, lay_course, lay_plain_course
+from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from plant import Actuator, Joint
+
+SCENARIO = load_scenario()
+
+
+def kind(controller):
+    """What decides which way a kernel takes: the class, and which of its numbers are zero."""
+
+    def zeros(value):
+        if isinstance(value, tuple):
+            return tuple(zeros(item) for item in value)
+        return tuple(np.ravel(np.asarray(value) == 0.0).tolist())
+
+    return type(controller), zeros(controller.parameters)
+
+
+def kinds(makers):
+    """Names of one controller of each kind, the first in the line-up."""
+    first = {}
+    for name, maker in makers.items():
+        first.setdefault(kind(maker(SCENARIO)), name)
+    return sorted(first.values())
+
+
+NAMES = kinds(CONTROLLERS)
+"""Controllers that the checklist runs over: feedforwards that differ in numbers only are checked once."""
+
+
+def make(name, scenario=SCENARIO):
+    """Make a controller of the line-up."""
+    return CONTROLLERS[name](scenario)
+
+
+def course_along(reference, *, joint=SCENARIO.joint, substeps=1, noise=0.0, seed=0, limit=400.0):
+    """Course of a joint along a reference on the solver's grid, sampled every so many solver steps."""
+    samples = (len(reference) - 1) // substeps
+    return lay_plain_course(
+        joint,
+        np.arange(samples + 1, dtype=np.int64) * substeps,
+        np.asarray(reference, dtype=float)[: samples * substeps + 1],
+        noise * np.random.default_rng(seed).standard_normal(samples),
+        Actuator(torque_limit=limit),
+    )
+
+
+def begin(course):
+    """Position at the start of a course, the joint moving with the reference."""
+    return start_position(course)
+
+
+def drive(controller, course, *, position=None, run=run_compiled):
+    """Run a controller over a course; return the record and the position at the end."""
+    record = empty_record(course, len(controller.estimate_names))
+    start = begin(course) if position is None else position._replace(sample=0, acting=-1)
+    controller.state, end = run(controller.parameters, controller.state, course, start, course.noise.size, record)
+    return record, end
+
+
+def own_loop(controller, course, *, limit=SCENARIO.actuator.torque_limit, load=0.0, lost=None, watch=None):
+    """Run a user's own loop: ``step`` around a joint. Return the torques that the drive gave.
+
+    The joint carries a known load, which is told as ``feedforward``; measurements in ``lost`` (by sample) are replaced;
+    ``watch`` is called with the number of each sample before it.
+    """
+    joint, realised, torques = Joint(SCENARIO.joint, float(course.reference[0])), None, []
+    for k, first in enumerate(course.samples[:-1]):
+        measured = joint.state.velocity + course.noise[k]
+        if watch is not None:
+            watch(k)
+        torque = controller.step(
+            course.reference[first],
+            (lost or {}).get(k, measured),
+            next_reference=course.reference[course.samples[k + 1]],
+            realised_torque=realised,
+            feedforward=load,
+        )
+        assert math.isfinite(torque)
+        realised = min(max(torque, -limit), limit)
+        torques.append(realised)
+        joint.step(realised - load, (course.samples[k + 1] - first) * course.solver_period)
+    return np.array(torques)
+
+
+def error_of(course, record, seconds):
+    """Root of the mean square error over the last seconds."""
+    last = round(seconds / course.solver_period)
+    return float(np.sqrt(np.mean((course.reference - record.velocity)[-last:] ** 2)))
+
+
+__all__ = [
+    "NAMES",
+    "SCENARIO",
+    "begin",
+    "course_along",
+    "drive",
+    "error_of",
+    "lay_course",
+    "make",
+    "own_loop",
+    "run_compiled",
+    "run_plain",
+]

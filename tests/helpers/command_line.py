@@ -1,0 +1,76 @@
+"""The command line in this process, for tests."""
+
+import io
+import os
+import re
+import sys
+import warnings
+from contextlib import redirect_stderr, redirect_stdout
+from typing import NamedTuple
+from unittest.mock import patch
+
+import pytest
+
+from adaptive_ff import load_scenario, simulate
+from adaptive_ff.cli.main import main
+
+WARNING = ("adaptive-ff: warning:", "warning:")
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+
+
+class Outcome(NamedTuple):
+    """What a call ended with and wrote."""
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def warnings(self):
+        return [line for line in self.err.splitlines() if line.startswith(WARNING)]
+
+    @property
+    def messages(self):
+        """Lines on stderr that are no warnings."""
+        return [line for line in self.err.splitlines() if not line.startswith(WARNING)]
+
+
+def run_command_line(*arguments):
+    """Run ``adaptive-ff`` with arguments, warnings shown as for a user."""
+    out, err = io.StringIO(), io.StringIO()
+    argv = ["adaptive-ff", *(str(argument) for argument in arguments)]
+    plain = {name: value for name, value in os.environ.items() if name not in ("FORCE_COLOR", "TTY_COMPATIBLE")}
+    with (
+        warnings.catch_warnings(action="default"),
+        patch.dict(os.environ, {**plain, "COLUMNS": "120"}, clear=True),
+        patch.object(sys, "argv", argv),
+        redirect_stdout(out),
+        redirect_stderr(err),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main()
+    return Outcome(ended.value.code or 0, COLOUR.sub("", out.getvalue()), COLOUR.sub("", err.getvalue()))
+
+
+def refusal(*arguments):
+    """Run it where it must refuse: status 2, one line, nothing on stdout; return the line."""
+    outcome = run_command_line(*arguments)
+    assert outcome.status == 2, outcome
+    assert outcome.out == ""
+    assert len(outcome.messages) == 1, outcome.err
+    (line,) = outcome.messages
+    assert line.startswith("adaptive-ff: ")
+    assert "Traceback" not in line
+    return line
+
+
+def compile_controllers():
+    """Compile, so that no call has to say that it does; a later process finds it done."""
+    for name in load_scenario().controllers:
+        simulate(load_scenario().modified(duration=0.1), name)
+
+
+def content_of(folder):
+    """Every file below a folder with its content, and every folder."""
+    paths = sorted(folder.rglob("*"))
+    return {str(path.relative_to(folder)): None if path.is_dir() else path.read_bytes() for path in paths}

@@ -1,0 +1,42 @@
+"""Logs in closed form: a sum of sines as motion, and the torque that the joint's equation gives."""
+
+import numpy as np
+
+from adaptive_ff.logs.log import Log
+
+JOINT = {"inertia": 2.0, "coulomb": 3.0, "viscous": 4.0, "offset": -0.5}
+FREQUENCIES, AMPLITUDES, PHASES = (0.31, 0.83, 1.7), (0.9, 0.7, 0.3), (0.4, 2.0, 5.0)
+
+
+def motion(time):
+    """Position, velocity and acceleration."""
+    omega = 2.0 * np.pi * np.array(FREQUENCIES)[:, np.newaxis]
+    phase = omega * time + np.array(PHASES)[:, np.newaxis]
+    amplitude = np.array(AMPLITUDES)
+    return (
+        amplitude @ (-np.cos(phase) / omega),
+        amplitude @ np.sin(phase),
+        amplitude @ (omega * np.cos(phase)),
+    )
+
+
+def make_log(duration=30.0, period=0.002, noise=0.0, seed=101, asymmetry=0.0, as_position=True, **joint):
+    """A log of the joint; the noise of the torque is a first-order autoregression with a time constant of 20 ms."""
+    values = {**JOINT, **joint}
+    time = period * np.arange(round(duration / period))
+    position, velocity, acceleration = motion(time)
+    torque = values["inertia"] * acceleration + values["viscous"] * velocity + values["offset"]
+    torque += values["coulomb"] * np.sign(velocity) + asymmetry * np.abs(velocity)
+    if noise:
+        torque += coloured(time.size, period, noise, np.random.default_rng(seed))
+    if as_position:
+        return Log("log", time, torque, position=position)
+    return Log("log", time, torque, velocity=velocity)
+
+
+def coloured(size, period, deviation, generator, time_constant=0.02):
+    from scipy.signal import lfilter
+
+    pole = np.exp(-period / time_constant)
+    series = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], generator.standard_normal(size + 500))
+    return deviation * series[500:]
