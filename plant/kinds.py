@@ -9,16 +9,34 @@ from pydantic import Discriminator, Tag
 from plant.elastic import (
     ElasticParameters,
     ElasticState,
+    changed_elastic,
     initial_elastic,
     scaled_elastic,
     sensed_elastic,
     step_elastic,
 )
 from plant.elastic_joint import ElasticJoint, check_elastic_period
+from plant.gravity import gravity_torque
 from plant.joint import JointModel, check_unique_step, whole_multiple
-from plant.lugre import LuGreParameters, LuGreState, initial_lugre, scaled_lugre, sensed_lugre, step_lugre
+from plant.lugre import (
+    LuGreParameters,
+    LuGreState,
+    changed_lugre,
+    initial_lugre,
+    scaled_lugre,
+    sensed_lugre,
+    step_lugre,
+)
 from plant.lugre_joint import LuGreJoint, check_lugre_period
-from plant.step import JointParameters, JointState, initial_joint, scaled_joint, sensed_velocity, step_joint
+from plant.step import (
+    JointParameters,
+    JointState,
+    changed_joint,
+    initial_joint,
+    scaled_joint,
+    sensed_velocity,
+    step_joint,
+)
 
 STEP_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: step_joint,
@@ -33,6 +51,13 @@ SCALE_JOINT: dict[type, Callable[..., Any]] = {
     ElasticParameters: scaled_elastic,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
+
+CHANGE_JOINT: dict[type, Callable[..., Any]] = {
+    JointParameters: changed_joint,
+    LuGreParameters: changed_lugre,
+    ElasticParameters: changed_elastic,
+}
+"""Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
 
 SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
     JointState: sensed_velocity,
@@ -129,5 +154,6 @@ class Joint:
                 f"{self.model.solver_period:g} s"
             )
         for _ in range(steps):
-            self.state = self._step(self._parameters, self.state, float(torque), self.model.solver_period)
+            pull = gravity_torque(self.model.weight, self.state.position)
+            self.state = self._step(self._parameters, self.state, float(torque) - pull, self.model.solver_period)
         return float(self.state.velocity)
