@@ -15,7 +15,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from plant.joint import NonNegative, Positive
+from plant.fields import NonNegative, Positive
 from plant.kinds import CHECK_PERIOD, SCALE_JOINT
 
 

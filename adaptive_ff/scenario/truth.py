@@ -7,7 +7,7 @@ from adaptive_ff.scenario.scenario import Scenario
 from plant import friction_factor
 
 GRID = 2000
-"""Times at which friction that varies all the time is told, over a run."""
+"""Times at which the oracle gets the factor on friction that varies all the time, over a run."""
 
 
 def true_model(scenario: Scenario) -> TorqueModel:

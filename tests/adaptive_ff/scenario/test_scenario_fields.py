@@ -18,8 +18,8 @@ RANGES = {
     "stiction": [1.0, 2.0],
     "friction_lag": [0.0, 0.05],
     "velocity_noise": [0.0, 0.005],
-    "told_stribeck_velocity": [0.5, 2.0],
-    "told_inertia": [0.7, 1.3],
+    "assumed_stribeck_velocity": [0.5, 2.0],
+    "assumed_inertia": [0.7, 1.3],
 }
 POSITIVE = [
     "duration",
@@ -36,7 +36,7 @@ POSITIVE = [
     *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
     *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
     "change.0.friction_scale",
-    *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "told_stribeck_velocity", "told_inertia")),
+    *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "assumed_stribeck_velocity", "assumed_inertia")),
 ]
 NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
