@@ -12,6 +12,7 @@ from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.settings import ReplaySettings
+from adaptive_ff.replay.state import state_to_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -93,8 +94,6 @@ class Replay:
 
     def state_to_json(self) -> str:
         """Return settings and state at the end, for the next log; of the run from a saved state where there is one."""
-        from adaptive_ff.replay.state import state_to_json
-
         return state_to_json(self.settings, self.controllers.get(SAVED, self.controllers[COLD]))
 
     def to_dict(self) -> dict[str, Any]:
