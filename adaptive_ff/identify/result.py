@@ -17,6 +17,7 @@ from adaptive_ff.logs.derivatives import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+
 class Reported(NamedTuple):
     """A parameter of the report.
 

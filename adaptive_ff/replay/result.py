@@ -54,7 +54,7 @@ class Replay:
     unit : str
         Unit of torque: N m, or N of a linear axis.
     settings : ReplaySettings
-        What the adaptive controller was told.
+        Settings of the adaptive controller.
     band : float or None
         Band in which is judged, Hz; None for all frequencies.
     samples, used : int
