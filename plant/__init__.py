@@ -1,6 +1,8 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
 from plant.actuator import Actuator, ActuatorParameters, realise_torque, ripple_torque
+from plant.backlash import BacklashParameters, BacklashState, scaled_backlash, step_backlash
+from plant.backlash_joint import BacklashJoint
 from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
 from plant.elastic_joint import ElasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
@@ -37,6 +39,9 @@ __all__ = [
     "Actuator",
     "ActuatorParameters",
     "AnyJoint",
+    "BacklashJoint",
+    "BacklashParameters",
+    "BacklashState",
     "ElasticJoint",
     "ElasticParameters",
     "ElasticState",
@@ -58,12 +63,14 @@ __all__ = [
     "initial_state",
     "realise_torque",
     "ripple_torque",
+    "scaled_backlash",
     "scaled_elastic",
     "scaled_joint",
     "scaled_lugre",
     "schedule",
     "sliding_friction",
     "steepest_fall",
+    "step_backlash",
     "step_elastic",
     "step_joint",
     "step_lugre",
