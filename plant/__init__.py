@@ -1,13 +1,16 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
-from plant.actuator import Actuator, ActuatorParameters, realise_torque, ripple_torque
+from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
 from plant.backlash import BacklashParameters, BacklashState, scaled_backlash, step_backlash
 from plant.backlash_joint import BacklashJoint
+from plant.change import UNCHANGED, JointChange
 from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
 from plant.elastic_joint import ElasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
+from plant.gravity import Gravity, gravity_torque
 from plant.joint import JointModel, whole_multiple
 from plant.kinds import (
+    CHANGE_JOINT,
     CHECK_PERIOD,
     INITIAL_STATE,
     SCALE_JOINT,
@@ -25,17 +28,20 @@ from plant.schedule import (
     FrictionVariation,
     check_factor,
     friction_factor,
+    phase_change,
     schedule,
 )
 from plant.sensor import Sensor, encoder_reading
 from plant.step import JointParameters, JointState, scaled_joint, step_joint
 
 __all__ = [
+    "CHANGE_JOINT",
     "CHECK_PERIOD",
     "INITIAL_STATE",
     "SCALE_JOINT",
     "SENSED_VELOCITY",
     "STEP_JOINT",
+    "UNCHANGED",
     "Actuator",
     "ActuatorParameters",
     "AnyJoint",
@@ -48,7 +54,9 @@ __all__ = [
     "FrictionChange",
     "FrictionSchedule",
     "FrictionVariation",
+    "Gravity",
     "Joint",
+    "JointChange",
     "JointModel",
     "JointParameters",
     "JointState",
@@ -60,7 +68,10 @@ __all__ = [
     "check_factor",
     "encoder_reading",
     "friction_factor",
+    "gravity_torque",
     "initial_state",
+    "lagged_torque",
+    "phase_change",
     "realise_torque",
     "ripple_torque",
     "scaled_backlash",

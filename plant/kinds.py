@@ -9,6 +9,7 @@ from pydantic import Discriminator, Tag
 from plant.backlash import (
     BacklashParameters,
     BacklashState,
+    changed_backlash,
     initial_backlash,
     scaled_backlash,
     sensed_backlash,
@@ -18,16 +19,34 @@ from plant.backlash_joint import BacklashJoint, check_backlash_period
 from plant.elastic import (
     ElasticParameters,
     ElasticState,
+    changed_elastic,
     initial_elastic,
     scaled_elastic,
     sensed_elastic,
     step_elastic,
 )
 from plant.elastic_joint import ElasticJoint, check_elastic_period
+from plant.gravity import gravity_torque
 from plant.joint import JointModel, check_unique_step, whole_multiple
-from plant.lugre import LuGreParameters, LuGreState, initial_lugre, scaled_lugre, sensed_lugre, step_lugre
+from plant.lugre import (
+    LuGreParameters,
+    LuGreState,
+    changed_lugre,
+    initial_lugre,
+    scaled_lugre,
+    sensed_lugre,
+    step_lugre,
+)
 from plant.lugre_joint import LuGreJoint, check_lugre_period
-from plant.step import JointParameters, JointState, initial_joint, scaled_joint, sensed_velocity, step_joint
+from plant.step import (
+    JointParameters,
+    JointState,
+    changed_joint,
+    initial_joint,
+    scaled_joint,
+    sensed_velocity,
+    step_joint,
+)
 
 STEP_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: step_joint,
@@ -44,6 +63,14 @@ SCALE_JOINT: dict[type, Callable[..., Any]] = {
     BacklashParameters: scaled_backlash,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
+
+CHANGE_JOINT: dict[type, Callable[..., Any]] = {
+    JointParameters: changed_joint,
+    LuGreParameters: changed_lugre,
+    ElasticParameters: changed_elastic,
+    BacklashParameters: changed_backlash,
+}
+"""Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
 
 SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
     JointState: sensed_velocity,
@@ -144,5 +171,6 @@ class Joint:
                 f"{self.model.solver_period:g} s"
             )
         for _ in range(steps):
-            self.state = self._step(self._parameters, self.state, float(torque), self.model.solver_period)
+            pull = gravity_torque(self.model.weight, self.state.position)
+            self.state = self._step(self._parameters, self.state, float(torque) - pull, self.model.solver_period)
         return float(self.state.velocity)

@@ -21,6 +21,7 @@ RANGES = {
     "assumed_stribeck_velocity": [0.5, 2.0],
     "assumed_inertia": [0.7, 1.3],
 }
+SCALES = ("friction_scale", "coulomb_scale", "viscous_scale", "inertia_scale", "lag_scale")
 POSITIVE = [
     "duration",
     *(f"joint.{name}" for name in ("inertia", "stribeck_velocity", "stribeck_shape", "solver_period")),
@@ -35,7 +36,8 @@ POSITIVE = [
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
     *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
     *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
-    "change.0.friction_scale",
+    *(f"change.0.{name}" for name in SCALES),
+    "actuator.gain",
     *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "assumed_stribeck_velocity", "assumed_inertia")),
 ]
 NOT_NEGATIVE = [
@@ -44,7 +46,9 @@ NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("damping", "link_damping", "gap", "hysteresis")),
     "sampling.jitter",
     "sensor.velocity_noise",
-    *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay")),
+    *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay", "lag")),
+    "feedback.delay",
+    "joint.gravity",
     "variation.position_amplitude",
     "reference.fade_in",
     "reference.pause.0",
@@ -57,6 +61,7 @@ NUMBERS = [
     *POSITIVE,
     *NOT_NEGATIVE,
     "joint.link_share",
+    *("joint.gravity_phase", "change.0.load"),
     *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
 ]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
@@ -82,11 +87,11 @@ TABLES = [
     "variation",
     "sweep",
 ]
-OTHERS = ["seed", "joint.kind", "reference.kind", "velocity.method", "adaptation.identify"]
+OTHERS = ["joint.axis", "seed", "joint.kind", "reference.kind", "velocity.method", "adaptation.identify"]
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
     *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
-    *("feedback.inertia", "adaptation.stribeck_velocity", "change.0.time", "change.0.friction_scale"),
+    *("feedback.inertia", "adaptation.stribeck_velocity", "change.0.time"),
 ]
 
 TOP = (
@@ -98,17 +103,17 @@ KNOWN = {
     "": TOP,
     "joint": (
         f"kind, {FRICTION}, stribeck_velocity, stribeck_shape, coulomb_backward, stiction_backward, viscous_backward, "
-        "offset, friction_lag, solver_period"
+        "offset, axis, gravity, gravity_phase, friction_lag, solver_period"
     ),
     "sampling": "period, jitter",
     "sensor": "velocity_noise, encoder_resolution",
     "velocity": "method, cutoff, acceleration_walk",
-    "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay",
+    "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay, lag, gain",
     "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
-    "feedback": "inertia, bandwidth, proportional, integral",
+    "feedback": "inertia, bandwidth, proportional, integral, delay",
     "adaptation": "stribeck_velocity, stribeck_shape, memory, identify",
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
-    "change.0": "time, friction_scale",
+    "change.0": "time, friction_scale, coulomb_scale, viscous_scale, inertia_scale, lag_scale, load",
     "variation": "warm_up_excess, warm_up_time, position_amplitude, position_period",
     "sweep": ", ".join(RANGES),
 }
@@ -218,7 +223,7 @@ def test_negative_value_is_refused(tmp_path, path, value):
 @pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith(("period", "link_share"))])
 def test_whole_number_is_a_number(tmp_path, path):
     whole = {"joint.stiffness": 100000, "feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
-    whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0}
+    whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0, "feedback.delay": 0}
     whole |= {f"sweep.{name}.0": math.ceil(low) for name, (low, _) in RANGES.items()}
     value = whole.get(path, 90)
     content = changed(changed(complete(path), "joint.stiction", 100.0), path, value)
