@@ -1,6 +1,8 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
 from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
+from plant.backlash import BacklashParameters, BacklashState, scaled_backlash, step_backlash
+from plant.backlash_joint import BacklashJoint
 from plant.change import UNCHANGED, JointChange
 from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
 from plant.elastic_joint import ElasticJoint
@@ -43,6 +45,9 @@ __all__ = [
     "Actuator",
     "ActuatorParameters",
     "AnyJoint",
+    "BacklashJoint",
+    "BacklashParameters",
+    "BacklashState",
     "ElasticJoint",
     "ElasticParameters",
     "ElasticState",
@@ -69,12 +74,14 @@ __all__ = [
     "phase_change",
     "realise_torque",
     "ripple_torque",
+    "scaled_backlash",
     "scaled_elastic",
     "scaled_joint",
     "scaled_lugre",
     "schedule",
     "sliding_friction",
     "steepest_fall",
+    "step_backlash",
     "step_elastic",
     "step_joint",
     "step_lugre",

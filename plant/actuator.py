@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 from numba.extending import register_jitable
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from plant.joint import NonNegative, Positive
+from plant.fields import NonNegative, Positive
 
 
 class ActuatorParameters(NamedTuple):

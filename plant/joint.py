@@ -1,17 +1,14 @@
 """The joint with lagged Stribeck friction as a user meets it, and the fields that every kind of joint has."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, model_validator
 
+from plant.fields import Finite, NonNegative, Positive
 from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
 from plant.step import JointParameters
-
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False, strict=True)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False, strict=True)]
-Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
 LARGEST_BREAKAWAY_JUMP = 0.01
 """Largest velocity jump at breakaway, relative to Vs, that is accepted for a shape factor below one."""

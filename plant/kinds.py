@@ -6,6 +6,16 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Tag
 
+from plant.backlash import (
+    BacklashParameters,
+    BacklashState,
+    changed_backlash,
+    initial_backlash,
+    scaled_backlash,
+    sensed_backlash,
+    step_backlash,
+)
+from plant.backlash_joint import BacklashJoint, check_backlash_period
 from plant.elastic import (
     ElasticParameters,
     ElasticState,
@@ -42,6 +52,7 @@ STEP_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: step_joint,
     LuGreParameters: step_lugre,
     ElasticParameters: step_elastic,
+    BacklashParameters: step_backlash,
 }
 """Kernel ``step(parameters, state, torque, period) -> state`` for each class of parameters."""
 
@@ -49,6 +60,7 @@ SCALE_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: scaled_joint,
     LuGreParameters: scaled_lugre,
     ElasticParameters: scaled_elastic,
+    BacklashParameters: scaled_backlash,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
 
@@ -56,6 +68,7 @@ CHANGE_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: changed_joint,
     LuGreParameters: changed_lugre,
     ElasticParameters: changed_elastic,
+    BacklashParameters: changed_backlash,
 }
 """Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
 
@@ -63,6 +76,7 @@ SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
     JointState: sensed_velocity,
     LuGreState: sensed_lugre,
     ElasticState: sensed_elastic,
+    BacklashState: sensed_backlash,
 }
 """Kernel ``sensed(state) -> velocity`` at the motor, rad/s, for each class of states."""
 
@@ -70,6 +84,7 @@ INITIAL_STATE: dict[type, Callable[..., Any]] = {
     JointParameters: initial_joint,
     LuGreParameters: initial_lugre,
     ElasticParameters: initial_elastic,
+    BacklashParameters: initial_backlash,
 }
 """``initial(parameters, velocity) -> state``, in plain Python, for each class of parameters."""
 
@@ -77,6 +92,7 @@ CHECK_PERIOD: dict[type, Callable[..., None]] = {
     JointParameters: check_unique_step,
     LuGreParameters: check_lugre_period,
     ElasticParameters: check_elastic_period,
+    BacklashParameters: check_backlash_period,
 }
 """``check(parameters, period)``, in plain Python, for each class of parameters; refuses a solver period."""
 
@@ -88,7 +104,8 @@ def _kind(table: Any) -> Any:
 AnyJoint = Annotated[
     Annotated[JointModel, Tag("stribeck")]
     | Annotated[LuGreJoint, Tag("lugre")]
-    | Annotated[ElasticJoint, Tag("elastic")],
+    | Annotated[ElasticJoint, Tag("elastic")]
+    | Annotated[BacklashJoint, Tag("backlash")],
     Discriminator(_kind),
 ]
 """A joint of any kind, as a field of a model; without a kind it is a rigid joint with lagged Stribeck friction."""
@@ -104,7 +121,7 @@ class Joint:
 
     Parameters
     ----------
-    model : JointModel, LuGreJoint or ElasticJoint
+    model : JointModel, LuGreJoint or another of ``AnyJoint``
         Parameters of the joint.
     velocity : float, optional
         Velocity at the start, rad/s; the joint has moved so for long.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plant.change import UNCHANGED, JointChange
-from plant.joint import Finite, NonNegative, Positive
+from plant.fields import Finite, NonNegative, Positive
 from plant.kinds import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
 

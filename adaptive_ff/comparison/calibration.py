@@ -2,7 +2,7 @@
 
 The calibration run is the scenario's own joint, sensor, drive and kind of reference with another seed, for 120 s,
 before its friction changes. Only what can be measured takes part: the velocity and the torque of the drive; ``Vs``
-and ``delta`` are told. Two steps:
+and ``delta`` are assumed known. Two steps:
 
 1. The filtered torque form on sliding samples, by least squares within what is possible. Filters at half of the
    crossover and a gate at 0.4 of the Stribeck velocity gave the least errors on the built-in joint (seeds from 101 on).
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear, minimize_scalar
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.bounds import INERTIA_RANGE, largest_lag
+from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE, largest_lag
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.rows import torque_form_rows
 from adaptive_ff.regression.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals
@@ -52,9 +52,6 @@ GATE_SHARE = 0.4
 GATE_HOLD = 3.0
 """Hold of the gate, in time constants of the filters."""
 
-VISCOUS_SHARE = 0.2
-"""Unit of the viscous coefficient, as a share of the proportional gain."""
-
 LAG_STEP = 0.01
 """Resolution of the first search for the friction lag, in time constants ``J/Kp`` of the feedback."""
 
@@ -79,7 +76,7 @@ class Calibration(NamedTuple):
     scenario : Scenario
         What was run.
     course : Course
-        What was laid down for it.
+        Its joint, reference and noise, before any controller runs.
     measured : ndarray, shape (n,)
         Measured velocity, rad/s.
     equations : ndarray, shape (7, 7)
@@ -143,13 +140,13 @@ def _run(scenario: Scenario, course: Course) -> Record:
 
 def _equations(scenario: Scenario, course: Course, record: Record) -> Array:
     """Return the triangular factor of the torque form's equations."""
-    told, pole = scenario.adaptation, POLE_SHARE * scenario.feedback.gains[0] / scenario.feedback.inertia
-    form = TorqueForm(pole, told.stribeck_velocity, told.stribeck_shape)
+    assumed, pole = scenario.adaptation, POLE_SHARE * scenario.feedback.gains[0] / scenario.feedback.inertia
+    form = TorqueForm(pole, assumed.stribeck_velocity, assumed.stribeck_shape)
     signals = settle_signals(form, initial_signals(), float(record.measured[0]))
     time: Array = course.samples[:-1] * np.float64(course.solver_period)
     rows, outputs = np.zeros((time.size, len(REGRESSORS))), np.zeros(time.size)
     used = np.zeros(time.size, dtype=np.bool_)
-    gate = (GATE_SHARE * told.stribeck_velocity, GATE_HOLD / pole)
+    gate = (GATE_SHARE * assumed.stribeck_velocity, GATE_HOLD / pole)
     acted = np.roll(record.torque, 1)
     torque_form_rows(form, signals, time, record.measured, acted, gate, rows, outputs, used)
     count, needed = int(np.count_nonzero(used)), len(REGRESSORS) + 1

@@ -59,8 +59,8 @@ def oracle_with_lag(scenario: Scenario, scale: float, added: float = 0.0) -> Mod
     )
 
 
-def _told(scenario: Scenario) -> dict[str, Any]:
-    """Return what an identifying controller is told, and nothing else."""
+def _assumed(scenario: Scenario) -> dict[str, Any]:
+    """Return what an identifying controller assumes of the joint and its drive, and nothing else."""
     return {
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
@@ -70,53 +70,53 @@ def _told(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def _with_memory(told: dict[str, Any], memory: float | None) -> dict[str, Any]:
-    """Return what is told, with a memory where there is one."""
-    return told if memory is None else {**told, "memory": memory}
+def _with_memory(assumed: dict[str, Any], memory: float | None) -> dict[str, Any]:
+    """Return what is assumed, with a memory where the scenario gives one."""
+    return assumed if memory is None else {**assumed, "memory": memory}
 
 
 PAPER_MEMORY = 3.0
-"""Memory of ``adaptive_paper``, s, where none is told; found best over 100 Hz and 1 kHz together.
+"""Memory of ``adaptive_paper``, s, where the scenario gives none; found best over 100 Hz and 1 kHz together.
 
 On 16 joints drawn around the built-in one (``adaptive-ff sweep``, seed 101): at 1 kHz 3 s beats all from 0.3 to 100 s;
 at 100 Hz anything from 3 s on does about as well.
 """
 
 DEAD_ZONE = 0.3
-"""Dead zone of ``canudas``, as a share of the Stribeck velocity that is told."""
+"""Dead zone of ``canudas``, as a share of the assumed Stribeck velocity."""
 
 
 def _adaptive_paper(scenario: Scenario) -> PaperController:
     memory = scenario.adaptation.memory or PAPER_MEMORY
-    return PaperController(*scenario.feedback.gains, **_told(scenario), memory=memory)
+    return PaperController(*scenario.feedback.gains, **_assumed(scenario), memory=memory)
 
 
-def _canudas_told(scenario: Scenario) -> dict[str, Any]:
-    told = {
+def _canudas_assumed(scenario: Scenario) -> dict[str, Any]:
+    assumed = {
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
         "dead_zone": DEAD_ZONE * scenario.adaptation.stribeck_velocity,
         "delay": scenario.assumed_delay,
     }
-    return _with_memory(told, scenario.adaptation.memory)
+    return _with_memory(assumed, scenario.adaptation.memory)
 
 
 def _canudas(scenario: Scenario) -> CanudasController:
-    return CanudasController(*scenario.feedback.gains, **_canudas_told(scenario))
+    return CanudasController(*scenario.feedback.gains, **_canudas_assumed(scenario))
 
 
 def _canudas_measured(scenario: Scenario) -> CanudasMeasuredController:
-    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_told(scenario))
+    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_assumed(scenario))
 
 
 def _feedback_error(scenario: Scenario) -> FeedbackErrorLearning:
-    return FeedbackErrorLearning(*scenario.feedback.gains, **_told(scenario))
+    return FeedbackErrorLearning(*scenario.feedback.gains, **_assumed(scenario))
 
 
 def _adaptive(scenario: Scenario) -> AdaptiveController:
-    told = _with_memory(_told(scenario), scenario.adaptation.memory)
-    told |= {"parameters": scenario.adaptation.parameters, "velocity_lag": scenario.velocity_lag}
-    return AdaptiveController(*scenario.feedback.gains, **told)
+    assumed = _with_memory(_assumed(scenario), scenario.adaptation.memory)
+    assumed |= {"parameters": scenario.adaptation.parameters, "velocity_lag": scenario.velocity_lag}
+    return AdaptiveController(*scenario.feedback.gains, **assumed)
 
 
 def balance(scenario: Scenario) -> float:

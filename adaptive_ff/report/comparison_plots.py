@@ -142,7 +142,7 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     first = next(iter(runs.values()))
     part = _close_up(first)
     time, reference = first.solver_time[part], first.reference[part]
-    shown = {name: runs[name].velocity[part] for name in _telling(runs)}
+    shown = {name: runs[name].velocity[part] for name in _most_different(runs)}
     near, window = {}, 0.0
     draw_series(tracking, time, reference, REFERENCE)
     for name, velocity in shown.items():
@@ -232,14 +232,14 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
 
 
 def _identified(run: Run) -> TorqueModel:
-    """Return the model at the end of a run; what is not estimated is what the controller was told."""
-    told = run.scenario.adaptation
+    """Return the model at the end of a run; what is not estimated is as the controller assumes it."""
+    assumed = run.scenario.adaptation
     known = {name: value for name, value in run.final_estimates.items() if name in TorqueModel._fields}
-    return TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, told.stribeck_velocity, told.stribeck_shape)._replace(**known)
+    return TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, assumed.stribeck_velocity, assumed.stribeck_shape)._replace(**known)
 
 
-def _telling(runs: Mapping[str, Run]) -> list[str]:
-    """Choose controllers whose velocities tell most: baseline, two of the user's own, adaptive; or best and worst."""
+def _most_different(runs: Mapping[str, Run]) -> list[str]:
+    """Choose controllers whose velocities differ most: baseline, two of the user's own, adaptive; or best and worst."""
     own = [name for name in runs if name not in LOOKS][:2]
     chosen = [name for name in (BASELINE, *own, "adaptive") if name in runs]
     ranked = sorted(runs, key=lambda name: runs[name].metrics.rms_error_settled)

@@ -1,4 +1,4 @@
-"""Scenarios: what is simulated, and what each controller is told."""
+"""Scenarios: what is simulated, and what each controller assumes of it."""
 
 import math
 import tomllib
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Positive, Recorded
+from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
 from controllers import design_pi, direct_velocity
@@ -27,6 +27,7 @@ from plant import (
     steepest_fall,
     whole_multiple,
 )
+from plant.fields import Positive
 
 MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
 """The controllers of the main job."""
@@ -42,7 +43,7 @@ BUILT_IN = Path(__file__).with_name("reference_joint.toml")
 
 
 class Scenario(BaseModel):
-    """A simulated joint, its sensor and drive, the reference, and what each controller is told.
+    """A simulated joint, its sensor and drive, the reference, and what each controller assumes of them.
 
     The fields are those of the scenario file; see README. Use :func:`load_scenario` to read one, and ``modified`` to
     derive another.

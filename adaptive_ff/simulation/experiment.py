@@ -1,4 +1,4 @@
-"""What is laid down before a run starts, and the series that it fills in."""
+"""What every controller of a run shares (joint, drive, reference, noise), and the series that the run fills in."""
 
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from plant import Actuator, ActuatorParameters, AnyJoint, FrictionSchedule, Grav
 
 
 class Course(NamedTuple):
-    """What is laid down before a run starts.
+    """Everything of a run that does not depend on the controller, computed before it starts.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ def lay_plain_course(
     noise: NDArray[np.float64],
     actuator: Actuator | None = None,
 ) -> Course:
-    """Lay a course by hand: a joint whose friction does not change, a velocity sensor, samples at will.
+    """Make a course by hand: a joint whose friction does not change, a velocity sensor, samples at will.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def lay_plain_course(
 
 
 def lay_course(scenario: Scenario) -> Course:
-    """Lay down everything of a scenario that does not depend on the controller."""
+    """Compute everything of a scenario that does not depend on the controller."""
     return Course(
         scenario.joint.parameters,
         scenario.plan,

@@ -112,7 +112,7 @@ def run_plain(
     block, state : NamedTuple
         Parameters and state of the controller.
     course : Course
-        What is laid down.
+        Joint, drive, reference and noise.
     position : Position
         Where to start.
     stop : int
@@ -185,7 +185,7 @@ def start_position(course: Course, velocity: float | None = None) -> Position:
     Parameters
     ----------
     course : Course
-        What is laid down.
+        Joint, drive, reference and noise.
     velocity : float, optional
         Velocity of the joint, rad/s; that of the reference by default.
     """

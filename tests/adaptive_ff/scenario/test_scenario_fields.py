@@ -18,8 +18,8 @@ RANGES = {
     "stiction": [1.0, 2.0],
     "friction_lag": [0.0, 0.05],
     "velocity_noise": [0.0, 0.005],
-    "told_stribeck_velocity": [0.5, 2.0],
-    "told_inertia": [0.7, 1.3],
+    "assumed_stribeck_velocity": [0.5, 2.0],
+    "assumed_inertia": [0.7, 1.3],
 }
 SCALES = ("friction_scale", "coulomb_scale", "viscous_scale", "inertia_scale", "lag_scale")
 POSITIVE = [
@@ -30,7 +30,7 @@ POSITIVE = [
     *(f"actuator.{name}" for name in ("torque_limit", "rate_limit", "ripple_period")),
     *(f"variation.{name}" for name in ("warm_up_time", "position_period")),
     *(f"velocity.{name}" for name in ("cutoff", "acceleration_walk")),
-    *(f"joint.{name}" for name in ("stiffness", "link_stiffness")),
+    *(f"joint.{name}" for name in ("stiffness", "link_stiffness", "hysteresis_reach")),
     "reference.frequencies.0",
     "reference.peak",
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
@@ -38,12 +38,12 @@ POSITIVE = [
     *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
     *(f"change.0.{name}" for name in SCALES),
     "actuator.gain",
-    *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "told_stribeck_velocity", "told_inertia")),
+    *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "assumed_stribeck_velocity", "assumed_inertia")),
 ]
 NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
     *(f"joint.{name}_backward" for name in ("coulomb", "stiction", "viscous")),
-    *(f"joint.{name}" for name in ("damping", "link_damping")),
+    *(f"joint.{name}" for name in ("damping", "link_damping", "gap", "hysteresis")),
     "sampling.jitter",
     "sensor.velocity_noise",
     *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay", "lag")),
@@ -137,6 +137,15 @@ def complete(path=""):
         content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
     if path in ("joint.stiffness", "joint.damping"):
         content["joint"] = {**without_lag(content["joint"]), "kind": "lugre", "stiffness": 1e5}
+    if path in ("joint.gap", "joint.hysteresis", "joint.hysteresis_reach"):
+        content["joint"] = {
+            **content["joint"],
+            "kind": "backlash",
+            "link_share": 0.5,
+            "link_stiffness": 1e4,
+            "gap": 0.1,
+        }
+        content["joint"] |= {"hysteresis": 1.0, "hysteresis_reach": 0.01}
     if path.startswith("joint.link"):
         content["joint"] = {**content["joint"], "kind": "elastic", "link_share": 0.5, "link_stiffness": 1e4}
     if path.startswith("reference.pause"):
@@ -319,4 +328,6 @@ def test_share_of_the_link_is_between_none_and_all(tmp_path, share):
 @pytest.mark.parametrize("kind", ["lugr", "", 3])
 def test_unknown_kind_of_joint_is_refused_and_the_known_are_listed(tmp_path, kind):
     message = refusal(tmp_path, changed(complete(), "joint.kind", kind))
-    assert message == f"joint.kind = {str(kind)!r} is not allowed: it must be 'stribeck', 'lugre' or 'elastic'"
+    assert (
+        message == f"joint.kind = {str(kind)!r} is not allowed: it must be 'stribeck', 'lugre', 'elastic' or 'backlash'"
+    )
