@@ -16,7 +16,8 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from adaptive_ff.adaptive.controller import AdaptiveController, AdaptiveParameters, AdaptiveState
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import UNITS
 from adaptive_ff.report.diagnosis_warnings import NOT_TOLD, find_warnings
