@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adaptive_ff.adaptive.estimator import EstimatorParameters, make_workspace
+from adaptive_ff.adaptive.estimator import EstimatorParameters
 from adaptive_ff.adaptive.step import AdaptiveParameters, initial_adaptive_state
 from adaptive_ff.adaptive.uncertainty import assess
-from adaptive_ff.model.bounds import largest_lag
+from adaptive_ff.model.bounds import largest_lag, possible_ranges
 from adaptive_ff.model.friction import ESTIMATED
 from adaptive_ff.model.identifying import IdentifyingController, check_parameters
 from adaptive_ff.regression.torque_form import TorqueForm
@@ -148,7 +148,7 @@ class AdaptiveController(IdentifyingController):
             np.array(scale)[:size],
             float(torque_scale),
             float(memory),
-            make_workspace(inertia, largest_lag(response), size),
+            possible_ranges(inertia, largest_lag(response), size),
         )
         block = AdaptiveParameters(
             feedback,

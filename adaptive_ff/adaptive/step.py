@@ -16,10 +16,10 @@ from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     EstimatorParameters,
     EstimatorState,
-    guess_friction,
+    guess_friction_in_place,
     has_learnt,
     initial_estimator_state,
-    learn,
+    learn_in_place,
 )
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,
@@ -27,10 +27,12 @@ from adaptive_ff.adaptive.lag_tuning import (
     TimingState,
     advance_response,
     best_lag,
+    drop_stale_evidence,
     initial_timing_state,
     lag_torque,
     learn_timing,
     note_friction,
+    with_evidence,
 )
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, write_model
 from adaptive_ff.model.feedforward import (
@@ -42,7 +44,12 @@ from adaptive_ff.model.feedforward import (
 )
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.sliding_gate import sliding_time
-from adaptive_ff.regression.torque_form import Signals, advance_signals, initial_signals, settle_signals
+from adaptive_ff.regression.torque_form import (
+    Signals,
+    advance_signals_in_place,
+    initial_signals,
+    settle_signals_in_place,
+)
 from controllers import (
     ESTIMATES,
     STEPS,
@@ -151,61 +158,68 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
 
 
 @register_jitable(forceinline=True)
-def fed_model(block: AdaptiveParameters, state: AdaptiveState, lag: float) -> TorqueModel:
+def fed_model(block: AdaptiveParameters, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form = block.estimator.form
-    return torque_model(state.estimator.estimate, lag, form.stribeck_velocity, form.stribeck_shape)
+    return torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape)
 
 
 @register_jitable(forceinline=True)
 def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueModel:
     """Return the model as it is identified now."""
-    return fed_model(block, state, state.estimator.estimate[FRICTION_LAG])
+    return fed_model(block, state.estimator, state.estimator.recursion.estimate[FRICTION_LAG])
 
 
 @register_jitable(forceinline=True)
 def tune_lag(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> TimingState:
     """Return the state of the lag's tuning after the period that has ended."""
-    timing, estimator, learnt = state.timing, block.estimator, state.estimator.levels[3]
+    timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
     error = inputs.reference - inputs.velocity
-    believable = abs(error) < SPEED_FACTOR * state.estimator.levels[2]
-    if state.enabled and believable and learnt > FIRST * estimator.memory:
-        learn_timing(timing, error, learnt, estimator.memory, inputs.dt)
+    possible = abs(error) < SPEED_FACTOR * levels.speed  # else a fault of the measurement
+    if state.enabled and possible and levels.learnt > FIRST * estimator.memory:
+        return learn_timing(timing, error, levels.learnt, estimator.memory, inputs.dt)
     return timing
 
 
 @register_jitable(forceinline=True)
-def learn_bumpless(
+def learn_bumpless_in_place(
     block: AdaptiveParameters,
     state: AdaptiveState,
     measured: Signals,
     model: Signals,
-    lag: float,
+    timing: TimingState,
     inputs: Inputs,
     learns: bool,
-) -> tuple[float, FeedforwardState, PIState, float]:
+) -> tuple[float, FeedforwardState, PIState, EstimatorState, TimingState]:
     """Learn, or guess before there is anything to learn, and hand over to the feedforward what that adds to it.
 
-    What is fed forward so far has the given lag (s); the new one is returned last.
-
     The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
+
+    Returns
+    -------
+    torque : float
+        Torque that is fed forward, N m.
+    feedforward, feedback, estimator, timing : NamedTuple
+        The new states; the estimator shares the arrays of the old one, which are changed in place.
     """
     reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
     start, _ = ahead(state.feedforward, reference, following, delay)
-    old = fed_model(block, state, lag)
+    # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
+    old = fed_model(block, state.estimator, timing.lag)
     before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay)
     if learns:
-        learn(block.estimator, state.estimator, measured, model, inputs.dt)
+        estimator = learn_in_place(block.estimator, state.estimator, measured, model, inputs.dt)
     else:
-        guess_friction(block.estimator, state.estimator, measured, model)
-    identified, largest = state.estimator.estimate[FRICTION_LAG], block.estimator.work.ranges[FRICTION_LAG, 1]
-    young = state.estimator.levels[3] < YOUNG * block.estimator.memory
-    lag = best_lag(state.timing, identified, largest, block.period, young)
-    new = fed_model(block, state, lag)
+        estimator = guess_friction_in_place(block.estimator, state.estimator, measured, model)
+    identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
+    young = estimator.levels.learnt < YOUNG * block.estimator.memory
+    timing = drop_stale_evidence(timing, identified, block.period, young)
+    timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
+    new = fed_model(block, estimator, timing.lag)
     feedforward = exchange_model(state.feedforward, old, new, start)
     after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay)
-    return after, feedforward, hand_over(block.feedback, state.feedback, after - before), lag
+    return after, feedforward, hand_over(block.feedback, state.feedback, after - before), estimator, timing
 
 
 @register_jitable(forceinline=True)
@@ -220,24 +234,26 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     form = block.estimator.form
     measured, model = state.measured, state.model
     if state.feedback.samples == 0:
-        measured = settle_signals(form, measured, velocity)
-        model = settle_signals(form, model, inputs.reference)
+        measured = settle_signals_in_place(form, measured, velocity)
+        model = settle_signals_in_place(form, model, inputs.reference)
     acting = acting_torque(inputs, asked_torque(block.feedback, state.feedback), delayed(state.known_torques, delay))
     lagged_torque = state.lagged_torque
     if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
-    measured = advance_signals(form, measured, acting, velocity, inputs.dt)
-    model = advance_signals(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
+    measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
+    model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
-    feedback, timing, learns = state.feedback, state.timing, sliding > block.hold
+    feedback, estimator, timing = state.feedback, state.estimator, state.timing
     if block.tunes_lag:
         timing = tune_lag(block, state, inputs)
-    lag = timing.lag
-    if state.enabled and (learns or (valid and not has_learnt(state.estimator))):
-        torque, feedforward, feedback, lag = learn_bumpless(block, state, measured, model, lag, inputs, learns)
+    learns = sliding > block.hold
+    if state.enabled and (learns or (valid and not has_learnt(estimator))):
+        torque, feedforward, feedback, estimator, timing = learn_bumpless_in_place(
+            block, state, measured, model, timing, inputs, learns
+        )
     else:
         torque, feedforward = step_feedforward(
-            fed_model(block, state, lag),
+            fed_model(block, estimator, timing.lag),
             state.feedforward,
             inputs.reference,
             inputs.next_reference,
@@ -250,12 +266,12 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         feedforward,
         measured,
         model,
-        state.estimator,
+        estimator,
         sliding,
         lagged_torque,
         remember(state.model_torques, torque),
         remember(state.known_torques, inputs.feedforward),
-        note_friction(timing, state.feedforward.friction, feedforward.friction, lag, block.period),
+        note_friction(timing, state.feedforward.friction, feedforward.friction, timing.lag, block.period),
         state.enabled,
     )
 

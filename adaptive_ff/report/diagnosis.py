@@ -218,10 +218,10 @@ def diagnose(controller: AdaptiveController, run: Recorded | None = None) -> Dia
     return Diagnosis(
         learning,
         words,
-        float(estimator.levels[3]),
+        float(estimator.levels.learnt),
         parameters,
         unexplained,
-        float(estimator.levels[1]),
+        float(estimator.levels.torque),
         controller.feedforward_lag,
         state.feedback.commands[0] - model_torque - state.known_torques[0],
         model_torque,

@@ -121,7 +121,7 @@ def test_an_hour_without_excitation_neither_winds_up_nor_unlearns(speed):
         record, position = drive(rested, course, position=position)
         assert np.all(np.isfinite(record.torque))
         assert_possible(record.estimates[::100])
-        information = rested.state.estimator.information
+        information = rested.state.estimator.recursion.information
         assert np.array_equal(information, information.T)
         eigenvalues = np.linalg.eigvalsh(information)
         assert eigenvalues[0] > 0.9e-9
