@@ -200,7 +200,7 @@ def tune_lag(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) ->
     """Return the state of the lag's tuning after the period that has ended."""
     timing, estimator, learnt = state.timing, block.estimator, state.estimator.levels[3]
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
-    error = inputs.reference - inputs.velocity
+    error = inputs.reference + inputs.correction - inputs.velocity  # what the feedback sees
     believable = abs(error) < SPEED_FACTOR * state.estimator.levels[2]
     if state.enabled and believable and learnt > FIRST * estimator.memory:
         learn_timing(timing, error, learnt, estimator.memory, inputs.dt)
@@ -226,7 +226,7 @@ def learn_bumpless(
     reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
     start, _ = ahead(state.feedforward, reference, following, delay)
     old = fed_model(block, state, lag)
-    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay)
+    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay, inputs.inertia)
     if learns:
         learn(block.estimator, state.estimator, measured, model, inputs.dt)
     else:
@@ -236,7 +236,7 @@ def learn_bumpless(
     lag = best_lag(state.timing, identified, largest, block.period, young)
     new = fed_model(block, state, lag)
     feedforward = exchange_model(state.feedforward, old, new, start)
-    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay)
+    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay, inputs.inertia)
     return after, feedforward, hand_over(block.feedback, state.feedback, after - before), lag
 
 
@@ -275,6 +275,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
             inputs.next_reference,
             block.period,
             delay,
+            inputs.inertia,
         )
     output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
     return output, AdaptiveState(

@@ -104,7 +104,13 @@ def step_model_based(
         scale * told.viscous_asymmetry,
     )
     torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
+        model,
+        state.feedforward,
+        inputs.reference,
+        inputs.next_reference,
+        block.period,
+        block.feedback.delay,
+        inputs.inertia,
     )
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
     return output, ModelBasedState(feedback, feedforward, time)
@@ -115,7 +121,9 @@ ESTIMATES[ModelBasedParameters] = without_estimates
 
 
 class ModelBased(Controller):
-    """PI loop with feedforward from told parameters.
+    """``u = PI(e) + J dr/dt + f(r) + offset`` with a friction model of given parameters.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Parameters
     ----------
