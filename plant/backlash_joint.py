@@ -7,6 +7,7 @@ from pydantic import model_validator
 from plant.backlash import BacklashParameters
 from plant.elastic import ElasticParameters
 from plant.elastic_joint import Share, check_elastic_period
+from plant.fields import NonNegative, Positive
 from plant.joint import FrictionFields, NonNegative, Positive
 
 
