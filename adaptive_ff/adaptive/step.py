@@ -175,7 +175,7 @@ def tune_lag(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) ->
     """Return the state of the lag's tuning after the period that has ended."""
     timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
-    error = inputs.reference - inputs.velocity
+    error = inputs.reference + inputs.correction - inputs.velocity  # what the feedback sees
     possible = abs(error) < SPEED_FACTOR * levels.speed  # else a fault of the measurement
     if state.enabled and possible and levels.learnt > FIRST * estimator.memory:
         return learn_timing(timing, error, levels.learnt, estimator.memory, inputs.dt)
@@ -207,7 +207,7 @@ def learn_bumpless_in_place(
     start, _ = ahead(state.feedforward, reference, following, delay)
     # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
     old = fed_model(block, state.estimator, timing.lag)
-    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay)
+    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay, inputs.inertia)
     if learns:
         estimator = learn_in_place(block.estimator, state.estimator, measured, model, inputs.dt)
     else:
@@ -218,7 +218,7 @@ def learn_bumpless_in_place(
     timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
     new = fed_model(block, estimator, timing.lag)
     feedforward = exchange_model(state.feedforward, old, new, start)
-    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay)
+    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay, inputs.inertia)
     return after, feedforward, hand_over(block.feedback, state.feedback, after - before), estimator, timing
 
 
@@ -259,6 +259,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
             inputs.next_reference,
             block.period,
             delay,
+            inputs.inertia,
         )
     output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
     return output, AdaptiveState(

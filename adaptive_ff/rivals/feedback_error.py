@@ -48,6 +48,7 @@ from controllers import (
     check_gains,
     check_positive,
     initial_pi_state,
+    present_inertia,
     step_pi,
     with_feedforward,
 )
@@ -192,7 +193,8 @@ def step_feedback_error(
     write_features(block, state, inputs)
     torque = 0.0
     for i in range(block.scale.size):
-        torque += state.weights[i] * state.row[i]
+        weight = present_inertia(inputs, state.weights[i]) if i == INERTIA else state.weights[i]
+        torque += weight * state.row[i]
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
     if state.enabled and state.feedback.samples > 0 and moving and not refused and math.isfinite(inputs.velocity):
         learn_from_feedback_in_place(block, state, output.torque - output.feedforward, inputs.dt)
@@ -226,7 +228,9 @@ ESTIMATES[FeedbackErrorParameters] = write_feedback_error
 
 
 class FeedbackErrorLearning(IdentifyingController):
-    """PI loop with an inverse model that learns from the feedback torque.
+    """``u = PI(e) + weights . features(r)``, ``d weights/dt`` along ``features * PI(e)``.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Learning rate and friction lags were searched on twelve joints drawn around the built-in one (those of
     ``adaptive-ff sweep``, seed 101) at 100 Hz and 1 kHz. Of the candidates that were worse than ``pi`` on none of them,

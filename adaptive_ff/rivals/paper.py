@@ -164,7 +164,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
             confine_in_place(state.physical, block.ranges)
     model = identified_model(block, state)
     model_torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay
+        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay, inputs.inertia
     )
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, model_torque))
     return output, PaperState(
@@ -193,7 +193,9 @@ ESTIMATES[PaperParameters] = write_paper
 
 
 class PaperController(IdentifyingController):
-    """PI loop with feedforward from the paper's recursive least squares on (4).
+    """``u = PI(e) + J dr/dt + f(r)`` with ``J`` and ``f`` from the paper's recursive least squares on (4).
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Parameters
     ----------
