@@ -21,3 +21,5 @@ from .scenario.scenario import load_scenario as load_scenario
 from .scenario.scenario import parse_scenario as parse_scenario
 from .stribeck.fit import fit_stribeck as fit_stribeck
 from .stribeck.points import support_points as support_points
+
+__version__: str

@@ -53,9 +53,9 @@ class Outcome:
 
 
 def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
-    """Draw a joint and what is told of it.
+    """Draw a joint and what the controllers assume of it.
 
-    The PI loop is redesigned for the told inertia with the scenario's bandwidth; the torque limit grows with the
+    The PI loop is redesigned for the assumed inertia with the scenario's bandwidth; the torque limit grows with the
     largest torque that the reference needs.
 
     Raises
@@ -86,22 +86,22 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
     if "friction_lag" in type(joint).model_fields:
         table["friction_lag"] = lag
     noise = even(ranges.velocity_noise)
-    told_velocity = joint.stribeck_velocity * logarithmic(ranges.told_stribeck_velocity)
-    told_inertia = inertia * logarithmic(ranges.told_inertia)
+    assumed_velocity = joint.stribeck_velocity * logarithmic(ranges.assumed_stribeck_velocity)
+    assumed_inertia = inertia * logarithmic(ranges.assumed_inertia)
     if scenario.feedback.bandwidth is None:
-        share = told_inertia / scenario.feedback.inertia
+        share = assumed_inertia / scenario.feedback.inertia
         proportional, integral = (share * gain for gain in scenario.feedback.gains)
-        feedback = {"inertia": told_inertia, "proportional": proportional, "integral": integral}
+        feedback = {"inertia": assumed_inertia, "proportional": proportional, "integral": integral}
     else:
-        proportional, _ = pi_gains(told_inertia, scenario.feedback.bandwidth)
-        feedback = {"inertia": told_inertia, "bandwidth": scenario.feedback.bandwidth}
+        proportional, _ = pi_gains(assumed_inertia, scenario.feedback.bandwidth)
+        feedback = {"inertia": assumed_inertia, "bandwidth": scenario.feedback.bandwidth}
     drawn = scenario.modified(
         seed=int(generator.integers(2**31)),
         controllers=list(CONTROLLERS),
         joint=table,
         sensor={"velocity_noise": noise},
         feedback=feedback,
-        adaptation={"stribeck_velocity": told_velocity},
+        adaptation={"stribeck_velocity": assumed_velocity},
     )
     steepest = max(map(steepest_fall, (drawn.joint.friction, drawn.joint.friction_backward)))
     if steepest > STEEPEST_FALL * proportional:

@@ -146,7 +146,7 @@ def simulate(
     name : str, optional
         Name of the run; by default that of the controller or its class.
     course : Course, optional
-        What :func:`lay_course` laid down for the scenario, where several controllers share it.
+        What :func:`lay_course` returns for the scenario, where several controllers share it.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
 

@@ -20,6 +20,9 @@ LARGEST_LAG = 10.0
 LARGEST_LAG_AT_LEAST = 0.1
 """... but at least this, s: with a fast loop, even the lag of a common joint is many of its time constants."""
 
+VISCOUS_SHARE = 0.2
+"""Unit of the viscous coefficient, as a share of the proportional gain."""
+
 
 def possible_ranges(inertia: float, largest_lag: float, size: int) -> NDArray[np.float64]:
     """Return the least and the largest possible value of each parameter of an estimate.

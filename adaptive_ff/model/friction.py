@@ -111,6 +111,9 @@ WITH_OFFSET = (*ESTIMATED, "offset")
 PER_DIRECTION = (*WITH_OFFSET, "stiction_asymmetry", "viscous_asymmetry")
 """The same, with the offset and what differs by direction."""
 
+IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+"""What may be identified, by the name that a user gives."""
+
 UNITS = {
     "inertia": "kg m²",
     "coulomb": "N m",

@@ -1,4 +1,4 @@
-"""Scenarios: what is simulated, and what each controller is told."""
+"""Scenarios: what is simulated, and what each controller assumes of it."""
 
 import math
 import tomllib
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Positive, Recorded
+from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
 from controllers import design_pi, direct_velocity
@@ -27,6 +27,7 @@ from plant import (
     steepest_fall,
     whole_multiple,
 )
+from plant.fields import Positive
 
 MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
 """The controllers of the main job."""
@@ -42,7 +43,7 @@ BUILT_IN = Path(__file__).with_name("reference_joint.toml")
 
 
 class Scenario(BaseModel):
-    """A simulated joint, its sensor and drive, the reference, and what each controller is told.
+    """A simulated joint, its sensor and drive, the reference, and what each controller assumes of them.
 
     The fields are those of the scenario file; see README. Use :func:`load_scenario` to read one, and ``modified`` to
     derive another.
@@ -90,6 +91,11 @@ class Scenario(BaseModel):
                 raise ValueError(
                     f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {end:g} s"
                 )
+            if change.lag_scale != 1.0 and "friction_lag" not in type(self.joint).model_fields:
+                raise ValueError(
+                    f"change.{index}.lag_scale = {change.lag_scale:g} is not allowed: a joint of kind "
+                    f"{self.joint.kind!r} has no friction lag; lag_scale must be 1"
+                )
         if isinstance(self.reference, Multisine):
             for index, frequency in enumerate(self.reference.frequencies):
                 if frequency >= 0.5 / period:
@@ -99,7 +105,8 @@ class Scenario(BaseModel):
                     )
         if self.feedback.bandwidth is not None:
             try:
-                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=math.ceil(self.delay - 1e-6))
+                delay = math.ceil(self.assumed_delay - 1e-6)
+                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=delay)
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
         try:
@@ -149,6 +156,11 @@ class Scenario(BaseModel):
     def delay(self) -> float:
         """Computation delay, periods."""
         return self.actuator.delay / self.sampling.period
+
+    @property
+    def assumed_delay(self) -> float:
+        """Computation delay that the controllers reckon with, periods."""
+        return self.delay if self.feedback.delay is None else self.feedback.delay / self.sampling.period
 
     def times(self) -> NDArray[np.float64]:
         """Return the solver's grid, s, shape (steps + 1,)."""

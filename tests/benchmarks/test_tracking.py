@@ -52,6 +52,7 @@ ASKED = {
     "delay",
     "lugre",
     "elastic",
+    "backlash",
     "asymmetric",
     "servo",
 }
