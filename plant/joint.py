@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, model_validator
 
 from plant.fields import Finite, NonNegative, Positive
 from plant.friction import Stribeck, sliding_friction, steepest_fall
+from plant.gravity import Gravity
 from plant.step import JointParameters
 
 LARGEST_BREAKAWAY_JUMP = 0.01
@@ -37,6 +38,13 @@ class FrictionFields(BaseModel):
         The same for backward motion; as forward by default.
     offset : float, optional
         Constant torque against the motor's, N m, of either sign: ``J dw/dt = u - f - offset``.
+    axis : "rotary" or "linear", optional
+        Kind of motion. Of a linear axis read m, m/s, N and kg for rad, rad/s, N m and kg m^2 everywhere.
+    gravity : float, optional
+        Amplitude of the torque of a weight, N m, against the motor's: ``gravity sin(q + gravity_phase)`` with the
+        position ``q``, which is zero at the start. Only of a rotary axis.
+    gravity_phase : float, optional
+        Angle from the hanging weight to the position zero, rad.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -52,6 +60,18 @@ class FrictionFields(BaseModel):
     stiction_backward: NonNegative | None = None
     viscous_backward: NonNegative | None = None
     offset: Finite = 0.0
+    axis: Literal["rotary", "linear"] = "rotary"
+    gravity: NonNegative = 0.0
+    gravity_phase: Finite = 0.0
+
+    @model_validator(mode="after")
+    def _check_gravity(self) -> Self:
+        if self.axis == "linear" and self.gravity > 0.0:
+            raise ValueError(
+                f"gravity = {self.gravity:g} is not allowed for axis = 'linear': only a rotary axis has a torque that "
+                "varies with its position as a sine; the weight on a linear axis is its offset"
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_stiction(self) -> Self:
@@ -62,6 +82,11 @@ class FrictionFields(BaseModel):
                     f"stiction{ending} must be at least coulomb{ending}"
                 )
         return self
+
+    @property
+    def weight(self) -> Gravity:
+        """The weight as the loop takes it."""
+        return Gravity(self.gravity, self.gravity_phase)
 
     @property
     def friction(self) -> Stribeck:

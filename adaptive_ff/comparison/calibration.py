@@ -33,7 +33,7 @@ from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import PI
-from plant import JointModel, schedule
+from plant import Gravity, JointModel, schedule
 
 Array = NDArray[np.float64]
 
@@ -132,7 +132,7 @@ def _calibrate(text: str) -> Calibration:
 
 def _run(scenario: Scenario, course: Course) -> Record:
     """Run the PI loop."""
-    loop = PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.delay)
+    loop = PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
     record = empty_record(course, 0)
     run_compiled(loop.parameters, loop.state, course, start_position(course), course.noise.size, record)
     return record
@@ -254,5 +254,7 @@ def _simulated(calibration: Calibration, model: TorqueModel) -> Array:
         plan=schedule([], joint.solver_period),
         resolution=min(course.resolution, FINE),
         noise=np.zeros_like(course.noise),
+        actuator=course.actuator._replace(gain=1.0),  # the torque that the drive reports is all that is known of it
+        gravity=Gravity(0.0, 0.0),  # the forms have none
     )
     return _run(scenario, exact).measured

@@ -13,7 +13,7 @@ from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
 from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.rivals.paper import PaperController
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.scenario.truth import friction_course, true_model
+from adaptive_ff.scenario.truth import model_course, true_model
 from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign
 
 Maker = Callable[[Scenario], Any]
@@ -21,11 +21,11 @@ Maker = Callable[[Scenario], Any]
 
 
 def _pi(scenario: Scenario) -> PI:
-    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.delay)
+    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
 
 
 def _with_model(scenario: Scenario, model: TorqueModel) -> ModelBased:
-    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model, delay=scenario.delay)
+    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model, delay=scenario.assumed_delay)
 
 
 def _inertia_feedforward(scenario: Scenario) -> ModelBased:
@@ -37,9 +37,26 @@ def _fixed(scenario: Scenario) -> ModelBased:
 
 
 def _oracle(scenario: Scenario) -> ModelBased:
-    model, changes, load = true_model(scenario), friction_course(scenario), scenario.joint.offset
-    period, delay = scenario.sampling.period, scenario.delay
-    return ModelBased(*scenario.feedback.gains, period, model, changes, load=load, delay=delay)
+    return oracle_with_lag(scenario, 1.0)
+
+
+def oracle_with_lag(scenario: Scenario, scale: float, added: float = 0.0) -> ModelBased:
+    """Make the oracle with its friction lag times a factor, and a lag (s) added: what suits the sampled loop.
+
+    It knows the true delay of the drive, too, whatever the feedback assumes.
+    """
+
+    def tuned(model: TorqueModel) -> TorqueModel:
+        return model._replace(friction_lag=scale * model.friction_lag + added)
+
+    return ModelBased(
+        *scenario.feedback.gains,
+        scenario.sampling.period,
+        tuned(true_model(scenario)),
+        [(time, tuned(model)) for time, model in model_course(scenario)],
+        gravity=scenario.joint.weight,
+        delay=scenario.delay,
+    )
 
 
 def _assumed(scenario: Scenario) -> dict[str, Any]:
@@ -49,7 +66,7 @@ def _assumed(scenario: Scenario) -> dict[str, Any]:
         "inertia": scenario.feedback.inertia,
         "stribeck_velocity": scenario.adaptation.stribeck_velocity,
         "stribeck_shape": scenario.adaptation.stribeck_shape,
-        "delay": scenario.delay,
+        "delay": scenario.assumed_delay,
     }
 
 
@@ -79,7 +96,7 @@ def _canudas_assumed(scenario: Scenario) -> dict[str, Any]:
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
         "dead_zone": DEAD_ZONE * scenario.adaptation.stribeck_velocity,
-        "delay": scenario.delay,
+        "delay": scenario.assumed_delay,
     }
     return _with_memory(assumed, scenario.adaptation.memory)
 
@@ -120,7 +137,7 @@ def _observer_bandwidth(
 ) -> float:
     """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less."""
     try:
-        delay = math.ceil(scenario.delay - 1e-6)
+        delay = math.ceil(scenario.assumed_delay - 1e-6)
         largest = design(scenario.feedback.inertia, scenario.sampling.period, *gains, delay=delay).bandwidth
     except ValueError as error:
         raise InputError(f"feedback: {error}") from error
@@ -131,7 +148,7 @@ def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> Disturb
     """Make a PI loop with a disturbance observer; the share did best in ``python -m benchmarks.tuning``."""
     gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
     bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
-    period, delay = scenario.sampling.period, scenario.delay
+    period, delay = scenario.sampling.period, scenario.assumed_delay
     return DisturbanceObserver(*gains, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
 
@@ -139,7 +156,7 @@ def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState
     """Make a loop with an extended state observer; the share did best in ``python -m benchmarks.tuning``."""
     proportional, inertia = scenario.feedback.gains[0], scenario.feedback.inertia
     bandwidth = _observer_bandwidth(scenario, share, ExtendedState.design, proportional)
-    period, delay = scenario.sampling.period, scenario.delay
+    period, delay = scenario.sampling.period, scenario.assumed_delay
     return ExtendedState(proportional, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
 
@@ -149,7 +166,7 @@ def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDis
     noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
     bandwidth = _observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
     walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
-    settings = {"inertia": inertia, "velocity_noise": noise, "disturbance_walk": walk, "delay": scenario.delay}
+    settings = {"inertia": inertia, "velocity_noise": noise, "disturbance_walk": walk, "delay": scenario.assumed_delay}
     return KalmanDisturbance(*gains, period, **settings)
 
 

@@ -15,9 +15,10 @@ from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
 from adaptive_ff.identify.recorded_reference import reference_of
 from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.reported import reported
-from adaptive_ff.identify.result import LINEAR, ROTARY, LogIdentification
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.term_selection import Selection, select_terms
-from adaptive_ff.identify.verdict import check_plausible
+from adaptive_ff.identify.units import LINEAR, ROTARY
+from adaptive_ff.identify.verdict import cautions, check_plausible, verdict
 from adaptive_ff.logs.defects import Piece, Skipped
 from adaptive_ff.logs.log import Log
 
@@ -98,7 +99,7 @@ def identify_log(
     found = _assemble(prepared, used, problem, selection, held, confidence)
     found = replace(found, units=LINEAR if linear else ROTARY, validated_on=name)
     check_plausible(found)
-    return found
+    return replace(found, verdict=verdict(found), cautions=cautions(found))
 
 
 class Used(NamedTuple):

@@ -1,6 +1,6 @@
 """What was identified from a log."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,29 +13,9 @@ from adaptive_ff.identify.recorded_reference import Reference
 from adaptive_ff.identify.term_selection import Selection
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.model.friction import UNITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-ROTARY = {
-    **UNITS,
-    "offset": "N m",
-    "stribeck_velocity": "rad/s",
-    "viscous_asymmetry": "N m s/rad",
-    "torque": "N m",
-    "velocity": "rad/s",
-}
-"""Units of what is reported of a joint."""
-
-LINEAR = {
-    "inertia": "kg",
-    **dict.fromkeys(("coulomb", "stiction", "offset", "torque"), "N"),
-    **dict.fromkeys(("viscous", "viscous_asymmetry"), "N s/m"),
-    **dict.fromkeys(("velocity", "stribeck_velocity"), "m/s"),
-    "friction_lag": "s",
-}
-"""Units of what is reported of a linear axis."""
 
 
 class Reported(NamedTuple):
@@ -45,14 +25,14 @@ class Reported(NamedTuple):
     ----------
     estimate : Estimate
         Value and interval.
-    told : bool
-        Whether the log tells it: its interval does not hold zero, and what is negative can be.
+    identifiable : bool
+        Whether the log determines it: its interval does not hold zero, and what is negative can be.
     used : bool
         Whether it is part of the model that was validated.
     """
 
     estimate: Estimate
-    told: bool
+    identifiable: bool
     used: bool
 
 
@@ -85,7 +65,7 @@ class LogIdentification:
     validated_on : str
         What the latter is.
     curve : FrictionCurve
-        What stretches at constant speed tell.
+        Points of friction from stretches at constant speed, and the Stribeck curve through them.
     rest_torque : float or None
         Largest torque seen at rest, without the offset, N m; None where the joint does not rest.
     lags, lag_errors : ndarray, shape (n,)
@@ -94,6 +74,10 @@ class LogIdentification:
         The torque in the band, fitted and held out.
     reference : Reference
         The motion of the longest piece.
+    verdict : list of str
+        What the log determines and what it does not, a sentence each.
+    cautions : list of str
+        What is probably wrong with the log, a sentence each.
     """
 
     name: str
@@ -116,34 +100,22 @@ class LogIdentification:
     rows: list[Prediction]
     held_out: list[Prediction]
     reference: Reference
-
-    @property
-    def verdict(self) -> list[str]:
-        """What the log tells and what it does not, a sentence each."""
-        from adaptive_ff.identify.verdict import verdict
-
-        return verdict(self)
-
-    @property
-    def cautions(self) -> list[str]:
-        """What is probably wrong with the log, a sentence each."""
-        from adaptive_ff.identify.verdict import cautions
-
-        return cautions(self)
+    verdict: list[str] = field(default_factory=list)
+    cautions: list[str] = field(default_factory=list)
 
     def value(self, name: str) -> float:
-        """Return a parameter of the model as it is used: zero where the log does not tell it."""
+        """Return a parameter of the model as it is used: zero where the log does not determine it."""
         reported = self.parameters.get(name)
-        return reported.estimate.value if reported is not None and reported.told and reported.used else 0.0
+        return reported.estimate.value if reported is not None and reported.identifiable and reported.used else 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values; ends of intervals that are infinite are None."""
         result: dict[str, Any] = {"log": self.name}
-        for name, (estimate, told, used) in self.parameters.items():
+        for name, (estimate, identifiable, used) in self.parameters.items():
             ends = {"lower": estimate.lower, "upper": estimate.upper, "standard_error": estimate.standard_error}
             finite = {key: number if np.isfinite(number) else None for key, number in ends.items()}
             unit = self.units[name]
-            result[name] = {"value": estimate.value, **finite, "unit": unit, "told": told, "used": used}
+            result[name] = {"value": estimate.value, **finite, "unit": unit, "identifiable": identifiable, "used": used}
         result["confidence"] = self.confidence
         result["fit"] = self.fit._asdict()
         held = None if self.validation is None else self.validation._asdict()

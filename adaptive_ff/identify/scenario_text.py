@@ -63,7 +63,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     stiction, bend, shape, known = _stiction(found, coulomb)
     period = float(f"{found.period:.4g}")
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    left = [name for name in ("offset", "viscous_asymmetry") if _told(found, name)]
+    left = [name for name in ("offset", "viscous_asymmetry") if _identifiable(found, name)]
     head = [
         f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
         "Linear axes: read m, N and kg for rad, N m and kg m^2.",
@@ -109,7 +109,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
 
 def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, float, str]:
     """Return stiction, Stribeck velocity and shape, and where they come from."""
-    if _told(found, "stiction"):
+    if _identifiable(found, "stiction"):
         bend = found.value("stribeck_velocity")
         return max(found.value("stiction"), coulomb), bend, 1.0, _interval(found, "stiction")
     fit = found.curve.fit
@@ -124,13 +124,13 @@ def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, f
     return coulomb, float(f"{slow:.3g}"), 1.0, "assumed: the log does not tell a stiction above Coulomb friction"
 
 
-def _told(found: LogIdentification, name: str) -> bool:
-    return name in found.parameters and found.parameters[name].told
+def _identifiable(found: LogIdentification, name: str) -> bool:
+    return name in found.parameters and found.parameters[name].identifiable
 
 
 def _interval(found: LogIdentification, name: str) -> str:
     """Say how well a parameter is known."""
-    if not _told(found, name):
+    if not _identifiable(found, name):
         return "the log does not tell it"
     estimate = found.parameters[name].estimate
     return f"{100.0 * found.confidence:g} % interval {estimate.lower:.4g} to {estimate.upper:.4g}"

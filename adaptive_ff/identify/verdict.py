@@ -4,8 +4,9 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.fit import Fitted
-from adaptive_ff.identify.result import ROTARY, LogIdentification
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.term_selection import BESIDE
+from adaptive_ff.identify.units import ROTARY
 
 WELL, POORLY = 0.1, 0.4
 """Relative errors of the torque up to which the model is said to explain it, and from which it is said not to."""
@@ -77,7 +78,7 @@ def verdict(found: LogIdentification) -> list[str]:
         sentences.append(_of_validation(found))
     else:
         sentences.append("Nothing was held out: how well the model says other torques is not known.")
-    told = [name for name, reported in found.parameters.items() if reported.told and reported.used]
+    told = [name for name, reported in found.parameters.items() if reported.identifiable and reported.used]
     sentences.append(f"The log tells {_listed(told)}." if told else "The log tells no parameter.")
     sentences += _of_lag(found) + _of_missing(found)
     sentences += _of_asymmetry(found)
@@ -130,7 +131,7 @@ def _of_missing(found: LogIdentification) -> list[str]:
     """Say what the log does not tell."""
     sentences = []
     for name, reported in found.parameters.items():
-        if reported.told or name in ("stribeck_velocity", BESIDE):
+        if reported.identifiable or name in ("stribeck_velocity", BESIDE):
             continue
         value, _, lower, upper = reported.estimate
         words, separator = _words(name), ":"
@@ -165,7 +166,7 @@ def _of_asymmetry(found: LogIdentification) -> list[str]:
     fitted: Fitted = found.selection.tried[BESIDE]
     value, viscous = reported.estimate.value, fitted.values["viscous"]
     unit = found.units["viscous"]
-    if not reported.told:
+    if not reported.identifiable:
         lower, upper = reported.estimate.lower, reported.estimate.upper
         return [
             f"Viscous friction may be the same both ways: half the difference is {value:.3g} {unit}, from "

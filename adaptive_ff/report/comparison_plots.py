@@ -32,7 +32,7 @@ from adaptive_ff.report.drawing import (
     write_figure,
 )
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.loop import scale_joint
+from adaptive_ff.simulation.loop import joint_in_phase
 from adaptive_ff.simulation.metrics import settled_start
 from plant import sliding_friction
 
@@ -193,7 +193,7 @@ def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     figure, panels = make_panels(len(names), 0.8 + 1.2 * len(names))
     first = next(iter(runs.values()))
     plan, end = first.scenario.plan, float(first.solver_time[-1])
-    joints = [scale_joint(first.scenario.joint.parameters, scale) for scale in plan.scales]
+    joints = [joint_in_phase(first.scenario.joint.parameters, plan, phase) for phase in range(plan.starts.size)]
     starts = [*(plan.starts * first.scenario.joint.solver_period), end]
     for axes, name in zip(panels, names, strict=True):
         known = {key: run for key, run in runs.items() if name in run.estimates}
@@ -219,7 +219,7 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
     if "fixed" in runs:
         models = {"fixed": scenario.fixed.model, **models}
     curves = {name: np.array([model_friction(model, speed) for speed in speeds]) for name, model in models.items()}
-    friction = scale_joint(scenario.joint.parameters, scenario.plan.scales[-1]).friction
+    friction = joint_in_phase(scenario.joint.parameters, scenario.plan, -1).friction
     truth = np.array([sliding_friction(friction, speed) for speed in speeds])
     for name, curve in curves.items():
         axes.plot(speeds, curve, **looks[name])
@@ -288,14 +288,15 @@ def _draw_torques(axes: Axes, run: Run, part: slice, look: Look) -> list[Look]:
 
 
 def _mark_changes(panels: Sequence[Axes], scenario: Scenario) -> list[Look]:
-    """Mark the changes of friction; return what the legend shall explain."""
+    """Mark the changes of the joint; return what the legend shall explain."""
     for axes in panels:
         for change in scenario.change:
             axes.axvline(change.time, **CHANGE)
     if not scenario.change:
         return []
-    single = f"friction × {scenario.change[0].friction_scale:.3g}"
-    return [{**CHANGE, "label": single if len(scenario.change) == 1 else "friction changes"}]
+    kinds = {name for change in scenario.change for name in change.model_fields_set}
+    several = "friction changes" if kinds <= {"time", "friction_scale"} else "the joint changes"
+    return [{**CHANGE, "label": scenario.change[0].text if len(scenario.change) == 1 else several}]
 
 
 def _peak(values: Series) -> float:

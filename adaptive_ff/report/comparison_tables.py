@@ -8,7 +8,7 @@ from rich.table import Table
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import QUANTILES, QUANTITIES
 from adaptive_ff.model.friction import PER_DIRECTION, UNITS
-from adaptive_ff.scenario.truth import true_model
+from adaptive_ff.scenario.truth import last_model
 
 
 def tracking_table(comparison: Comparison) -> Table:
@@ -42,12 +42,10 @@ def estimates_table(comparison: Comparison) -> Table | None:
     table.add_column("true", justify="right")
     for run in runs:
         table.add_column(run.name, justify="right")
-    changes = comparison.scenario.change
-    scale = changes[-1].friction_scale if changes else 1.0
-    model = true_model(comparison.scenario)
+    model = last_model(comparison.scenario)
     found = [run.final_estimates for run in runs]
     for name in (name for name in PER_DIRECTION if any(name in estimates for estimates in found)):
-        true = getattr(model, name) * (scale if name in ("coulomb", "stiction", "viscous") else 1.0)
+        true = getattr(model, name)
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
         table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *cells)
     return table

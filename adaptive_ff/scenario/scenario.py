@@ -91,6 +91,11 @@ class Scenario(BaseModel):
                 raise ValueError(
                     f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {end:g} s"
                 )
+            if change.lag_scale != 1.0 and "friction_lag" not in type(self.joint).model_fields:
+                raise ValueError(
+                    f"change.{index}.lag_scale = {change.lag_scale:g} is not allowed: a joint of kind "
+                    f"{self.joint.kind!r} has no friction lag; lag_scale must be 1"
+                )
         if isinstance(self.reference, Multisine):
             for index, frequency in enumerate(self.reference.frequencies):
                 if frequency >= 0.5 / period:
@@ -100,7 +105,8 @@ class Scenario(BaseModel):
                     )
         if self.feedback.bandwidth is not None:
             try:
-                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=math.ceil(self.delay - 1e-6))
+                delay = math.ceil(self.assumed_delay - 1e-6)
+                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=delay)
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
         try:
@@ -150,6 +156,11 @@ class Scenario(BaseModel):
     def delay(self) -> float:
         """Computation delay, periods."""
         return self.actuator.delay / self.sampling.period
+
+    @property
+    def assumed_delay(self) -> float:
+        """Computation delay that the controllers reckon with, periods."""
+        return self.delay if self.feedback.delay is None else self.feedback.delay / self.sampling.period
 
     def times(self) -> NDArray[np.float64]:
         """Return the solver's grid, s, shape (steps + 1,)."""

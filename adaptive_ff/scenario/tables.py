@@ -105,6 +105,9 @@ class Feedback(BaseModel):
         Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows.
     proportional, integral : float, optional
         Gains given directly instead, N m s/rad and N m/rad; not checked.
+    delay : float, optional
+        Assumed computation delay of the drive, s; by default the true one of ``[actuator]``. All controllers but the
+        oracle reckon with it.
     """
 
     model_config = STRICT
@@ -112,6 +115,7 @@ class Feedback(BaseModel):
     bandwidth: Positive | None = None
     proportional: Positive | None = None
     integral: NonNegative | None = None
+    delay: NonNegative | None = None
 
     @model_validator(mode="after")
     def _check_choice(self) -> Self:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.scenario.scenario import Scenario
 from controllers import direct_velocity
-from plant import Actuator, ActuatorParameters, AnyJoint, FrictionSchedule, schedule
+from plant import Actuator, ActuatorParameters, AnyJoint, FrictionSchedule, Gravity, schedule
 
 
 class Course(NamedTuple):
@@ -16,9 +16,9 @@ class Course(NamedTuple):
     Attributes
     ----------
     joint : NamedTuple
-        Parameters of the joint, of a class in ``plant.STEP_JOINT``, before its friction changes.
+        Parameters of the joint, of a class in ``plant.STEP_JOINT``, before it changes.
     plan : FrictionSchedule
-        How its friction changes.
+        How it changes.
     actuator : ActuatorParameters
         The drive.
     delay : int
@@ -35,6 +35,8 @@ class Course(NamedTuple):
         Reference velocity on the solver's grid, rad/s.
     noise : ndarray, shape (n,)
         Noise of the measured velocity, rad/s.
+    gravity : Gravity
+        Weight on the joint.
     """
 
     joint: Any
@@ -47,6 +49,7 @@ class Course(NamedTuple):
     samples: NDArray[np.int64]
     reference: NDArray[np.float64]
     noise: NDArray[np.float64]
+    gravity: Gravity
 
 
 class Record(NamedTuple):
@@ -124,6 +127,7 @@ def lay_plain_course(
         samples,
         reference,
         noise,
+        joint.weight,
     )
 
 
@@ -140,4 +144,5 @@ def lay_course(scenario: Scenario) -> Course:
         scenario.sample_steps,
         scenario.reference_velocity(),
         scenario.noise(),
+        scenario.joint.weight,
     )

@@ -49,6 +49,7 @@ ASKED = {
     "delay",
     "lugre",
     "elastic",
+    "backlash",
     "asymmetric",
     "servo",
 }
