@@ -1,7 +1,7 @@
-"""PI loop with a feedforward from a model that is told, not identified.
+"""PI loop with a feedforward from a model that is assumed, not identified.
 
 One kernel serves inertia feedforward (a model without friction), feedforward from fixed parameters (nominal, stale,
-true) and the oracle, which is told the true parameters of every moment.
+true) and the oracle, which assumes the true parameters of every moment.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ from controllers import (
 
 
 class ModelBasedParameters(NamedTuple):
-    """Parameters of the loop with a told model.
+    """Parameters of the loop with an assumed model.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class ModelBasedParameters(NamedTuple):
 
 
 class ModelBasedState(NamedTuple):
-    """State of the loop with a told model.
+    """State of the loop with an assumed model.
 
     Attributes
     ----------
@@ -90,18 +90,18 @@ def step_model_based(
     for change in range(block.times.size):
         if acting >= block.times[change] - 0.5 * block.period:  # in force for most of the period to come
             scale = block.scales[change]
-    told = block.model
+    assumed = block.model
     model = TorqueModel(
-        told.inertia,
-        scale * told.coulomb,
-        scale * told.stiction,
-        scale * told.viscous,
-        told.friction_lag,
-        told.stribeck_velocity,
-        told.stribeck_shape,
-        block.load + scale * (told.offset - block.load),
-        scale * told.stiction_asymmetry,
-        scale * told.viscous_asymmetry,
+        assumed.inertia,
+        scale * assumed.coulomb,
+        scale * assumed.stiction,
+        scale * assumed.viscous,
+        assumed.friction_lag,
+        assumed.stribeck_velocity,
+        assumed.stribeck_shape,
+        block.load + scale * (assumed.offset - block.load),
+        scale * assumed.stiction_asymmetry,
+        scale * assumed.viscous_asymmetry,
     )
     torque, feedforward = step_feedforward(
         model, state.feedforward, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
@@ -115,7 +115,7 @@ ESTIMATES[ModelBasedParameters] = without_estimates
 
 
 class ModelBased(Controller):
-    """PI loop with feedforward from told parameters.
+    """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + f_ref + offset``, the model assumed.
 
     Parameters
     ----------
