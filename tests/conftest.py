@@ -11,6 +11,8 @@ from scenario_files import short, write_scenario
 
 from adaptive_ff import Comparison
 
+pytest_plugins = ["pytester"]
+
 settings.register_profile("without clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without clock")
 

@@ -1,12 +1,12 @@
 """Command ``adaptive-ff compare``."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
+from adaptive_ff.cli.gate import Gate
 from adaptive_ff.cli.options import OUT, JsonCopy, ScenarioFile
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
@@ -15,9 +15,6 @@ from adaptive_ff.errors import InputError
 if TYPE_CHECKING:
     from adaptive_ff.comparison.comparison import Comparison
     from adaptive_ff.scenario.scenario import Scenario
-
-WORSE = 1
-"""Exit status where a regression gate fails."""
 
 
 def compare_command(
@@ -31,18 +28,29 @@ def compare_command(
     baseline: Annotated[
         Path | None, typer.Option(help="Earlier result (JSON); status 1 where tracking got worse than it.")
     ] = None,
-    tolerance: Annotated[str, typer.Option(help="How much worse a figure may be, as in 5%.")] = "5%",
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="How much worse figures may be: 5% (the default) or 0.05 for all; METRIC=10%, CONTROLLER=2% or "
+            "CONTROLLER.METRIC=20% for some. May be given several times."
+        ),
+    ] = None,
+    guard: Annotated[
+        list[str] | None,
+        typer.Option(help="Controller to guard; by default all of the baseline but the oracle and the rivals."),
+    ] = None,
+    metric: Annotated[list[str] | None, typer.Option(help="Figure to guard, such as rms_error_settled; all.")] = None,
 ) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
-    from adaptive_ff.comparison.baseline import read_baseline, regressions
     from adaptive_ff.comparison.registry import make_controller
     from adaptive_ff.report.files import write_csv, write_result
     from adaptive_ff.scenario.scenario import load_scenario
 
-    earlier = None if baseline is None else read_baseline(baseline)
-    allowed = _share("tolerance", tolerance)
     errors = error_console()
     loaded = load_scenario(scenario, reference=reference)
+    gate = None if baseline is None else Gate(baseline, loaded, tolerance, guard, metric)
+    if gate is None and (tolerance or guard or metric):
+        raise InputError("--tolerance, --guard and --metric need a --baseline to compare with")
     source = scenario or "built-in scenario"
     try:
         for name in loaded.controllers:
@@ -61,21 +69,7 @@ def compare_command(
         for file in (stage / "result.json", *beside.values()):
             write_result(file, comparison.to_dict())
     _print(comparison, out)
-    worse = [] if earlier is None else regressions(comparison, earlier, allowed)
-    for sentence in worse:
-        errors.print(f"worse than {baseline}: {sentence}", markup=False)
-    return WORSE if worse else 0
-
-
-def _share(name: str, text: str) -> float:
-    """Read a share such as ``5%`` or ``0.05``."""
-    try:
-        share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
-    except ValueError:
-        share = math.nan
-    if not (math.isfinite(share) and share >= 0.0):
-        raise InputError(f"--{name} = {text!r} is not allowed: it must be a share such as 5% or 0.05, zero or more")
-    return share
+    return 0 if gate is None else gate.judge(comparison, errors)
 
 
 def _run(scenario: "Scenario", errors: Console) -> "Comparison":
