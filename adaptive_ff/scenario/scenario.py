@@ -67,6 +67,15 @@ class Scenario(BaseModel):
     variation: FrictionVariation = FrictionVariation()
     sweep: Sweep = Sweep()
 
+    @model_validator(mode="before")
+    @classmethod
+    def _choose_kind(cls, content: Any) -> Any:
+        """Take a reference without a kind for a recorded one where it has a path, else for a multisine."""
+        reference = content.get("reference") if isinstance(content, dict) else None
+        if not isinstance(reference, dict) or "kind" in reference:
+            return content
+        return {**content, "reference": {"kind": "csv" if "path" in reference else "multisine", **reference}}
+
     @model_validator(mode="after")
     def _check_relations(self) -> Self:
         period, solver = self.sampling.period, self.joint.solver_period
