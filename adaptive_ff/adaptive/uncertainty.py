@@ -61,8 +61,8 @@ def mean_squared_error(estimator: EstimatorParameters, state: EstimatorState) ->
 
     The fading mean began at zero: what is missing of its memory is made up for.
     """
-    filled = -math.expm1(-state.levels[3] / estimator.memory)
-    return float(state.levels[0]) / filled if filled > 0.0 else 0.0
+    filled = -math.expm1(-state.levels.learnt / estimator.memory)
+    return float(state.levels.squared_error) / filled if filled > 0.0 else 0.0
 
 
 def assess(estimator: EstimatorParameters, state: EstimatorState, period: float) -> Confidence:
@@ -77,19 +77,19 @@ def assess(estimator: EstimatorParameters, state: EstimatorState, period: float)
     period : float
         Sampling period, s.
     """
-    size, memory = state.estimate.size, estimator.memory
-    missing = math.exp(-state.levels[3] / memory)
+    size, memory = state.recursion.estimate.size, estimator.memory
+    missing = math.exp(-state.levels.learnt / memory)
     if missing == 1.0:
         return Confidence(estimator.scale.copy(), np.ones(size), np.ones(size), np.zeros(size))
-    start = missing * initial_estimator_state(estimator).information
-    above = state.information - start
+    start = missing * initial_estimator_state(estimator).recursion.information
+    above = state.recursion.information - start
     floor = min(float(np.min(np.diag(above) - state.agreement[:, 0])), float(np.linalg.eigvalsh(above)[0]))
     own = start + max(floor, 0.0) * np.eye(size)
-    data = state.information - own
+    data = state.recursion.information - own
     level = max(mean_squared_error(estimator, state) * period * (1.0 + missing) / (2.0 * memory), SMALLEST_LEVEL)
     together = np.sqrt(np.diag(level * np.linalg.inv(data + level * np.eye(size))))
     alone = np.sqrt(level / (np.maximum(np.diag(data), 0.0) + level))
     errors = together * estimator.scale
     errors[FRICTION_LAG] = math.hypot(errors[FRICTION_LAG], period / math.sqrt(12.0))
-    shares = np.clip(1.0 - np.diag(np.linalg.solve(state.information, own)), 0.0, 1.0)
+    shares = np.clip(1.0 - np.diag(np.linalg.solve(state.recursion.information, own)), 0.0, 1.0)
     return Confidence(errors, together, alone, shares)

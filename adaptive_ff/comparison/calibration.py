@@ -28,7 +28,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE, largest_lag
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.rows import torque_form_rows
-from adaptive_ff.regression.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals
+from adaptive_ff.regression.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals_in_place
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
@@ -142,7 +142,7 @@ def _equations(scenario: Scenario, course: Course, record: Record) -> Array:
     """Return the triangular factor of the torque form's equations."""
     assumed, pole = scenario.adaptation, POLE_SHARE * scenario.feedback.gains[0] / scenario.feedback.inertia
     form = TorqueForm(pole, assumed.stribeck_velocity, assumed.stribeck_shape)
-    signals = settle_signals(form, initial_signals(), float(record.measured[0]))
+    signals = settle_signals_in_place(form, initial_signals(), float(record.measured[0]))
     time: Array = course.samples[:-1] * np.float64(course.solver_period)
     rows, outputs = np.zeros((time.size, len(REGRESSORS))), np.zeros(time.size)
     used = np.zeros(time.size, dtype=np.bool_)

@@ -166,7 +166,8 @@ def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDis
     noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
     bandwidth = _observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
     walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
-    settings = {"inertia": inertia, "velocity_noise": noise, "disturbance_walk": walk, "delay": scenario.assumed_delay}
+    first, second = KalmanDisturbance.gains(inertia, period, noise, walk)
+    settings = {"inertia": inertia, "velocity_gain": first, "disturbance_gain": second, "delay": scenario.assumed_delay}
     return KalmanDisturbance(*gains, period, **settings)
 
 

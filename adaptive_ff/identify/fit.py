@@ -1,27 +1,27 @@
 """Least squares on the columns of a log: linear but for the friction lag and the Stribeck velocity, which are searched.
 
-For given lag and ``Vs`` the linear rest is solved for (variable projection, as in
-:mod:`adaptive_ff.stribeck_problem`). At the solution the regression is linearised, so that all parameters together
-get a covariance that knows of correlated residuals (Newey and West, see :mod:`adaptive_ff.least_squares`).
+For given lag and ``Vs`` the linear rest is solved for (variable projection), from the best point of the grid of
+:mod:`adaptive_ff.identify.grid`. At the solution the regression is linearised, so that all parameters together
+get a covariance that knows of correlated residuals (Newey and West, see :mod:`adaptive_ff.estimation.batch_least_squares`).
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
-from adaptive_ff.identify.regressors import LINEAR, Problem, design, measured_torque
+from adaptive_ff.identify.regressors import BENT, LINEAR, Problem, design, measured_torque
 from adaptive_ff.logs.derivatives import Array
 
-SEARCHED = {"friction_lag": "friction_lag", "stiction_excess": "stribeck_velocity"}
+SEARCHED = {"friction_lag": "friction_lag", **BENT}
 """Parameters that are searched, by the term that brings them; the lag is a term of its own."""
 
-STARTS = 7
-"""Values of each searched parameter from whose best combination the search starts."""
+INSIDE = 1e-3
+"""Distance of the start of a search from the ends of the range, over the range."""
 
 END = 0.01
 """Share of its range within which a searched parameter is at the end of it."""
@@ -58,6 +58,11 @@ class Fitted(NamedTuple):
         return [term for term in self.terms if term in LINEAR]
 
     @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names that ``estimate`` knows."""
+        return (*self.regression.names, *(("stiction",) if "stiction_excess" in self.terms else ()))
+
+    @property
     def squares(self) -> float:
         """Sum of squared residuals."""
         return float(np.sum(self.regression.residuals**2))
@@ -71,14 +76,16 @@ class Fitted(NamedTuple):
                 self.values["coulomb"] + self.values["stiction_excess"], math.sqrt(variance)
             )
         found = self.regression.estimate(name)
-        if name != "stribeck_velocity":
+        if name not in BENT.values():
             return found
         value = math.exp(found.value)
         with np.errstate(over="ignore"):
             return Estimate(value, value * found.standard_error, *(float(np.exp(end)) for end in found[2:]))
 
 
-def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fitted:
+def fit_terms(
+    problem: Problem, terms: tuple[str, ...], confidence: float, *, start: Mapping[str, float] | None = None
+) -> Fitted:
     """Fit the torque by some terms.
 
     Parameters
@@ -89,6 +96,8 @@ def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fi
         Some of ``LINEAR``, and ``friction_lag``.
     confidence : float
         Probability that the intervals are meant to have.
+    start : mapping of float, optional
+        Where the search starts, by name of what is searched: the best point of a grid. Needed where something is.
 
     Returns
     -------
@@ -98,12 +107,12 @@ def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fi
     Raises
     ------
     ValueError
-        The rows do not tell the terms from each other.
+        The rows do not determine the terms separately.
     """
     target = measured_torque(problem)
     linear = [term for term in terms if term in LINEAR]
     names = [SEARCHED[term] for term in terms if term in SEARCHED]
-    point = _search(problem, linear, names, target)
+    point = _search(problem, linear, names, target, start or {})
     matrix = design(problem, linear, _searched(names, point))
     rough = fit_least_squares(matrix, target, names=linear, confidence=confidence)
     slopes = [_slope(problem, linear, names, point, rough.values, place) for place in range(len(names))]
@@ -133,7 +142,7 @@ def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
 def at_end_of_range(problem: Problem, name: str, value: float) -> bool:
     """Tell whether a searched parameter ended where the search does."""
     low, high = _ranges(problem, [name])[0]
-    place = math.log(value) if name == "stribeck_velocity" else value
+    place = math.log(value) if name in BENT.values() else value
     return not low + END * (high - low) < place < high - END * (high - low)
 
 
@@ -154,31 +163,28 @@ def correlation_length(residuals: Array) -> int:
 
 def _ranges(problem: Problem, names: list[str]) -> list[tuple[float, float]]:
     """Return where each searched parameter is looked for, the Stribeck velocity as a logarithm."""
-    known = {
-        "friction_lag": (-problem.longest_lag, problem.longest_lag),
-        "stribeck_velocity": (math.log(problem.stribeck[0]), math.log(problem.stribeck[-1])),
-    }
-    return [known[name] for name in names]
+    speeds = (math.log(problem.stribeck[0]), math.log(problem.stribeck[-1]))
+    lags = (-problem.longest_lag, problem.longest_lag)
+    return [lags if name == "friction_lag" else speeds for name in names]
 
 
 def _searched(names: list[str], point: Array) -> dict[str, float]:
     pairs = zip(names, point.tolist(), strict=True)
-    return {name: math.exp(value) if name == "stribeck_velocity" else value for name, value in pairs}
+    return {name: math.exp(value) if name in BENT.values() else value for name, value in pairs}
 
 
-def _search(problem: Problem, linear: list[str], names: list[str], target: Array) -> Array:
+def _search(problem: Problem, linear: list[str], names: list[str], target: Array, start: Mapping[str, float]) -> Array:
     """Return the searched parameters at the least squares."""
     if not names:
         return np.empty(0)
-
     low, high = np.array(_ranges(problem, names)).T
 
     def residual(share: Array) -> Array:
         return _residual(design(problem, linear, _searched(names, low + (high - low) * share)), target)
 
-    starts = [np.array(start) for start in product(np.linspace(0.0, 1.0, STARTS)[1:-1], repeat=len(names))]
-    best = min(starts, key=lambda start: float(np.sum(residual(start) ** 2)))
-    found = optimize.least_squares(residual, best, bounds=(0.0, 1.0), diff_step=1e-4)
+    point = np.array([math.log(start[name]) if name in BENT.values() else start[name] for name in names])
+    first = np.clip((point - low) / (high - low), INSIDE, 1.0 - INSIDE)
+    found = optimize.least_squares(residual, first, bounds=(0.0, 1.0), diff_step=1e-4)
     return np.asarray(low + (high - low) * found.x)
 
 

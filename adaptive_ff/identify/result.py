@@ -29,11 +29,14 @@ class Reported(NamedTuple):
         Whether the log determines it: its interval does not hold zero, and what is negative can be.
     used : bool
         Whether it is part of the model that was validated.
+    confounded : tuple of str
+        Terms between which and this parameter the log does not decide, where its interval is wide for that.
     """
 
     estimate: Estimate
     identifiable: bool
     used: bool
+    confounded: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +50,10 @@ class LogIdentification:
     units : dict of str
         Units by name of the parameter, and of ``torque`` and ``velocity``.
     parameters : dict of Reported
-        ``inertia``, ``coulomb``, ``viscous``, ``offset``, ``friction_lag``, ``stiction``, ``stribeck_velocity`` and
-        ``viscous_asymmetry``, as far as they could be estimated. The last is half the difference of the viscous
-        coefficients of both directions; it comes from a model of its own.
+        ``inertia``, ``coulomb``, ``viscous``, ``offset``, ``friction_lag``, ``stiction``, ``stribeck_velocity``,
+        ``saturation``, ``saturation_velocity``, ``viscous_asymmetry``, ``gravity_sine`` and ``gravity_cosine``, as far
+        as they could be estimated; those that are not used are of the model with that term beside the chosen ones.
+        ``viscous_asymmetry`` is half the difference of the viscous coefficients of both directions.
     selection : Selection
         The fits behind it.
     confidence : float
@@ -64,6 +68,11 @@ class LogIdentification:
         How well the model says the torque that it was fitted to, and torque that it was not.
     validated_on : str
         What the latter is.
+    carries_over : tuple of terms and TorqueError, or None
+        Where the chosen model is much worse on what was held out, but one of another family is not: its terms, and its
+        error there.
+    both_ways : bool
+        Whether the joint moves both ways.
     curve : FrictionCurve
         Points of friction from stretches at constant speed, and the Stribeck curve through them.
     rest_torque : float or None
@@ -93,6 +102,8 @@ class LogIdentification:
     fit: TorqueError
     validation: TorqueError | None
     validated_on: str
+    carries_over: tuple[tuple[str, ...], TorqueError] | None
+    both_ways: bool
     curve: FrictionCurve
     rest_torque: float | None
     lags: Array
@@ -111,15 +122,24 @@ class LogIdentification:
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values; ends of intervals that are infinite are None."""
         result: dict[str, Any] = {"log": self.name}
-        for name, (estimate, identifiable, used) in self.parameters.items():
+        for name, (estimate, identifiable, used, confounded) in self.parameters.items():
             ends = {"lower": estimate.lower, "upper": estimate.upper, "standard_error": estimate.standard_error}
             finite = {key: number if np.isfinite(number) else None for key, number in ends.items()}
             unit = self.units[name]
-            result[name] = {"value": estimate.value, **finite, "unit": unit, "identifiable": identifiable, "used": used}
+            kind = {"identifiable": identifiable, "used": used, "confounded": list(confounded)}
+            result[name] = {"value": estimate.value, **finite, "unit": unit, **kind}
+        alike = [fitted.terms for fitted in self.selection.alike]
+        result["terms"] = list(self.selection.chosen.terms)
         result["confidence"] = self.confidence
         result["fit"] = self.fit._asdict()
         held = None if self.validation is None else self.validation._asdict()
         result["validation"] = None if held is None else {"on": self.validated_on, **held}
+        other = self.carries_over
+        result["carries_over"] = None if other is None else {"terms": list(other[0]), **other[1]._asdict()}
+        result["models"] = [
+            {"terms": list(model.terms), "error_held_out": model.error, "alike": model.terms in alike}
+            for model in sorted(self.selection.validated, key=lambda model: model.error)
+        ]
         result["bandwidth"] = self.bandwidth
         result["period"] = self.period
         result["samples"] = {"log": self.samples, "used": self.used}

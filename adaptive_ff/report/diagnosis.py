@@ -16,7 +16,8 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from adaptive_ff.adaptive.controller import AdaptiveController, AdaptiveParameters, AdaptiveState
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import UNITS
 from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings
@@ -218,10 +219,10 @@ def diagnose(controller: AdaptiveController, run: Recorded | None = None) -> Dia
     return Diagnosis(
         learning,
         words,
-        float(estimator.levels[3]),
+        float(estimator.levels.learnt),
         parameters,
         unexplained,
-        float(estimator.levels[1]),
+        float(estimator.levels.torque),
         controller.feedforward_lag,
         state.feedback.commands[0] - model_torque - state.known_torques[0],
         model_torque,

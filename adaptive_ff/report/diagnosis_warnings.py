@@ -10,7 +10,7 @@ from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.uncertainty import Confidence
 from adaptive_ff.estimation.instruments import AGREEMENT
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, limit_friction
+from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, write_ranges
 from adaptive_ff.model.friction import UNITS
 
 NOT_IDENTIFIABLE = 0.5
@@ -45,7 +45,7 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
     levels = state.estimator.levels
     if controller.rejected:
         yield f"{controller.rejected} measurements of {state.feedback.samples} were not finite and skipped."
-    if levels[3] == 0.0:
+    if levels.learnt == 0.0:
         running = state.feedback.samples * block.period
         if running > LONG_WITHOUT:
             yield (
@@ -60,10 +60,10 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
             "the recent motion hardly shows the friction lag (only reversals do, and noise hides it): its estimate is "
             "a guess, or an old one."
         )
-    if unexplained > POOR_FIT * levels[1]:
+    if unexplained > POOR_FIT * levels.torque:
         yield (
-            f"the model leaves {unexplained:.2g} N m (rms) unexplained, the largest torque was {levels[1]:.3g} N m: "
-            "the joint has changed lately, the measurement is loud, or the model does not suit the joint."
+            f"the model leaves {unexplained:.2g} N m (rms) unexplained, the largest torque was {levels.torque:.3g} N m"
+            ": the joint has changed lately, the measurement is loud, or the model does not suit the joint."
         )
     alike = _resembles(state.estimator.agreement)
     identified = confidence.together < NOT_IDENTIFIABLE
@@ -78,16 +78,16 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
 def _bounds(controller: AdaptiveController) -> Iterator[str]:
     """Yield a sentence for each parameter at an end of its assumed range."""
     estimator, state = controller.parameters.estimator, controller.state.estimator
-    ranges = estimator.work.ranges.copy()
-    limit_friction(ranges, PEAK_FACTOR * state.levels[1], max(state.levels[2], 1e-300))
-    for name, value, (least, most) in zip(controller.estimate_names, state.estimate, ranges, strict=True):
+    ranges = np.empty_like(estimator.ranges)
+    write_ranges(estimator.ranges, PEAK_FACTOR * state.levels.torque, max(state.levels.speed, 1e-300), ranges)
+    for name, value, (least, most) in zip(controller.estimate_names, state.recursion.estimate, ranges, strict=True):
         end = "least" if value <= least else "largest" if value >= most else ""
         if end:
             yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {UNITS[name]}."
 
 
 def _implausible(controller: AdaptiveController, confidence: Confidence) -> Iterator[str]:
-    estimate, errors = controller.state.estimator.estimate, confidence.errors
+    estimate, errors = controller.state.estimator.recursion.estimate, confidence.errors
     doubt = math.hypot(errors[COULOMB], errors[STICTION])
     if estimate[COULOMB] - estimate[STICTION] > SURE * doubt:
         yield (

@@ -119,7 +119,13 @@ def step_model_based(
         if acting >= block.times[change] - 0.5 * block.period:  # in force for most of the period to come
             model = model_in_row(block.models, change)
     torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
+        model,
+        state.feedforward,
+        inputs.reference,
+        inputs.next_reference,
+        block.period,
+        block.feedback.delay,
+        inputs.inertia,
     )
     if block.gravity > 0.0:
         middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference
@@ -133,7 +139,9 @@ ESTIMATES[ModelBasedParameters] = without_estimates
 
 
 class ModelBased(Controller):
-    """PI loop with feedforward from told parameters.
+    """``u = PI(e) + J dr/dt + f(r) + offset`` with a friction model of given parameters.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Parameters
     ----------

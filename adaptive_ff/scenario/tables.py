@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
-from controllers import difference_velocity, kalman_velocity, low_pass_velocity, pi_gains
+from controllers import difference_velocity, kalman_velocity, kalman_velocity_gains, low_pass_velocity, pi_gains
 from plant.fields import NonNegative, Positive
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -74,7 +74,8 @@ class VelocityEstimate(BaseModel):
             return difference_velocity(period)
         if self.method == "low_pass":
             return low_pass_velocity(self.cutoff, period)
-        return kalman_velocity(resolution / math.sqrt(12.0), self.acceleration_walk, period)
+        gains = kalman_velocity_gains(resolution / math.sqrt(12.0), self.acceleration_walk, period)
+        return kalman_velocity(*gains, period)
 
     def lag(self, period: float) -> float:
         """Return by how much the velocity lags behind the joint's, s; that of the Kalman filter is taken as none."""

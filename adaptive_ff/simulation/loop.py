@@ -7,6 +7,8 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 import math
 from typing import Any, NamedTuple
 
+from numba.extending import register_jitable
+
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
     Inputs,
@@ -62,6 +64,16 @@ change_joint = dispatched(CHANGE_JOINT, _change_joint)
 
 sensed_velocity = dispatched(SENSED_VELOCITY, _sensed_velocity)
 """Velocity (rad/s) at the sensor of any joint."""
+
+
+POSITION_STEP = 1e-5
+"""Step to which the position that controllers are given is rounded where there is no encoder, rad."""
+
+
+@register_jitable
+def rounded_position(position: float) -> float:
+    """Return a true position (rad) as it is given to controllers where no encoder measures it."""
+    return math.floor(position / POSITION_STEP + 0.5) * POSITION_STEP
 
 
 def joint_in_phase(joint: Any, plan: FrictionSchedule, phase: int) -> Any:
@@ -138,11 +150,14 @@ def run_plain(
         elapsed = (first - previous) * period
         record.velocity[first] = motion.velocity
         if course.resolution > 0.0:
-            reading = encoder_reading(course.resolution, motion.position)
+            reading = angle = encoder_reading(course.resolution, motion.position)
         else:
             reading = sensed_velocity(motion) + course.noise[k]
+            angle = rounded_position(motion.position)
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
-        inputs = Inputs(course.reference[first], measured, course.reference[last], realised, 0.0, elapsed)
+        inputs = Inputs(
+            course.reference[first], measured, course.reference[last], 0.0, angle, realised, 0.0, math.nan, elapsed
+        )
         output, state = step(block, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
         record.friction[k] = motion.friction_torque

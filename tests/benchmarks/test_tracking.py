@@ -8,10 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer import Typer
+from typer.testing import CliRunner
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.metrics import rms
+from benchmarks.tracking import __main__ as command
 from benchmarks.tracking import matrix
 from benchmarks.tracking.cells import (
     SCENARIOS,
@@ -208,9 +211,9 @@ def test_targets_compare_the_right_figures_and_say_what_was_missed():
 
 
 def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
-    command = [sys.executable, "-m", "benchmarks.tracking", "--only", "paper_100hz", "--seeds", "1"]
-    command += ["--controller", "oracle", "--controller", "adaptive", "--out", str(tmp_path), "--json"]
-    done = subprocess.run([*command, str(tmp_path / "all.json")], cwd=ROOT, capture_output=True, text=True, check=True)
+    words = [sys.executable, "-m", "benchmarks.tracking", "--only", "paper_100hz", "--seeds", "1"]
+    words += ["--controller", "oracle", "--controller", "adaptive", "--out", str(tmp_path), "--json"]
+    done = subprocess.run([*words, str(tmp_path / "all.json")], cwd=ROOT, capture_output=True, text=True, check=True)
     assert "paper_100hz" in done.stdout
     rows = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["runs"]
     assert {(row["controller"], row["fastest"]) for row in rows} == {
@@ -226,9 +229,10 @@ def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
 
 
 def test_unknown_scenario_is_refused_and_the_known_are_listed(tmp_path):
-    command = [sys.executable, "-m", "benchmarks.tracking", "--only", "nothing", "--out", str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
+    app = Typer()
+    app.command()(command.main)
+    done = CliRunner().invoke(app, ["--only", "nothing", "--out", str(tmp_path)])
+    assert done.exit_code == 2
     assert "nothing" in done.stderr
     assert "paper_100hz" in done.stderr
 

@@ -124,7 +124,7 @@ def test_long_rest_without_excitation_neither_winds_up_nor_unlearns(speed, subst
         record, position = drive(rested, course, position=position)
         assert np.all(np.isfinite(record.torque))
         assert_possible(record.estimates[:: 1000 // (10 * substeps)])
-        information = rested.state.estimator.information
+        information = rested.state.estimator.recursion.information
         assert np.array_equal(information, information.T)
         eigenvalues = np.linalg.eigvalsh(information)
         assert eigenvalues[0] > 0.9e-9

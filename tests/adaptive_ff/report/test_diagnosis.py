@@ -33,7 +33,7 @@ def test_settled_on_the_built_in_joint_all_is_well():
     assert found.learning
     assert found.excited
     assert found.warnings == ()
-    assert found.learnt == controller.state.estimator.levels[3] > 40.0
+    assert found.learnt == controller.state.estimator.levels.learnt > 40.0
     assert [one.name for one in found.parameters] == list(ESTIMATED)
     assert {one.name: one.estimate for one in found.parameters} == controller.estimates
     assert {one.name: one.uncertainty for one in found.parameters} == controller.uncertainties
@@ -61,10 +61,10 @@ def test_asking_changes_nothing_and_is_possible_at_any_time():
     controller, course = make("adaptive"), lay_course(SCENARIO.modified(duration=3.0))
     for k, first in enumerate(course.samples[:-1]):
         if k % 10 == 0:
-            before, ranges = controller.state_to_json(), controller.parameters.estimator.work.ranges.copy()
+            before, ranges = controller.state_to_json(), controller.parameters.estimator.ranges.copy()
             controller.diagnose().sentences()
             assert controller.state_to_json() == before
-            assert np.array_equal(controller.parameters.estimator.work.ranges, ranges)
+            assert np.array_equal(controller.parameters.estimator.ranges, ranges)
         controller.step(course.reference[first], course.reference[first] + course.noise[k])
 
 
@@ -134,7 +134,7 @@ def altered(**estimates):
     """A settled controller with other estimates."""
     controller, _ = worked()
     for name, value in estimates.items():
-        controller.state.estimator.estimate[ESTIMATED.index(name)] = value
+        controller.state.estimator.recursion.estimate[ESTIMATED.index(name)] = value
     return controller.diagnose().warnings
 
 
@@ -159,7 +159,7 @@ def test_a_parameter_at_its_bound_is_reported_also_after_a_restart(estimates, sa
     assert said in altered(**estimates)
     old, _ = worked()
     for name, value in estimates.items():
-        old.state.estimator.estimate[ESTIMATED.index(name)] = value
+        old.state.estimator.recursion.estimate[ESTIMATED.index(name)] = value
     new = make("adaptive")
     new.state_from_json(old.state_to_json())
     assert new.diagnose() == old.diagnose()
