@@ -26,6 +26,7 @@ from benchmarks.tracking.matrix import Job, Results, run_matrix
 from benchmarks.tracking.picture import draw_matrix
 from benchmarks.tracking.summary import collect, ranking_markdown, ranking_table, standstill_rows
 from benchmarks.tracking.targets import targets_table
+from benchmarks.wide import wide_console
 
 LEFT_OUT = frozenset({"fixed"})
 """Its parameters stand in a table that these scenarios do not have; the fixed feedforwards are there by other names."""
@@ -49,7 +50,7 @@ def main(
     known = [name for name in CONTROLLERS if name not in LEFT_OUT]
     controllers = _chosen("--controller", controller, [*known, NOISE_FLOOR])
     controllers = list(dict.fromkeys([BASELINE, *controllers]))
-    console = Console()
+    console = wide_console()
     jobs = [
         Job(scenario, seed, fast)
         for fast in ([False, True] if fastest else [False])
