@@ -120,7 +120,8 @@ def _read(file: Path, mark: str) -> dict[str, Figures] | None:
 
 
 def _mark(job: Job, sources: bytes) -> str:
-    content = (SCENARIOS / f"{job.scenario}.toml").read_bytes()
+    files = (SCENARIOS / f"{job.scenario}{ending}" for ending in (".toml", ".csv"))  # a recorded reference beside it
+    content = b"".join(file.read_bytes() for file in files if file.is_file())
     return hashlib.sha256(sources + content).hexdigest()[:16]
 
 
