@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from adaptive_ff.identify.families import SATURATION, STICTION
 from adaptive_ff.logs.bandwidth import DERIVATIVE_TIMES
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
@@ -43,23 +44,28 @@ REST_REACH = 0.75
 WITHIN = 0.98
 """Keeps the corner of the wide filter below half the sampling frequency, where the band is a tenth of it."""
 
-STRIBECK_GRID = 16
-"""Stribeck velocities for which the column of stiction is made; between them it is interpolated."""
+STRIBECK_GRID, SATURATION_GRID = 16, 8
+"""Speeds for which the columns of stiction and of saturation are made; between them they are interpolated."""
+
+
+SMEARED = 0.05
+"""Slowest speed at which friction may saturate, over the largest: below, noise around a reversal, which smears the sign
+of the velocity, looks the same."""
 
 
 class Rest(NamedTuple):
-    """What counts as rest, and the grid of Stribeck velocities that goes with it.
+    """What counts as rest, and the grids of speeds that go with it.
 
     Attributes
     ----------
     slowest : float
         Speed below which the joint may rest, rad/s.
-    stribeck : ndarray, shape (k,)
-        Stribeck velocities, rad/s, in geometric order.
+    speeds : dict of ndarray, shape (k,)
+        Speeds of the bend of stiction and of saturation, rad/s, by term, in geometric order.
     """
 
     slowest: float
-    stribeck: Array
+    speeds: dict[str, Array]
 
 
 class Conditioned(NamedTuple):
@@ -71,8 +77,8 @@ class Conditioned(NamedTuple):
         Filtered; the time is that of the log.
     direction, speed : ndarray, shape (n,)
         Sign and size of the velocity, filtered after the sign was taken.
-    stiction : ndarray, shape (k, n)
-        ``sgn(w) exp(-|w|/Vs)``, filtered, for each Stribeck velocity of the grid.
+    bent : dict of ndarray, shape (k, n)
+        ``sgn(w) exp(-|w|/Vs)`` and ``tanh(w/Vc)``, filtered, for each speed of their grid, by term.
     sine, cosine : ndarray, shape (n,), or None
         Sine and cosine of the position; None where the log has a velocity only.
     held : ndarray, shape (n,)
@@ -89,7 +95,7 @@ class Conditioned(NamedTuple):
     acceleration: Array
     direction: Array
     speed: Array
-    stiction: Array
+    bent: dict[str, Array]
     sine: Array | None
     cosine: Array | None
     held: Array
@@ -136,7 +142,11 @@ def find_rest(velocities: list[Array]) -> Rest:
     """
     largest = max(float(np.max(np.abs(velocity))) for velocity in velocities)
     slowest = REST_SHARE * largest
-    return Rest(slowest, np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID))
+    speeds = {
+        STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
+        SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
+    }
+    return Rest(slowest, speeds)
 
 
 def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest) -> Conditioned:
@@ -182,7 +192,10 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         (differentiate_twice(smooth, period) if is_position else differentiate(smooth, period))[kept],
         filtered(sign),
         filtered(speed),
-        np.array([filtered(sign * np.exp(-speed / velocity)) for velocity in rest.stribeck]),
+        {
+            STICTION: np.array([filtered(sign * np.exp(-speed / bend)) for bend in rest.speeds[STICTION]]),
+            SATURATION: np.array([filtered(np.tanh(fast / bend)) for bend in rest.speeds[SATURATION]]),
+        },
         filtered(np.sin(motion)) if is_position else None,
         filtered(np.cos(motion)) if is_position else None,
         lowpass(torque, corners[:1], period)[kept],

@@ -181,9 +181,10 @@ def correlation_length(residuals: Array) -> int:
 
 def _ranges(problem: Problem, names: list[str]) -> list[tuple[float, float]]:
     """Return where each searched parameter is looked for, the Stribeck velocity as a logarithm."""
-    speeds = (math.log(problem.stribeck[0]), math.log(problem.stribeck[-1]))
-    lags = (-problem.longest_lag, problem.longest_lag)
-    return [lags if name == "friction_lag" else speeds for name in names]
+    known = {"friction_lag": (-problem.longest_lag, problem.longest_lag)}
+    for term, speeds in problem.speeds.items():
+        known[BENT[term]] = (math.log(speeds[0]), math.log(speeds[-1]))
+    return [known[name] for name in names]
 
 
 def _searched(names: list[str], point: Array) -> dict[str, float]:

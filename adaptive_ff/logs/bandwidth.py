@@ -23,6 +23,9 @@ NOISE_SHARE = 0.002
 """Largest power of the noise of the acceleration in the band, over that of the acceleration: noise of a regressor draws
 its coefficient towards zero by about that share."""
 
+SMOOTHED = 15
+"""Bins of the spectrum over which its power is averaged before it is compared with that of the noise."""
+
 LATTICE = 1e-9
 """Smallest step of a lattice, over the largest difference between samples."""
 
@@ -60,10 +63,13 @@ def choose_bandwidth(motion: Array, period: float, *, is_position: bool) -> floa
     upper = frequency > 0.25 / period
     noise = np.mean(power[upper]) / np.mean(gain[upper])
     noise = max(noise, rounding_noise(motion, period, is_position=is_position) * float(np.sum(window**2)))
-    cumulated = np.cumsum(np.maximum(power - 4.0 * noise * gain, 0.0))
+    width = max(1, min(SMOOTHED, power.size // 20))
+    smooth = np.convolve(power, np.ones(width) / width, "same")  # a single bin of noise may be many times its mean
+    signal = np.maximum(np.where(smooth > 4.0 * noise * gain, power, 0.0) - noise * gain, 0.0)
+    cumulated = np.cumsum(signal)
     moving = float(frequency[int(np.searchsorted(cumulated, MOTION_SHARE * cumulated[-1]))])
     inside = frequency <= TIMES_MOTION * moving
-    accelerated = float(np.sum((np.maximum(power - 4.0 * noise * gain, 0.0) * frequency**2)[inside]))
+    accelerated = float(np.sum((signal * frequency**2)[inside]))
     loud = np.cumsum(noise * gain * frequency**2) > NOISE_SHARE * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if np.any(loud) else np.inf
     wanted = min(max(TIMES_MOTION * moving, SMALLEST), max(quiet, LEAST_TIMES_MOTION * moving))
