@@ -11,11 +11,8 @@ from typing import Any, Self
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from adaptive_ff.model.friction import IDENTIFIED
 from controllers import difference_velocity, direct_velocity, low_pass_velocity, pi_gains
-
-IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
-"""What may be identified, by the name that a user gives."""
 
 LOOP, LOOP_PERIODS = 10.0, 0.1
 """Crossover of the loop that is assumed, Hz, and the most that it may be times the sample time."""

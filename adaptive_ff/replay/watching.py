@@ -7,7 +7,7 @@ forward at that moment of the record.
 from typing import Any, NamedTuple
 
 from adaptive_ff.logs.derivatives import Array
-from controllers import Inputs, compiled_in_place, estimate_velocity, step, write_estimates
+from controllers import compiled_in_place, estimate_velocity, planned_inputs, step, write_estimates
 
 
 class Seen(NamedTuple):
@@ -40,7 +40,7 @@ def _watch(
     for k in range(seen.reference.size):
         velocity, observed = estimate_velocity(observer, observed, seen.measurement[k], seen.elapsed[k])
         realised = seen.realised[k]
-        inputs = Inputs(seen.reference[k], velocity, seen.coming[k], realised, 0.0, seen.elapsed[k])
+        inputs = planned_inputs(seen.reference[k], velocity, seen.coming[k], realised, seen.elapsed[k])
         output, state = step(block, state, inputs)
         feedforward[k] = output.feedforward
         write_estimates(block, state, estimates[k])
