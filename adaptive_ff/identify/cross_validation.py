@@ -72,8 +72,9 @@ def choose(validated: Sequence[Validated]) -> tuple[Validated, list[Validated]]:
     near = [model for model in validated if _within(model, best, SIMPLER)]
     chosen = min(near, key=lambda model: (len(model.terms), model.error))
     alike = [model for model in validated if _within(model, best, ALIKE)]
-    # a model with more terms that validates no better only widens the intervals
-    return chosen, [model for model in alike if model.error < chosen.error or len(model.terms) < len(chosen.terms)]
+    # beyond the near ones, a model with more terms that validates no better only widens the intervals
+    fewer = [model for model in alike if model.error < chosen.error or len(model.terms) < len(chosen.terms)]
+    return chosen, [model for model in alike if model in near or model in fewer]
 
 
 def _within(model: Validated, best: Validated, errors: float) -> bool:

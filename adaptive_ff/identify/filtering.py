@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from adaptive_ff.identify.families import SATURATION, STICTION
-from adaptive_ff.logs.bandwidth import DERIVATIVE_TIMES
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
 from adaptive_ff.logs.log import Log
@@ -41,9 +40,6 @@ REST_CYCLES = 1.0
 REST_REACH = 0.75
 """Cycles of the band around a rest that are not regressed: what the filters smear."""
 
-WITHIN = 0.98
-"""Keeps the corner of the wide filter below half the sampling frequency, where the band is a tenth of it."""
-
 STRIBECK_GRID, SATURATION_GRID = 16, 8
 """Speeds for which the columns of stiction and of saturation are made; between them they are interpolated."""
 
@@ -62,10 +58,13 @@ class Rest(NamedTuple):
         Speed below which the joint may rest, rad/s.
     speeds : dict of ndarray, shape (k,)
         Speeds of the bend of stiction and of saturation, rad/s, by term, in geometric order.
+    corner : float
+        Corner of the wide filter, behind which the sign of the velocity is taken, Hz.
     """
 
     slowest: float
     speeds: dict[str, Array]
+    corner: float
 
 
 class Conditioned(NamedTuple):
@@ -126,19 +125,21 @@ def uniform(log: Log, piece: Piece, period: float) -> tuple[Array, Array, Array]
     )
 
 
-def wide_velocity(motion: Array, bandwidth: float, period: float, *, is_position: bool) -> Array:
-    """Return the velocity behind the wide filter alone, whose sign is taken."""
-    wide = lowpass(motion - motion[0] if is_position else motion, (DERIVATIVE_TIMES * bandwidth * WITHIN,), period)
+def wide_velocity(motion: Array, corner: float, period: float, *, is_position: bool) -> Array:
+    """Return the velocity behind the wide filter alone, whose sign is taken; its corner is in Hz."""
+    wide = lowpass(motion - motion[0] if is_position else motion, (corner,), period)
     return differentiate(wide, period) if is_position else wide
 
 
-def find_rest(velocities: list[Array]) -> Rest:
+def find_rest(velocities: list[Array], corner: float) -> Rest:
     """Return what counts as rest in a log.
 
     Parameters
     ----------
     velocities : list of ndarray
         Velocities of the pieces behind the wide filter, rad/s.
+    corner : float
+        Corner of that filter, Hz.
     """
     largest = max(float(np.max(np.abs(velocity))) for velocity in velocities)
     slowest = REST_SHARE * largest
@@ -146,7 +147,7 @@ def find_rest(velocities: list[Array]) -> Rest:
         STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
         SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
     }
-    return Rest(slowest, speeds)
+    return Rest(slowest, speeds, corner)
 
 
 def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest) -> Conditioned:
@@ -172,8 +173,8 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
     """
     time, motion, torque = uniform(log, piece, period)
     is_position = log.position is not None
-    corners = (DERIVATIVE_TIMES * bandwidth * WITHIN, bandwidth)
-    fast = wide_velocity(motion, bandwidth, period, is_position=is_position)
+    corners = (rest.corner, bandwidth)
+    fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
     every = max(1, math.floor(1.0 / (ROWS_PER_CYCLE * bandwidth * period)))
     edge = math.ceil(EDGE / (bandwidth * period)) + REACH
     kept = slice(edge, time.size - edge, every)

@@ -1,9 +1,9 @@
 """Normal equations of a log over a grid of friction lags and speeds, block by block.
 
 Every model of a log is linear once its lag and its bend of the friction curve are given. So the products of all columns
-are summed once for each lag of a grid and each block of the rows; any model, fitted to any blocks and tried on others, is
-then a matter of small matrices. The lag is interpolated between the points of the grid, where the sum of squares is a
-parabola to good accuracy.
+are summed once for each lag of a grid and each block of the rows; any model, fitted to any blocks and tried on others,
+is then a matter of small matrices. The lag is interpolated between the points of the grid, where the sum of squares is
+a parabola to good accuracy.
 """
 
 import math

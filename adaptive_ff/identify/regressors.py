@@ -7,8 +7,8 @@
 
 that is (3) with a shape factor of one; viscous friction that may differ by direction, ``sigma + b`` forward and
 ``sigma - b`` backward; and viscous friction that may saturate, as that of harmonic drives does: steep at low speed, by
-``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed. Coulomb friction that differs by direction
-is an offset as long as the joint slides, and cannot be separated from one.
+``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed. Coulomb friction that differs by
+direction is an offset as long as the joint slides, and cannot be separated from one.
 """
 
 import math
@@ -54,7 +54,7 @@ class Problem(NamedTuple):
     speeds: Mapping[str, Array]
     longest_lag: float
     torque_delay: float
-    noise: Mapping[str, float] = {}  # noqa: RUF012
+    noise: Mapping[str, float] = {}
 
 
 def measured_torque(problem: Problem) -> Array:

@@ -1,4 +1,4 @@
-"""Which terms of the friction model a log supports: chosen by blocked cross-validation, intervals over all that remain."""
+"""Which terms of the friction model a log supports: by blocked cross-validation, with intervals over what remains."""
 
 from typing import NamedTuple
 

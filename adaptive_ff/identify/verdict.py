@@ -116,8 +116,8 @@ def _of_validation(found: LogIdentification) -> str:
         )
     if ratio > WORSE:
         return sentence + (
-            f": {ratio:.1f} times the error of the fit, and every family of models gets worse there. Friction or inertia "
-            "is another there."
+            f": {ratio:.1f} times the error of the fit, and every family of models gets worse there. Friction or "
+            "inertia is another there."
         )
     if found.validation.relative_error > WORSE * found.fit.relative_error:
         return sentence + ", of a torque that is smaller there: the error itself is like that of the fit."
@@ -127,8 +127,8 @@ def _of_validation(found: LogIdentification) -> str:
 def _of_confounding(found: LogIdentification) -> list[str]:
     """Say which parameters the log cannot separate from others."""
     return [
-        f"{_words(name)[0].upper() + _words(name)[1:]} is confounded with {_listed(list(reported.confounded))}: the log "
-        f"allows {reported.estimate.lower:.3g} to {reported.estimate.upper:.3g} {found.units[name]}."
+        f"{_words(name)[0].upper() + _words(name)[1:]} is confounded with {_listed(list(reported.confounded))}: the "
+        f"log allows {reported.estimate.lower:.3g} to {reported.estimate.upper:.3g} {found.units[name]}."
         for name, reported in found.parameters.items()
         if reported.confounded
     ]
@@ -194,8 +194,8 @@ def _of_asymmetry(found: LogIdentification) -> list[str]:
     offset = f"{values['offset']:.3g} {found.units['offset']}"
     return [
         f"Viscous friction differs by direction: {values['viscous'] + value:.3g} forward and "
-        f"{values['viscous'] - value:.3g} {unit} backward, with an offset of {offset}. Coulomb friction that differs by "
-        "direction cannot be separated from the offset."
+        f"{values['viscous'] - value:.3g} {unit} backward, with an offset of {offset}. Coulomb friction that differs "
+        "by direction cannot be separated from the offset."
     ]
 
 

@@ -57,7 +57,8 @@ def read_kuka(record, axis):
 
 @pytest.fixture(scope="module")
 def emps():
-    return identify_log(read_emps("DATA_EMPS.mat"), validation=read_emps("DATA_EMPS_PULSES.mat"), linear=True)
+    records = read_emps("DATA_EMPS.mat"), read_emps("DATA_EMPS_PULSES.mat")
+    return identify_log(records[0], validation=records[1], linear=True, model="offset")
 
 
 def test_emps_gives_the_published_parameters(emps):
