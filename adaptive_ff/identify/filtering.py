@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from adaptive_ff.identify.families import SATURATION, STICTION
+from adaptive_ff.identify.families import SATURATION, SLOW_SATURATION, STICTION
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
 from adaptive_ff.logs.log import Log
@@ -77,7 +77,7 @@ class Conditioned(NamedTuple):
     direction, speed : ndarray, shape (n,)
         Sign and size of the velocity, filtered after the sign was taken.
     bent : dict of ndarray, shape (k, n)
-        ``sgn(w) exp(-|w|/Vs)`` and ``tanh(w/Vc)``, filtered, for each speed of their grid, by term.
+        ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)`` and ``sgn(w) (1 - exp(-|w|/Vc))``, filtered, for each speed of their grid, by term.
     sine, cosine : ndarray, shape (n,), or None
         Sine and cosine of the position; None where the log has a velocity only.
     held : ndarray, shape (n,)
@@ -146,6 +146,7 @@ def find_rest(velocities: list[Array], corner: float) -> Rest:
     speeds = {
         STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
         SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
+        SLOW_SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
     }
     return Rest(slowest, speeds, corner)
 
@@ -196,6 +197,9 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         {
             STICTION: np.array([filtered(sign * np.exp(-speed / bend)) for bend in rest.speeds[STICTION]]),
             SATURATION: np.array([filtered(np.tanh(fast / bend)) for bend in rest.speeds[SATURATION]]),
+            SLOW_SATURATION: np.array(
+                [filtered(-sign * np.expm1(-speed / bend)) for bend in rest.speeds[SLOW_SATURATION]]
+            ),
         },
         filtered(np.sin(motion)) if is_position else None,
         filtered(np.cos(motion)) if is_position else None,

@@ -33,7 +33,7 @@ LAG_STEP = 0.05
 LEAD = "friction_lead"
 """Term of a friction that leads the motion, as where the motion is recorded later than the torque."""
 
-EVERY = {"stiction_excess": 2, "saturation": 1}
+EVERY = {"stiction_excess": 2, "saturation": 1, "slow_saturation": 1}
 """Step through the speeds of the log's grid: columns of neighbours are much alike."""
 
 RIDGE = 1e-10
@@ -77,15 +77,18 @@ class Point(NamedTuple):
         On the rows that were held out.
     lag, speed : float
         Friction lag, s, and speed of the bend, rad/s.
+    at_end : bool
+        Whether that speed is the first or last of the grid.
     """
 
     squares: float
     held: float
     lag: float
     speed: float
+    at_end: bool
 
 
-NOWHERE = Point(math.inf, math.inf, 0.0, 0.0)
+NOWHERE = Point(math.inf, math.inf, 0.0, 0.0, False)
 
 
 def make_grid(problem: Problem) -> Grid:
@@ -124,7 +127,7 @@ def make_grid(problem: Problem) -> Grid:
     return Grid(names, lags, speeds, products)
 
 
-def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Point:
+def fit_on_grid(grid: Grid, terms: Sequence[str], fitted: NDArray[np.bool_], held: NDArray[np.bool_]) -> Point:
     """Fit a model to some blocks, and try it on the others.
 
     Parameters
@@ -133,8 +136,8 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Po
         The products.
     terms : sequence of str
         Linear terms, and ``friction_lag`` or ``LEAD``; at most one of them is bent.
-    held : ndarray of bool, shape (blocks,)
-        Blocks that are held out.
+    fitted, held : ndarray of bool, shape (blocks,)
+        Blocks that are fitted, and those that are tried.
     """
     bent = [term for term in terms if term in BENT]
     straight = [grid.names.index(term) for term in terms if term in grid.names]
@@ -143,7 +146,7 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Po
     zero = grid.without_lag
     lags = slice(0 if LEAD in terms else zero, None if "friction_lag" in terms else zero + 1)
     places = (slice(None), chosen[:, :, np.newaxis], chosen[:, np.newaxis, :])
-    train, test = (np.sum(grid.products[part][:, lags], axis=0)[places] for part in (~held, held))
+    train, test = (np.sum(grid.products[part][:, lags], axis=0)[places] for part in (fitted, held))
     size = chosen.shape[1] - 1
     matrix, vector = train[..., :size, :size] + RIDGE * np.eye(size), train[..., :size, size]
     values = np.linalg.solve(matrix, vector[..., np.newaxis])[..., 0]
@@ -162,7 +165,9 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Po
         found, unseen = float(squares[best]), float(tried[best[0]])
     else:
         found, unseen = float(weights @ squares[around, best[1]]), float(weights @ tried[around])
-    return Point(max(found, 0.0), max(unseen, 0.0), lag, float(grid.speeds[bent[0]][best[1]]) if bent else 0.0)
+    speed = float(grid.speeds[bent[0]][best[1]]) if bent else 0.0
+    at_end = bool(bent) and int(best[1]) in (0, len(ends) - 1)
+    return Point(max(found, 0.0), max(unseen, 0.0), lag, speed, at_end)
 
 
 def _between(squares: Array, place: int) -> tuple[float, Array | None]:

@@ -3,11 +3,12 @@
 ``torque = J a + f + offset + Gs sin q + Gc cos q``, where ``f`` follows ``F(w)`` with a lag, ``tau df/dt + f = F(w)``,
 (1), and
 
-    F(w) = Fc sgn(w) + sigma w + b |w| + (Fs - Fc) sgn(w) exp(-|w|/Vs) + S tanh(w/Vc)
+    F(w) = Fc sgn(w) + sigma w + b |w| + (Fs - Fc) sgn(w) exp(-|w|/Vs) + S s(w/Vc)
 
 that is (3) with a shape factor of one; viscous friction that may differ by direction, ``sigma + b`` forward and
 ``sigma - b`` backward; and viscous friction that may saturate, as that of harmonic drives does: steep at low speed, by
-``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed. Coulomb friction that differs by
+``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed; ``s`` is ``tanh(x)``, or the slower
+``sgn(x) (1 - exp(-|x|))``. Coulomb friction that differs by
 direction is an offset as long as the joint slides, and cannot be separated from one.
 """
 
@@ -26,7 +27,11 @@ DIRECT = ("inertia", "offset", "gravity_sine", "gravity_cosine")
 FRICTION = ("coulomb", "viscous", "viscous_asymmetry")
 """Linear terms of friction."""
 
-BENT = {"stiction_excess": "stribeck_velocity", "saturation": "saturation_velocity"}
+BENT = {
+    "stiction_excess": "stribeck_velocity",
+    "saturation": "saturation_velocity",
+    "slow_saturation": "slow_saturation_velocity",
+}
 """Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
 
 LINEAR = (*DIRECT, *FRICTION, *BENT)
