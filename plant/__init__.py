@@ -5,6 +5,13 @@ from plant.backlash import BacklashParameters, BacklashState, scaled_backlash, s
 from plant.backlash_joint import BacklashJoint
 from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
 from plant.elastic_joint import ElasticJoint
+from plant.elasto_plastic import (
+    ElastoPlasticParameters,
+    ElastoPlasticState,
+    scaled_elasto_plastic,
+    step_elasto_plastic,
+)
+from plant.elasto_plastic_joint import ElastoPlasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
 from plant.joint import JointModel, whole_multiple
 from plant.kinds import (
@@ -19,6 +26,8 @@ from plant.kinds import (
 )
 from plant.lugre import LuGreParameters, LuGreState, scaled_lugre, step_lugre
 from plant.lugre_joint import LuGreJoint
+from plant.maxwell import MaxwellParameters, MaxwellState, scaled_maxwell, step_maxwell
+from plant.maxwell_joint import MaxwellJoint, RollingJoint
 from plant.schedule import (
     FrictionChange,
     FrictionSchedule,
@@ -45,6 +54,9 @@ __all__ = [
     "ElasticJoint",
     "ElasticParameters",
     "ElasticState",
+    "ElastoPlasticJoint",
+    "ElastoPlasticParameters",
+    "ElastoPlasticState",
     "FrictionChange",
     "FrictionSchedule",
     "FrictionVariation",
@@ -55,6 +67,10 @@ __all__ = [
     "LuGreJoint",
     "LuGreParameters",
     "LuGreState",
+    "MaxwellJoint",
+    "MaxwellParameters",
+    "MaxwellState",
+    "RollingJoint",
     "Sensor",
     "Stribeck",
     "check_factor",
@@ -65,15 +81,19 @@ __all__ = [
     "ripple_torque",
     "scaled_backlash",
     "scaled_elastic",
+    "scaled_elasto_plastic",
     "scaled_joint",
     "scaled_lugre",
+    "scaled_maxwell",
     "schedule",
     "sliding_friction",
     "steepest_fall",
     "step_backlash",
     "step_elastic",
+    "step_elasto_plastic",
     "step_joint",
     "step_lugre",
+    "step_maxwell",
     "stribeck_decay",
     "whole_multiple",
 ]

@@ -50,6 +50,9 @@ ASKED = {
     "lugre",
     "elastic",
     "backlash",
+    "maxwell",
+    "rolling",
+    "elasto_plastic",
     "asymmetric",
     "servo",
 }
