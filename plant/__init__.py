@@ -1,8 +1,9 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
-from plant.actuator import Actuator, ActuatorParameters, realise_torque, ripple_torque
+from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
 from plant.backlash import BacklashParameters, BacklashState, scaled_backlash, step_backlash
 from plant.backlash_joint import BacklashJoint
+from plant.change import UNCHANGED, JointChange
 from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
 from plant.elastic_joint import ElasticJoint
 from plant.elasto_plastic import (
@@ -13,8 +14,10 @@ from plant.elasto_plastic import (
 )
 from plant.elasto_plastic_joint import ElastoPlasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
-from plant.joint import JointModel, whole_multiple
+from plant.gravity import Gravity, gravity_torque
+from plant.joint import FrictionFields, JointModel, whole_multiple
 from plant.kinds import (
+    CHANGE_JOINT,
     CHECK_PERIOD,
     INITIAL_STATE,
     SCALE_JOINT,
@@ -34,17 +37,20 @@ from plant.schedule import (
     FrictionVariation,
     check_factor,
     friction_factor,
+    phase_change,
     schedule,
 )
 from plant.sensor import Sensor, encoder_reading
 from plant.step import JointParameters, JointState, scaled_joint, step_joint
 
 __all__ = [
+    "CHANGE_JOINT",
     "CHECK_PERIOD",
     "INITIAL_STATE",
     "SCALE_JOINT",
     "SENSED_VELOCITY",
     "STEP_JOINT",
+    "UNCHANGED",
     "Actuator",
     "ActuatorParameters",
     "AnyJoint",
@@ -58,9 +64,12 @@ __all__ = [
     "ElastoPlasticParameters",
     "ElastoPlasticState",
     "FrictionChange",
+    "FrictionFields",
     "FrictionSchedule",
     "FrictionVariation",
+    "Gravity",
     "Joint",
+    "JointChange",
     "JointModel",
     "JointParameters",
     "JointState",
@@ -76,7 +85,10 @@ __all__ = [
     "check_factor",
     "encoder_reading",
     "friction_factor",
+    "gravity_torque",
     "initial_state",
+    "lagged_torque",
+    "phase_change",
     "realise_torque",
     "ripple_torque",
     "scaled_backlash",

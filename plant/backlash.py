@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled
 from plant.step import friction_at, velocity_under_friction
 
@@ -257,6 +258,24 @@ def scaled_backlash(joint: BacklashParameters, factor: float) -> BacklashParamet
         scaled(joint.backward, factor),
         joint.offset,
         joint.friction_lag,
+        joint.link_stiffness,
+        joint.link_damping,
+        joint.half_gap,
+        joint.hysteresis,
+        joint.hysteresis_stiffness,
+    )
+
+
+@register_jitable
+def changed_backlash(joint: BacklashParameters, change: JointChange) -> BacklashParameters:
+    """Return the joint with a change of its parameters; a payload is beyond the gear, the motor's inertia stays."""
+    return BacklashParameters(
+        joint.motor_inertia,
+        joint.link_inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.friction_lag * change.lag,
         joint.link_stiffness,
         joint.link_damping,
         joint.half_gap,

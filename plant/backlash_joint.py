@@ -7,7 +7,8 @@ from pydantic import model_validator
 from plant.backlash import BacklashParameters
 from plant.elastic import ElasticParameters
 from plant.elastic_joint import Share, check_elastic_period
-from plant.joint import FrictionFields, NonNegative, Positive
+from plant.fields import NonNegative, Positive
+from plant.joint import FrictionFields
 
 
 class BacklashJoint(FrictionFields):

@@ -30,6 +30,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, yield_torque
 from plant.step import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, friction_at
 
@@ -227,6 +228,19 @@ def scaled_elasto_plastic(joint: ElastoPlasticParameters, factor: float) -> Elas
         scaled(joint.backward, factor),
         joint.offset,
         joint.friction_lag,
+        joint.presliding,
+    )
+
+
+@register_jitable
+def changed_elasto_plastic(joint: ElastoPlasticParameters, change: JointChange) -> ElastoPlasticParameters:
+    """Return the joint with a change of its parameters."""
+    return ElastoPlasticParameters(
+        joint.inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.friction_lag * change.lag,
         joint.presliding,
     )
 

@@ -6,8 +6,9 @@ from typing import Literal, Self
 from pydantic import model_validator
 
 from plant.elasto_plastic import ElastoPlasticParameters
+from plant.fields import NonNegative, Positive
 from plant.friction import steepest_fall
-from plant.joint import FrictionFields, NonNegative, Positive
+from plant.joint import FrictionFields
 from plant.maxwell_joint import LARGEST_FALL, check_gentle_at_rest
 
 

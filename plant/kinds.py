@@ -9,6 +9,7 @@ from pydantic import Discriminator, Tag
 from plant.backlash import (
     BacklashParameters,
     BacklashState,
+    changed_backlash,
     initial_backlash,
     scaled_backlash,
     sensed_backlash,
@@ -18,6 +19,7 @@ from plant.backlash_joint import BacklashJoint, check_backlash_period
 from plant.elastic import (
     ElasticParameters,
     ElasticState,
+    changed_elastic,
     initial_elastic,
     scaled_elastic,
     sensed_elastic,
@@ -27,25 +29,44 @@ from plant.elastic_joint import ElasticJoint, check_elastic_period
 from plant.elasto_plastic import (
     ElastoPlasticParameters,
     ElastoPlasticState,
+    changed_elasto_plastic,
     initial_elasto_plastic,
     scaled_elasto_plastic,
     sensed_elasto_plastic,
     step_elasto_plastic,
 )
 from plant.elasto_plastic_joint import ElastoPlasticJoint, check_elasto_plastic_period
+from plant.gravity import gravity_torque
 from plant.joint import JointModel, check_unique_step, whole_multiple
-from plant.lugre import LuGreParameters, LuGreState, initial_lugre, scaled_lugre, sensed_lugre, step_lugre
+from plant.lugre import (
+    LuGreParameters,
+    LuGreState,
+    changed_lugre,
+    initial_lugre,
+    scaled_lugre,
+    sensed_lugre,
+    step_lugre,
+)
 from plant.lugre_joint import LuGreJoint, check_lugre_period
 from plant.maxwell import (
     MaxwellParameters,
     MaxwellState,
+    changed_maxwell,
     initial_maxwell,
     scaled_maxwell,
     sensed_maxwell,
     step_maxwell,
 )
 from plant.maxwell_joint import MaxwellJoint, RollingJoint, check_maxwell_period
-from plant.step import JointParameters, JointState, initial_joint, scaled_joint, sensed_velocity, step_joint
+from plant.step import (
+    JointParameters,
+    JointState,
+    changed_joint,
+    initial_joint,
+    scaled_joint,
+    sensed_velocity,
+    step_joint,
+)
 
 STEP_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: step_joint,
@@ -66,6 +87,16 @@ SCALE_JOINT: dict[type, Callable[..., Any]] = {
     ElastoPlasticParameters: scaled_elasto_plastic,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
+
+CHANGE_JOINT: dict[type, Callable[..., Any]] = {
+    JointParameters: changed_joint,
+    LuGreParameters: changed_lugre,
+    ElasticParameters: changed_elastic,
+    BacklashParameters: changed_backlash,
+    MaxwellParameters: changed_maxwell,
+    ElastoPlasticParameters: changed_elasto_plastic,
+}
+"""Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
 
 SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
     JointState: sensed_velocity,
@@ -175,5 +206,6 @@ class Joint:
                 f"{self.model.solver_period:g} s"
             )
         for _ in range(steps):
-            self.state = self._step(self._parameters, self.state, float(torque), self.model.solver_period)
+            pull = gravity_torque(self.model.weight, self.state.position)
+            self.state = self._step(self._parameters, self.state, float(torque) - pull, self.model.solver_period)
         return float(self.state.velocity)

@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, yield_torque
 from plant.step import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, friction_at
 
@@ -275,6 +276,21 @@ def scaled_maxwell(joint: MaxwellParameters, factor: float) -> MaxwellParameters
         joint.shares,
         (stiffness[0] * factor, stiffness[1] * factor, stiffness[2] * factor, stiffness[3] * factor),
         joint.relaxation / factor,
+    )
+
+
+@register_jitable
+def changed_maxwell(joint: MaxwellParameters, change: JointChange) -> MaxwellParameters:
+    """Return the joint with a change of its parameters; elements scale with the dry friction, ``1/C`` with the lag."""
+    stiffness, dry = joint.stiffnesses, change.dry
+    return MaxwellParameters(
+        joint.inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.shares,
+        (stiffness[0] * dry, stiffness[1] * dry, stiffness[2] * dry, stiffness[3] * dry),
+        joint.relaxation * change.lag / dry,
     )
 
 

@@ -7,8 +7,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from plant.fields import Positive
 from plant.friction import Stribeck, steepest_fall
-from plant.joint import FrictionFields, Positive
+from plant.joint import FrictionFields
 from plant.maxwell import ELEMENTS, Four, MaxwellParameters
 
 FourValues = Annotated[list[Positive], Field(min_length=ELEMENTS, max_length=ELEMENTS)]

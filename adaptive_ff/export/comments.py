@@ -1,0 +1,120 @@
+"""Docstrings and comments of the kernels as comments in C."""
+
+import inspect
+import re
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+WIDTH = 116
+"""Longest line of a comment."""
+
+PLAIN = str.maketrans(
+    {"²": "^2", "³": "^3", "·": " ", "×": "x", "–": "-", "—": "-", "’": "'", "µ": "u", "τ": "tau", "±": "+-", "é": "e"}
+)
+
+UNIT = re.compile(r", ((?:kg|rad|m|N|s|1|Hz)\b[\w /^()*]*?)(?= as a|[,;.:]|$)")
+
+
+def plain(text: str) -> str:
+    """Return a text that any compiler takes within a comment."""
+    text = text.translate(PLAIN).encode("ascii", "replace").decode()
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("``", "").replace("??", "? ?")
+
+
+def block_comment(text: str, indent: str = "") -> str:
+    """Return a text of one or more lines as a comment of its own lines."""
+    lines = plain(text).rstrip().splitlines()
+    if not lines:
+        return ""
+    if len(lines) == 1 and len(indent) + len(lines[0]) + 6 <= WIDTH:
+        return f"{indent}/* {lines[0]} */\n"
+    wrapped = [piece for line in lines for piece in (_wrapped(line, WIDTH - len(indent) - 3) or [""])]
+    body = "\n".join(f"{indent} * {line}".rstrip() for line in wrapped[1:])
+    return f"{indent}/* {wrapped[0]}\n{body}{chr(10) if body else ''}{indent} */\n"
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    margin = line[: len(line) - len(line.lstrip())]
+    return textwrap.wrap(line, width, subsequent_indent=margin, break_long_words=False, break_on_hyphens=False)
+
+
+def summary(value: Any) -> str:
+    """Return a docstring without its sections of fields and arguments."""
+    return re.split(r"\n\n[A-Z][a-z]+\n-{4,}", inspect.getdoc(value) or "")[0]
+
+
+def section(value: Any, title: str) -> dict[str, str]:
+    """Return what a numpydoc section says of each name in it, on one line each."""
+    found = re.search(rf"\n\n{title}\n-+\n(.*?)(?=\n\n[A-Z][a-z]+\n-{{4,}}|\Z)", inspect.getdoc(value) or "", re.DOTALL)
+    described: dict[str, str] = {}
+    names: list[str] = []
+    for line in found[1].splitlines() if found else []:
+        if line and not line.startswith(" "):
+            names = [name.strip() for name in line.partition(" : ")[0].split(",")]
+            described |= dict.fromkeys(names, "")
+        elif line.strip():
+            described |= {name: f"{described[name]} {line.strip()}".strip() for name in names}
+    return described
+
+
+def unit(description: str) -> str:
+    """Return the unit that a description of a quantity names, such as ``rad/s``; empty where there is none."""
+    found = UNIT.search(description)
+    return found[1].strip() if found else ""
+
+
+def wrapped_code(line: str, width: int = 118) -> list[str]:
+    """Break a long line of C: initialisers by field, else at a comma or operator as little nested as there is one."""
+    if len(line) <= width or line.lstrip().startswith(("/*", "*")):
+        return [line]
+    margin = len(line) - len(line.lstrip())
+    return _by_field(line, margin, width) or _by_depth(line, margin, width)
+
+
+def _by_field(line: str, margin: int, width: int) -> list[str]:
+    """Give each field of the outermost initialiser a line; nothing where there is none."""
+    start = line.find("{.") + 1
+    if not start:
+        return []
+    depth, cuts = 0, [start]
+    for place in range(start, len(line)):
+        depth += (line[place] in "([{") - (line[place] in ")]}")
+        if depth < 0:
+            break
+        if depth == 0 and line[place] == ",":
+            cuts.append(place + 1)
+    else:
+        return []
+    ends = [*cuts[1:], place]
+    pieces = [line[first:last].strip().rstrip(",") for first, last in zip(cuts, ends, strict=True)]
+    inner = [part for piece in pieces for part in wrapped_code(f"{' ' * (margin + 4)}{piece},", width)]
+    return [line[:start], *inner, *wrapped_code(" " * margin + line[place:], width)]
+
+
+def _by_depth(line: str, margin: int, width: int) -> list[str]:
+    candidates: list[tuple[int, int]] = []
+    depth = 0
+    for place, sign in enumerate(line[: width + 1]):
+        depth += (sign in "([{") - (sign in ")]}")
+        follows_comma = line[place - 2 : place] == ", "
+        if place > margin + 24 and (follows_comma or _begins_operator(line, place)):
+            candidates.append((depth, -place))
+    if not candidates:
+        return [line]
+    place = -min(candidates)[1]
+    continued = re.match(OPERATOR, line.lstrip()) is not None
+    rest = " " * (margin if continued else margin + 4) + line[place:].lstrip()
+    return [line[:place].rstrip(), *wrapped_code(rest, width)]
+
+
+OPERATOR = r"([+\-*/?:<>]|&&|\|\||[<>=!]=) "
+
+
+def _begins_operator(line: str, place: int) -> bool:
+    return line[place - 1] == " " and re.match(OPERATOR, line[place:]) is not None
+
+
+def joined(parts: Sequence[str]) -> str:
+    """Return blocks of text with an empty line between them."""
+    return "\n".join(part if part.endswith("\n") else part + "\n" for part in parts if part)

@@ -1,0 +1,109 @@
+"""A controller prepared for export: its kernels translated, its numbers listed."""
+
+import keyword
+import re
+from functools import cached_property
+from typing import Any
+
+from adaptive_ff.export.buffer import layout_hash, payload_size
+from adaptive_ff.export.errors import NotExportable
+from adaptive_ff.export.functions import Function
+from adaptive_ff.export.leaves import Leaf, leaves
+from adaptive_ff.export.literals import DOUBLE, SINGLE
+from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, switches
+from adaptive_ff.export.scope import RESERVED
+from adaptive_ff.export.types import REAL, Array, Record, type_of
+from adaptive_ff.export.unit import Unit
+from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
+
+
+def as_record(value: Any, where: str) -> Record:
+    """Return the type of a named tuple."""
+    kind = type_of(value, where)
+    if not isinstance(kind, Record):
+        raise NotExportable(f"{where} cannot be exported: it must be a NamedTuple")
+    return kind
+
+
+class Export:
+    """What all files of an export are written from.
+
+    Parameters
+    ----------
+    controller : Controller
+        The controller; it is left as it is. The exported one starts in the state that it has.
+    prefix : str
+        Begins all names in C.
+    single : bool
+        Whether to export in single precision.
+
+    Raises
+    ------
+    NotExportable
+        The controller, or a construct in one of its kernels, has no translation.
+    """
+
+    def __init__(self, controller: Controller, prefix: str, single: bool = False) -> None:
+        check_exportable(controller)
+        word = re.fullmatch(r"[a-z][a-z0-9_]{0,30}", prefix)
+        if not word or keyword.iskeyword(prefix) or prefix in RESERVED:
+            raise NotExportable(
+                f"prefix = {prefix!r} is not allowed: it must be a C name of lower-case letters, digits, _"
+            )
+        self.controller = controller
+        self.prefix = prefix
+        self.upper = prefix.upper()
+        self.single = single
+        self.precision = SINGLE if single else DOUBLE
+        self.fresh = new_one(controller)
+        self.unit = Unit(self.precision, prefix)
+        self.parameters = as_record(controller.parameters, "parameters")
+        self.state = as_record(controller.state, "state")
+        self.inputs = as_record(Inputs(*[0.0] * len(Inputs._fields)), "inputs")
+        self.output = as_record(Output(*[0.0] * len(Output._fields)), "output")
+        for kind in (self.parameters, self.state, self.inputs, self.output):
+            self.unit.struct(kind)
+        self.public_structs = list(self.unit.structs.values())
+        kernel = STEPS[type(controller.parameters)]
+        self.step: Function = self.unit.function(kernel, (self.parameters, self.state, self.inputs))
+        self.write_estimates: Function | None = None
+        if controller.estimate_names:
+            row = Array(REAL, (len(controller.estimate_names),))
+            writes = ESTIMATES[type(controller.parameters)]
+            self.write_estimates = self.unit.function(writes, (self.parameters, self.state, row))
+        self.switches = switches(controller)
+
+    @cached_property
+    def parameter_leaves(self) -> list[Leaf]:
+        """Numbers of the parameters."""
+        return list(leaves(self.parameters))
+
+    @cached_property
+    def state_leaves(self) -> list[Leaf]:
+        """Numbers of the state."""
+        return list(leaves(self.state))
+
+    @cached_property
+    def hash(self) -> int:
+        """Hash of what the state holds."""
+        return layout_hash(self.controller, self.single)
+
+    @cached_property
+    def payload_size(self) -> int:
+        """Bytes that the numbers of the state take in a buffer."""
+        return payload_size(self.controller, self.single)
+
+    @cached_property
+    def recording(self) -> Recording:
+        """A run of the controller in Python from the state that it starts in."""
+        return record(self.controller)
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs."""
+        return tuple(name for name, _ in self.inputs.fields)
+
+    @property
+    def title(self) -> str:
+        """First line of the controller's docstring."""
+        return (type(self.controller).__doc__ or type(self.controller).__name__).strip().partition("\n")[0]

@@ -1,0 +1,157 @@
+"""Sources of kernels: syntax tree, comments, where it stands, and what its global names stand for."""
+
+import ast
+import importlib
+import inspect
+import io
+import tokenize
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from adaptive_ff.export.errors import NotExportable
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """One function to translate.
+
+    Attributes
+    ----------
+    function : callable
+        The function.
+    tree : ast.FunctionDef
+        Its syntax; line numbers are those of the file.
+    path : str
+        Its file, relative to the folder that holds the package.
+    comments : dict
+        ``#`` comments in its file by line; whether each has its line for itself.
+    """
+
+    function: Callable[..., Any]
+    tree: ast.FunctionDef
+    path: str
+    comments: dict[int, tuple[str, bool]]
+
+    @property
+    def name(self) -> str:
+        """Name of the function."""
+        return self.tree.name
+
+    def refusal(self, node: ast.AST, problem: str) -> NotExportable:
+        """Return the error for a node that has no translation; the problem says what to write instead."""
+        return NotExportable(f"{self.path}:{getattr(node, 'lineno', self.tree.lineno)}: {self.name}: {problem}")
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A named number or tuple of numbers of a module, or a member of an enumeration."""
+
+    name: str
+    value: Any
+    doc: str
+
+
+@cache
+def module_tree(name: str) -> ast.Module:
+    """Return the syntax of a module."""
+    return ast.parse(inspect.getsource(importlib.import_module(name)))
+
+
+@cache
+def _comments(path: str) -> dict[int, tuple[str, bool]]:
+    source = Path(path).read_text(encoding="utf-8")
+    found = {}
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        text = token.string.lstrip("#").strip()
+        if token.type == tokenize.COMMENT and not text.startswith(("type:", "noqa")):
+            found[token.start[0]] = (text.partition("  # ")[0], token.line.lstrip().startswith("#"))
+    return found
+
+
+@cache
+def read_kernel(function: Callable[..., Any]) -> Kernel:
+    """Return the source of a kernel.
+
+    Raises
+    ------
+    NotExportable
+        There is no source, or it is no plain function.
+    """
+    try:
+        path = inspect.getsourcefile(function)
+        lines, first = inspect.getsourcelines(function)
+    except (OSError, TypeError) as error:
+        raise NotExportable(f"{function!r} cannot be exported: its source is not at hand") from error
+    tree = next((node for node in module_tree(function.__module__).body if _defines(node, function.__name__)), None)
+    if path is None or not isinstance(tree, ast.FunctionDef) or not first <= tree.lineno <= first + len(lines):
+        raise NotExportable(f"{function!r} cannot be exported: it must be a function of a module, written with def")
+    root = Path(path).resolve().parents[function.__module__.count(".")]
+    return Kernel(function, tree, Path(path).resolve().relative_to(root).as_posix(), _comments(path))
+
+
+def _defines(node: ast.stmt, name: str) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.name == name
+
+
+def resolve(kernel: Kernel, node: ast.expr) -> Any:
+    """Return what a name outside of a kernel, or a member of it, stands for: a function, a class, a constant.
+
+    Raises
+    ------
+    NotExportable
+        It is not known.
+    """
+    scope = kernel.function.__globals__
+    if isinstance(node, ast.Name) and node.id in scope:
+        value = scope[node.id]
+        if isinstance(value, bool | int | float | tuple) and not isinstance(value, Enum):
+            return _constant(kernel.function.__module__, node.id, value)
+        return value
+    if isinstance(node, ast.Name) and node.id in ("abs", "max", "min", "int", "float", "bool", "range"):
+        return __builtins__[node.id] if isinstance(__builtins__, dict) else getattr(__builtins__, node.id)
+    if isinstance(node, ast.Attribute):
+        owner = resolve(kernel, node.value)
+        value = getattr(owner, node.attr, None)
+        if isinstance(owner, type) and issubclass(owner, Enum) and isinstance(value, int):
+            return Constant(f"{owner.__name__}_{node.attr}".upper(), int(value), "")
+        if isinstance(owner, ModuleType) and value is not None:
+            return value
+    raise kernel.refusal(node, f"{ast.unparse(node)} is not known; pass it as an argument or make it a module constant")
+
+
+def _constant(module: str, name: str, value: Any) -> Constant:
+    """Return a constant under the name of the module that defines it: two modules may use one name."""
+    home, original = _definition(module, name)
+    body = module_tree(home).body
+    doc = ""
+    for node, following in zip(body, [*body[1:], None], strict=True):
+        says = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
+        if original in _assigned(node) and says:
+            doc = inspect.cleandoc(str(following.value.value))  # type: ignore[union-attr]
+    return Constant(f"{home.rpartition('.')[2]}_{original}".upper(), value, doc)
+
+
+def _assigned(node: ast.stmt) -> set[str]:
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+    return {leaf.id for target in targets for leaf in ast.walk(target) if isinstance(leaf, ast.Name)}
+
+
+@cache
+def _definition(module: str, name: str) -> tuple[str, str]:
+    for node in module_tree(module).body:
+        if name in _assigned(node):
+            return module, name
+        if isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                if name == (alias.asname or alias.name):
+                    return _definition(node.module, alias.name)
+    if Path(importlib.import_module(module).__file__ or "").name == "__init__.py":  # names come lazily from a stub
+        for node in ast.parse(Path(str(importlib.import_module(module).__file__) + "i").read_text()).body:
+            if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):
+                return _definition(f"{module}.{node.module}", name)
+    return module, name

@@ -1,0 +1,51 @@
+"""Numbers as C writes them, in double or in single precision."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from adaptive_ff.export.errors import NotExportable
+
+SMALLEST_SINGLE = float(np.finfo(np.float32).tiny)
+"""Smallest normal number in single precision: stands for what would round to zero."""
+
+LARGEST_SINGLE = float(np.finfo(np.float32).max)
+
+
+@dataclass(frozen=True)
+class Precision:
+    """How real numbers are written.
+
+    Attributes
+    ----------
+    real : str
+        C type of a real number.
+    suffix : str
+        Suffix of literals and of functions of ``math.h``.
+    """
+
+    real: str
+    suffix: str
+
+    def literal(self, value: float | bool, where: str = "a number") -> str:
+        """Return a constant as C writes it; the shortest text that reads back as the same number."""
+        if isinstance(value, bool | np.bool_):
+            return "true" if value else "false"
+        if isinstance(value, int | np.integer):
+            return str(int(value))
+        if math.isnan(value):
+            return "NAN"
+        if math.isinf(value):
+            return "INFINITY" if value > 0.0 else "-INFINITY"
+        if not self.suffix:
+            return repr(float(value))
+        if abs(value) > LARGEST_SINGLE:
+            raise NotExportable(f"{where} = {value} cannot be exported in single precision: it is too large")
+        if value != 0.0 and abs(value) < SMALLEST_SINGLE:  # a bound that tells tiny from zero must not become zero
+            value = math.copysign(SMALLEST_SINGLE, value)
+        text = str(np.float32(value))
+        return (text if any(sign in text for sign in ".e") else text + ".0") + self.suffix
+
+
+DOUBLE, SINGLE = Precision("double", ""), Precision("float", "f")

@@ -1,0 +1,159 @@
+"""What an export needs to know of a controller beside its types: switches, start state, a recorded run."""
+
+import copy
+import inspect
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.export.comments import section
+from adaptive_ff.export.errors import NotExportable
+from adaptive_ff.export.leaves import Leaf, leaves, value_at
+from adaptive_ff.export.types import BOOLEAN, type_of
+from controllers import ESTIMATES, STEPS, Controller, Inputs
+
+SAMPLES = 200
+"""Length of the recorded run."""
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A property of a controller that is set at run time, such as whether it learns.
+
+    Attributes
+    ----------
+    name : str
+        Name of the property.
+    doc : str
+        What it does.
+    leaves : tuple of Leaf
+        Truth values of the state that it sets.
+    """
+
+    name: str
+    doc: str
+    leaves: tuple[Leaf, ...]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A run of the controller in Python.
+
+    Attributes
+    ----------
+    inputs : ndarray, shape (n, fields of the inputs)
+        Inputs of each sample.
+    outputs : ndarray, shape (n, fields of the output)
+        Outputs.
+    """
+
+    inputs: NDArray[np.float64]
+    outputs: NDArray[np.float64]
+
+
+def check_exportable(controller: Any) -> None:
+    """Raise ``NotExportable`` for what is no controller with kernels."""
+    known = [cls.__name__.removesuffix("Parameters") for cls in STEPS]
+    if not isinstance(controller, Controller) or type(controller.parameters) not in STEPS:
+        name = type(controller).__name__
+        raise NotExportable(f"controller = {name} cannot be exported: it has no kernel; there are {', '.join(known)}")
+    if controller.estimate_names and type(controller.parameters) not in ESTIMATES:
+        raise NotExportable(
+            f"controller = {type(controller).__name__} cannot be exported: no kernel gives its estimates"
+        )
+
+
+def new_one(controller: Controller) -> Controller:
+    """Return a copy of a controller in the state of a new one; the controller itself is left as it is."""
+    fresh = copy.deepcopy(controller)
+    fresh.reset()
+    return fresh
+
+
+def optional_inputs() -> tuple[str, ...]:
+    """Return the inputs that may be unknown, then not a number: those that ``step`` may be called without."""
+    arguments = inspect.signature(Controller.step).parameters
+    return tuple(name for name in Inputs._fields if arguments[name].default is None and name != "dt")
+
+
+def unchecked_inputs() -> tuple[str, ...]:
+    """Return the inputs that may be any number: the optional ones, and the measurement, which may fail."""
+    described = section(Inputs, "Attributes")
+    return (*optional_inputs(), *(name for name in Inputs._fields if "not finite where" in described.get(name, "")))
+
+
+def switches(controller: Controller) -> list[Switch]:
+    """Return the properties of a controller that set nothing but truth values of its state."""
+    found = []
+    for name, item in inspect.getmembers(type(controller), lambda member: isinstance(member, property)):
+        if item.fset is None or not isinstance(getattr(controller, name), bool):
+            continue
+        states = []
+        for value in (True, False):
+            changed = copy.deepcopy(controller)
+            setattr(changed, name, value)
+            states.append(changed.state)
+        on, off = states
+        differ = [
+            leaf
+            for leaf in leaves(type_of(controller.state, "state"))
+            if not np.array_equal(value_at(on, leaf.path), value_at(off, leaf.path), equal_nan=True)
+        ]
+        plain = all(leaf.kind == BOOLEAN and not leaf.is_array and value_at(on, leaf.path) for leaf in differ)
+        if not differ or not plain:
+            raise NotExportable(
+                f"{type(controller).__name__}.{name} cannot be exported: it sets more than truth values"
+            )
+        found.append(Switch(name, (inspect.getdoc(item) or "").partition("\n")[0], tuple(differ)))
+    return found
+
+
+def record(controller: Controller, samples: int = SAMPLES) -> Recording:
+    """Run a copy of a controller in plain Python along a made-up motion.
+
+    The measurement trails the reference and stumbles where that reverses; some are lost, some previews and torques are
+    not known, the period varies: a sample of all that the code must bear, not a judgement of the controller.
+
+    Raises
+    ------
+    NotExportable
+        A step replaces an array of the state by another one: in C they have fixed places.
+    """
+    own = copy.deepcopy(controller).run_uncompiled()
+    arrays = [leaf for leaf in leaves(type_of(own.state, "state")) if leaf.is_array]
+    held = [value_at(own.state, leaf.path) for leaf in arrays]
+    inputs = made_up_inputs(own.period, samples)
+    outputs = []
+    for row in inputs:
+        output, own.state = own._step(own.parameters, own.state, Inputs(*row.tolist()))
+        outputs.append(list(output))
+    for leaf, array in zip(arrays, held, strict=True):
+        if value_at(own.state, leaf.path) is not array:
+            raise NotExportable(f"state.{leaf.member} is replaced by another array in a step; change it in place")
+    return Recording(inputs, np.array(outputs, dtype=float))
+
+
+def made_up_inputs(period: float, samples: int, seed: int = 101) -> NDArray[np.float64]:
+    """Return inputs of so many samples, shape (samples, fields of the inputs)."""
+    generator = np.random.default_rng(seed)
+    columns = {name: np.zeros(samples) for name in Inputs._fields}
+    lengths = period * (1.0 + 0.1 * generator.uniform(-1.0, 1.0, samples))
+    time = np.cumsum(lengths)
+    speed = 0.2 * np.sin(2.0 * math.pi * time / (40.0 * period)) + 0.1 * np.sin(2.0 * math.pi * time / (93.0 * period))
+    columns["reference"] = speed
+    columns["velocity"] = 0.97 * np.roll(speed, 1) - 0.02 * np.tanh(20.0 * speed)
+    columns["velocity"] += 0.001 * generator.standard_normal(samples)
+    columns["next_reference"] = np.roll(speed, -1)
+    columns["realised_torque"] = 60.0 * np.tanh(20.0 * speed) + 100.0 * np.gradient(speed)
+    columns["feedforward"] = 0.5 * np.sin(time / (17.0 * period))
+    columns["dt"] = lengths
+    for name in optional_inputs():
+        columns[name] = np.where(generator.uniform(size=samples) < 0.1, math.nan, columns[name])
+    lost = generator.uniform(size=samples) < 0.03
+    columns["velocity"] = np.where(
+        lost, generator.choice([math.nan, math.inf, -math.inf], samples), columns["velocity"]
+    )
+    return np.column_stack([columns[name] for name in Inputs._fields])

@@ -1,0 +1,235 @@
+"""Variables of a function: where C declares them, and the lines written so far."""
+
+import ast
+from collections import Counter
+from dataclasses import dataclass, field
+
+from adaptive_ff.export.kernels import Kernel
+from adaptive_ff.export.types import Type
+from adaptive_ff.export.values import Value
+
+Path = tuple[tuple[int, str], ...]
+"""Blocks around a statement, outermost first: each the number of its statement and which of its blocks."""
+
+RESERVED = frozenset(
+    [
+        "auto",
+        "bool",
+        "break",
+        "case",
+        "char",
+        "const",
+        "continue",
+        "default",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "extern",
+        "false",
+        "float",
+        "for",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "register",
+        "restrict",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "true",
+        "typedef",
+        "union",
+        "unsigned",
+        "void",
+        "volatile",
+        "while",
+        "class",
+        "delete",
+        "explicit",
+        "export",
+        "friend",
+        "mutable",
+        "namespace",
+        "new",
+        "operator",
+        "private",
+        "protected",
+        "public",
+        "template",
+        "this",
+        "throw",
+        "try",
+        "catch",
+        "typename",
+        "using",
+        "virtual",
+        "exp",
+        "expm1",
+        "log",
+        "pow",
+        "sqrt",
+        "fabs",
+        "copysign",
+        "memcpy",
+        "memset",
+        "square",
+        "larger",
+        "smaller",
+    ]
+)
+"""Names that are taken in C, or in C++, which reads the header."""
+
+
+def c_name(name: str) -> str:
+    """Return a name that neither C nor C++ takes for something else."""
+    return f"{name}_" if name in RESERVED else name
+
+
+@dataclass
+class Variable:
+    """A local variable or an argument.
+
+    Attributes
+    ----------
+    name : str
+        Its name in C.
+    type : Type
+        Its type.
+    pointer : bool
+        Whether it is a pointer to a record that stays as it is.
+    constant : int, optional
+        Its value, where that is an integer that is known at translation.
+    """
+
+    name: str
+    type: Type
+    pointer: bool = False
+    constant: int | None = None
+
+
+@dataclass
+class Declaration:
+    """A declaration before the first value is known; written when the function is complete."""
+
+    name: str
+
+
+@dataclass
+class Unused:
+    """Stands after a declaration, and says that the variable is not used, where none does."""
+
+    name: str
+
+
+Item = tuple[int, "str | Declaration | Unused"]
+
+
+@dataclass
+class Scope:
+    """Variables of one function and the lines of its body.
+
+    Attributes
+    ----------
+    kernel : Kernel
+        The function.
+    variables : dict
+        Variables by their name in Python.
+    lines : list
+        Depth and text of each line so far.
+    """
+
+    kernel: Kernel
+    variables: dict[str, Variable] = field(default_factory=dict)
+    lines: list[Item] = field(default_factory=list)
+    depth: int = 1
+    conditional: int = 0
+
+    def __post_init__(self) -> None:
+        self.counters: set[str] = set()
+        self.writes = False
+        self.folded: set[int] = set()
+        self._declared: set[str] = set()
+        self._homes: dict[str, Path] = {}
+        body = self.kernel.tree.body
+        self._find_homes(body, ())
+        names = [node for node in ast.walk(self.kernel.tree) if isinstance(node, ast.Name)]
+        self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
+        self._taken = {node.id for node in names} | {argument.arg for argument in self.kernel.tree.args.args}
+
+    def _find_homes(self, body: list[ast.stmt], path: Path) -> None:
+        for statement in body:
+            blocks = {name: getattr(statement, name, None) or [] for name in ("body", "orelse")}
+            inner = {id(node) for block in blocks.values() for child in block for node in ast.walk(child)}
+            for node in ast.walk(statement):
+                if isinstance(node, ast.Name) and id(node) not in inner:
+                    self._homes[node.id] = _common(self._homes.get(node.id, path), path)
+            for name, block in blocks.items():
+                self._find_homes(block, (*path, (id(statement), name)))
+
+    def lives_in(self, name: str, path: Path) -> bool:
+        """Tell whether a variable belongs to a block; the blocks of conditions known at translation are none."""
+        home = self._homes.get(name, path)
+        return self._opened(home) == self._opened(path)
+
+    def _opened(self, path: Path) -> Path:
+        return tuple(step for step in path if step[0] not in self.folded)
+
+    def emit(self, text: str) -> None:
+        """Write a line."""
+        self.lines.append((self.depth, text))
+
+    def fresh(self, wish: str) -> str:
+        """Return a name that is not in use, like the one wished for."""
+        name, count = wish, 1
+        while name in self._taken or name in RESERVED:
+            count += 1
+            name = f"{wish}{count}"
+        self._taken.add(name)
+        return name
+
+    def is_declared(self, name: str) -> bool:
+        """Tell whether a variable has been declared."""
+        return name in self._declared
+
+    def declare(self, name: str) -> None:
+        """Note that a variable is declared."""
+        self._declared.add(name)
+
+    def announce(self, statement: ast.stmt, path: Path) -> None:
+        """Declare variables that get their first value within a statement and live on after it."""
+        for node in ast.walk(statement):
+            if not (isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)):
+                continue
+            if node.id != "_" and node.id not in self._declared and self.lives_in(node.id, path):
+                if isinstance(statement, ast.For) and ast.unparse(statement.target) == node.id:
+                    continue
+                self.lines.append((self.depth, Declaration(node.id)))
+                self.declare(node.id)
+
+    def value(self, name: str) -> Value:
+        """Return a variable as an expression."""
+        variable = self.variables[name]
+        return Value(variable.name, variable.type, constant=variable.constant, root=name, pointer=variable.pointer)
+
+    def is_constant(self, name: str) -> bool:
+        """Tell whether a name is an argument that keeps its value, or a constant reference to a part of one."""
+        variable = self.variables.get(name)
+        return variable is not None and variable.pointer
+
+    def note_declaration(self, name: str) -> None:
+        """Note where a variable is declared, for the remark that it is not used."""
+        self.lines.append((self.depth, Unused(name)))
+
+
+def _common(first: Path, second: Path) -> Path:
+    length = 0
+    while length < min(len(first), len(second)) and first[length] == second[length]:
+        length += 1
+    return first[:length]
