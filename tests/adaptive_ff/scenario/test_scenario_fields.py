@@ -31,6 +31,7 @@ POSITIVE = [
     *(f"variation.{name}" for name in ("warm_up_time", "position_period")),
     *(f"velocity.{name}" for name in ("cutoff", "acceleration_walk")),
     *(f"joint.{name}" for name in ("stiffness", "link_stiffness", "hysteresis_reach")),
+    *(f"joint.{name}" for name in ("displacements.0", "shares.0", "attraction", "rolling_range", "presliding")),
     "reference.frequencies.0",
     *(f"position.{name}" for name in ("gain", "limit", "encoder_resolution")),
     *(f"reference.{name}" for name in ("speed", "acceleration", "jerk", "period", "hold")),
@@ -63,8 +64,7 @@ NOT_NEGATIVE = [
 NUMBERS = [
     *POSITIVE,
     *NOT_NEGATIVE,
-    "joint.link_share",
-    *("joint.gravity_phase", "change.0.load"),
+    *("joint.link_share", "joint.exponent", "joint.gravity_phase", "change.0.load"),
     *("reference.positions.0", "reference.distance", "reference.velocities.0"),
     *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
 ]
@@ -159,6 +159,13 @@ def complete(path=""):
         content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
     if path in ("joint.stiffness", "joint.damping"):
         content["joint"] = {**without_lag(content["joint"]), "kind": "lugre", "stiffness": 1e5}
+    if path.startswith(("joint.displacements", "joint.shares")) or path == "joint.attraction":
+        joint = without_lag(content["joint"])
+        content["joint"] = {**joint, "kind": "maxwell", "displacements": [0.1, 0.2, 0.3, 0.4], "shares": 4 * [0.25]}
+    if path in ("joint.rolling_range", "joint.exponent"):
+        content["joint"] = {**without_lag(content["joint"]), "kind": "rolling", "rolling_range": 0.1}
+    if path == "joint.presliding":
+        content["joint"] = {**content["joint"], "kind": "elasto_plastic", "presliding": 0.1}
     if path in ("joint.gap", "joint.hysteresis", "joint.hysteresis_reach"):
         content["joint"] = {
             **content["joint"],
@@ -249,7 +256,9 @@ def test_negative_value_is_refused(tmp_path, path, value):
     assert message == f"{path} = {value!r} is not allowed: it must be greater than or equal to 0"
 
 
-@pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith(("period", "link_share"))])
+@pytest.mark.parametrize(
+    "path", [path for path in NUMBERS if not path.endswith(("period", "link_share", "displacements.0", "shares.0"))]
+)
 def test_whole_number_is_a_number(tmp_path, path):
     whole = {"joint.stiffness": 100000, "feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
     whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0, "feedback.delay": 0}
@@ -371,6 +380,5 @@ def test_share_of_the_link_is_between_none_and_all(tmp_path, share):
 @pytest.mark.parametrize("kind", ["lugr", "", 3])
 def test_unknown_kind_of_joint_is_refused_and_the_known_are_listed(tmp_path, kind):
     message = refusal(tmp_path, changed(complete(), "joint.kind", kind))
-    assert (
-        message == f"joint.kind = {str(kind)!r} is not allowed: it must be 'stribeck', 'lugre', 'elastic' or 'backlash'"
-    )
+    known = "'stribeck', 'lugre', 'elastic', 'backlash', 'maxwell', 'rolling' or 'elasto_plastic'"
+    assert message == f"joint.kind = {str(kind)!r} is not allowed: it must be {known}"
