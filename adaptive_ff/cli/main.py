@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from adaptive_ff.cli.export import export_command
 from adaptive_ff.cli.identify import register as register_measured
 from adaptive_ff.cli.terminal import Printer
 from adaptive_ff.comparison.baseline import read_baseline, regressions
@@ -38,6 +39,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 register_measured(app)
+app.command("export")(export_command)
 
 
 @app.callback()

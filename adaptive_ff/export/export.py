@@ -1,5 +1,6 @@
 """A controller prepared for export: its kernels translated, its numbers listed."""
 
+import copy
 import keyword
 import re
 from functools import cached_property
@@ -47,7 +48,9 @@ class Export:
         check_exportable(controller)
         word = re.fullmatch(r"[a-z][a-z0-9_]{0,30}", prefix)
         if not word or keyword.iskeyword(prefix) or prefix in RESERVED:
-            raise NotExportable(f"prefix = {prefix!r} is not allowed: it must be a C name of lower-case letters, digits, _")
+            raise NotExportable(
+                f"prefix = {prefix!r} is not allowed: it must be a C name of lower-case letters, digits, _"
+            )
         self.controller = controller
         self.prefix = prefix
         self.upper = prefix.upper()
@@ -95,6 +98,10 @@ class Export:
     def recording(self) -> Recording:
         """A run of the controller in Python from the state that it starts in."""
         return record(self.controller)
+
+    def copy(self) -> Controller:
+        """Return a copy of the controller with its state."""
+        return copy.deepcopy(self.controller)
 
     @property
     def input_names(self) -> tuple[str, ...]:
