@@ -1,9 +1,9 @@
 from .adaptive.controller import AdaptiveController as AdaptiveController
-from .comparison.baseline import assert_no_regression as assert_no_regression
 from .comparison.baseline import read_baseline as read_baseline
-from .comparison.baseline import regressions as regressions
 from .comparison.comparison import Comparison as Comparison
 from .comparison.comparison import compare as compare
+from .comparison.gate import assert_no_regression as assert_no_regression
+from .comparison.gate import regressions as regressions
 from .comparison.run import Run as Run
 from .comparison.run import simulate as simulate
 from .errors import InputError as InputError
@@ -23,3 +23,5 @@ from .scenario.scenario import load_scenario as load_scenario
 from .scenario.scenario import parse_scenario as parse_scenario
 from .stribeck.fit import fit_stribeck as fit_stribeck
 from .stribeck.points import support_points as support_points
+
+__version__: str

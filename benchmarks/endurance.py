@@ -83,7 +83,7 @@ def endure(name: str, seconds: float, speed: float) -> Outcome:
     controller.state = state
     eigenvalues = (float("nan"), float("nan"))
     if hasattr(state, "estimator"):
-        values = np.linalg.eigvalsh(state.estimator.information)
+        values = np.linalg.eigvalsh(state.estimator.recursion.information)
         eigenvalues = (float(values[0]), float(values[-1]))
     estimates = controller.estimates
     run_compiled(controller.parameters, state, course, position, samples, record)

@@ -32,6 +32,7 @@ from rich.table import Table
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.report.files import write_json
+from benchmarks.processor_time import REPEATS, help_beside_numpy
 from benchmarks.speed_rivals import CLOCK, CLoop, OwnLoop, PythonControlLoop, check_alike, compile_loop, compiler
 
 COURSES: dict[str, dict[str, Any]] = {
@@ -54,6 +55,7 @@ LONGEST_STEP = 1e-3  # one in a thousand may be longer than the period at 1 kHz
 MEDIAN_STEP = 1e-4
 LONGEST_FIRST_COMMAND = 40.0
 LONGEST_LATER_COMMAND = 5.0
+RATIO_TO_NUMPY = 4.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,8 @@ class Sizes:
         Factors on the duration for the dependence on it.
     calls : int
         Calls of a single step.
+    commands : int
+        Repeats of short commands.
     """
 
     duration: float = 60.0
@@ -77,6 +81,7 @@ class Sizes:
     slow_repeats: int = 5
     lengths: tuple[int, ...] = (1, 10, 100)
     calls: int = 50_000
+    commands: int = REPEATS
 
 
 @dataclass(frozen=True)
@@ -150,7 +155,7 @@ def beside_c(scenario: Scenario, course: str, repeats: int, library: CDLL | None
     if library is None:
         return [Row(course, "skipped: there is no C compiler (cc, gcc, clang)")]
     rows = []
-    for name in ("pi", "adaptive"):
+    for name in ("pi", "fixed"):
         own = OwnLoop(scenario, name)
         rival = CLoop(library, own)
         own.run()
@@ -302,6 +307,14 @@ def command_line(command: Sequence[str] = COMPARE) -> list[Row]:
     ]
 
 
+def help_command(repeats: int) -> list[Row]:
+    """Measure the processor time of ``adaptive-ff --help`` beside that of importing numpy."""
+    times = help_beside_numpy(repeats)
+    if times is None:
+        return [Row("--help", "skipped: processor times of processes are not to be had here")]
+    return [Row("processor time", "python -c 'import numpy'", *times, times[0] / times[1], RATIO_TO_NUMPY)]
+
+
 def machine() -> dict[str, str]:
     """Return what the figures depend on."""
     model = platform.processor() or platform.machine()
@@ -339,6 +352,7 @@ def measurements(sizes: Sizes, folder: Path, command: Sequence[str]) -> dict[str
         "Longer runs; rival: the shortest, and the size of the series": lambda: run_lengths(base, sizes),
         "controller.step(); rival: the same in plain Python": lambda: single_steps(sizes),
         "adaptive-ff compare; rival: the other run": lambda: command_line(command),
+        "adaptive-ff --help; rival: python -c 'import numpy'": lambda: help_command(sizes.commands),
     }
 
 

@@ -6,6 +6,8 @@ from .compiled import is_cached as is_cached
 from .delay import delay_line as delay_line
 from .delay import delayed as delayed
 from .delay import remember as remember
+from .design.kalman_gains import kalman_disturbance_gains as kalman_disturbance_gains
+from .design.kalman_gains import kalman_velocity_gains as kalman_velocity_gains
 from .design.observer_design import ObserverDesign as ObserverDesign
 from .design.pi_design import PIDesign as PIDesign
 from .design.pi_design import design_pi as design_pi
@@ -17,6 +19,8 @@ from .interface import Controller as Controller
 from .interface import Inputs as Inputs
 from .interface import Output as Output
 from .interface import feedback_state as feedback_state
+from .interface import planned_inputs as planned_inputs
+from .interface import present_inertia as present_inertia
 from .interface import step as step
 from .interface import with_feedforward as with_feedforward
 from .interface import with_velocity as with_velocity

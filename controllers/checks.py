@@ -1,4 +1,4 @@
-"""Checks of what a controller is told."""
+"""Checks of the numbers that a controller is made with."""
 
 import math
 

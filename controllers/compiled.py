@@ -2,16 +2,15 @@
 
 Numba's own cache looks only at the file of the compiled function: after an edit of a kernel in another file it
 would go on running the old one. Here every entry point is cached in a directory named after a hash of all sources
-of the packages that hold kernels, so stale code cannot be found.
+on which compiled code depends, so stale code cannot be found; where the packages lie plays no part, so that a second
+clone or an installed copy of the same sources compiles nothing.
 
 Kernels themselves are plain functions marked ``numba.extending.register_jitable``: called from Python they
 run as Python, called from an entry point they are compiled.
 """
 
-import hashlib
 import os
 import shutil
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -20,12 +19,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
-from numba.core import config
 from numba.extending import overload
+
+from controllers.kernel_cache import EntryCache
+from controllers.kernel_sources import source_key
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-KERNEL_PACKAGES = ("plant", "controllers", "adaptive_ff")
 KEPT_DAYS = 30
 
 
@@ -57,12 +57,7 @@ def compiled_in_place(function: Function) -> Function:
 
 
 def _cached(dispatcher: Any) -> Any:
-    previous = config.CACHE_DIR  # type: ignore[attr-defined]
-    config.CACHE_DIR = str(_cache_directory())  # type: ignore[attr-defined]
-    try:
-        dispatcher.enable_caching()
-    finally:
-        config.CACHE_DIR = previous  # type: ignore[attr-defined]
+    dispatcher._cache = EntryCache(dispatcher.py_func, _cache_directory())
     return dispatcher
 
 
@@ -74,7 +69,7 @@ def is_cached(dispatcher: Any) -> bool:
 @cache
 def _cache_directory() -> Path:
     root = _writable_root()
-    directory = root / _source_hash()
+    directory = root / source_key()
     directory.mkdir(parents=True, exist_ok=True)
     os.utime(directory)
     oldest = time.time() - KEPT_DAYS * 86400
@@ -97,18 +92,6 @@ def _writable_root() -> Path:
         except OSError:
             continue
     return Path(tempfile.mkdtemp(prefix="adaptive-ff-"))
-
-
-def _source_hash() -> str:
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
-    parent = Path(__file__).resolve().parent.parent
-    for package in KERNEL_PACKAGES:
-        for path in sorted((parent / package).rglob("*.py")):
-            source = path.read_bytes()
-            if b"register_jitable" in source or b"compiled" in source:
-                digest.update(str(path.relative_to(parent)).encode())
-                digest.update(source)
-    return digest.hexdigest()[:16]
 
 
 def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> Function:

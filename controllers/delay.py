@@ -2,7 +2,7 @@
 
 A drive with a delay of ``d`` sampling periods applies the torque computed at sample ``k`` from ``d`` periods later on,
 for a period. With ``d = m + r``, ``m`` whole and ``0 <= r < 1``, the period that ends at sample ``k`` began with the
-torque of ``k - 2 - m``, for the share ``r`` of it, and went on with that of ``k - 1 - m``. What is told of a period is
+torque of ``k - 2 - m``, for the share ``r`` of it, and went on with that of ``k - 1 - m``. What is known of a period is
 the mean over it.
 
 What has been computed is kept in a tuple, the newest first, as long as the delay needs: its length is part of the type,

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numba.extending import register_jitable
 
+from controllers.checks import check_positive
 from controllers.compiled import compiled_in_place, dispatched
 from controllers.saving import plain_state, rebuilt_state
 
@@ -15,18 +16,28 @@ from controllers.saving import plain_state, rebuilt_state
 class Inputs(NamedTuple):
     """What a controller is given at a sample.
 
+    Feedback acts on ``reference + correction - velocity``. Feedforward, preview and instruments see the plan alone,
+    ``reference`` and ``next_reference``: a correction contains the measurement, and friction fed forward along it
+    would close a loop of its own. Identification sees the true velocity and torque.
+
     Attributes
     ----------
     reference : float
-        Reference velocity now, rad/s.
+        Planned velocity now, rad/s.
     velocity : float
         Measured velocity now, rad/s; not finite where the measurement failed.
     next_reference : float
-        Reference velocity at the next sample, rad/s; not a number where it is not known.
+        Planned velocity at the next sample, rad/s; not a number where it is not known.
+    correction : float
+        What an outer loop adds to the plan, rad/s.
+    position : float
+        Measured position now, rad; not a number where it is not known.
     realised_torque : float
         Mean torque that the drive gave over the last period, N m; not a number where it is not known.
     feedforward : float
         Torque known from elsewhere, such as gravity, N m.
+    inertia : float
+        Inertia in the present configuration, kg m^2; not a number where the controller's own holds.
     dt : float
         Time since the last sample, s.
     """
@@ -34,35 +45,64 @@ class Inputs(NamedTuple):
     reference: float
     velocity: float
     next_reference: float
+    correction: float
+    position: float
     realised_torque: float
     feedforward: float
+    inertia: float
     dt: float
+
+
+@register_jitable
+def planned_inputs(
+    reference: float, velocity: float, next_reference: float, realised_torque: float, dt: float
+) -> Inputs:
+    """Return the inputs along a plan without an outer loop, with no position, known torque or given inertia.
+
+    Parameters
+    ----------
+    reference, velocity, next_reference : float
+        Planned velocity now, measured velocity, planned velocity at the next sample, rad/s.
+    realised_torque : float
+        Mean torque that the drive gave over the last period, N m.
+    dt : float
+        Time since the last sample, s.
+    """
+    return Inputs(reference, velocity, next_reference, 0.0, math.nan, realised_torque, 0.0, math.nan, dt)
+
+
+@register_jitable
+def _changed(inputs: Inputs, velocity: float, feedforward: float) -> Inputs:
+    # the one place that lists all fields: compiled code knows no ``_replace``
+    return Inputs(
+        inputs.reference,
+        velocity,
+        inputs.next_reference,
+        inputs.correction,
+        inputs.position,
+        inputs.realised_torque,
+        feedforward,
+        inputs.inertia,
+        inputs.dt,
+    )
 
 
 @register_jitable
 def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
     """Return the inputs with a torque (N m) added to their feedforward."""
-    return Inputs(
-        inputs.reference,
-        inputs.velocity,
-        inputs.next_reference,
-        inputs.realised_torque,
-        inputs.feedforward + torque,
-        inputs.dt,
-    )
+    return _changed(inputs, inputs.velocity, inputs.feedforward + torque)
 
 
 @register_jitable
 def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
     """Return the inputs with another velocity (rad/s) in the place of the measured one."""
-    return Inputs(
-        inputs.reference,
-        velocity,
-        inputs.next_reference,
-        inputs.realised_torque,
-        inputs.feedforward,
-        inputs.dt,
-    )
+    return _changed(inputs, velocity, inputs.feedforward)
+
+
+@register_jitable
+def present_inertia(inputs: Inputs, inertia: float) -> float:
+    """Return the inertia (kg m^2) of the present configuration, or the controller's own where none is given."""
+    return inputs.inertia if math.isfinite(inputs.inertia) else inertia
 
 
 class Output(NamedTuple):
@@ -147,8 +187,11 @@ class Controller:
         velocity: float,
         *,
         next_reference: float | None = None,
+        correction: float = 0.0,
+        position: float | None = None,
         realised_torque: float | None = None,
         feedforward: float = 0.0,
+        inertia: float | None = None,
         dt: float | None = None,
     ) -> float:
         """Compute the torque for the coming period.
@@ -156,17 +199,25 @@ class Controller:
         Parameters
         ----------
         reference : float
-            Reference velocity now, rad/s.
+            Planned velocity now, rad/s, without what an outer loop adds.
         velocity : float
             Measured velocity now, rad/s. A value that is not finite is skipped: the controller goes on with the
             last valid one, adds nothing to its integral, keeps its estimates, and counts it in ``rejected``.
         next_reference : float, optional
-            Reference velocity at the next sample, rad/s (preview).
+            Planned velocity at the next sample, rad/s (preview).
+        correction : float, optional
+            What an outer loop, such as a position loop, adds to the plan, rad/s. Only the feedback follows it:
+            feedforward and instruments follow the plan.
+        position : float, optional
+            Measured position now, rad, for torques that depend on it. A value that is not finite counts as not known.
         realised_torque : float, optional
             Mean torque that the drive gave over the last period, N m. Without it the drive is taken to give what was
             asked. A value that is not finite counts as not known.
         feedforward : float, optional
             Torque known from elsewhere, N m, added to the output.
+        inertia : float, optional
+            Inertia in the present configuration, kg m^2, for the torque fed forward along the plan and for observers,
+            instead of the one that the controller was made with or has identified.
         dt : float, optional
             Time since the last call, s; the nominal period by default.
 
@@ -178,14 +229,20 @@ class Controller:
         Raises
         ------
         ValueError
-            The reference, the preview or the feedforward is not finite, or ``dt`` is not positive.
+            The reference, the preview, the correction or the feedforward is not finite, or the inertia or ``dt`` is
+            not positive and finite.
         """
+        if inertia is not None:
+            check_positive(inertia=inertia)
         inputs = Inputs(
             _finite("reference", reference),
             float(velocity),
             math.nan if next_reference is None else _finite("next_reference", next_reference),
+            _finite("correction", correction),
+            math.nan if position is None else float(position),
             math.nan if realised_torque is None else float(realised_torque),
             _finite("feedforward", feedforward),
+            math.nan if inertia is None else float(inertia),
             self.period if dt is None else _finite("dt", dt),
         )
         if inputs.dt <= 0.0:
@@ -215,7 +272,7 @@ class Controller:
         single_step(
             self.parameters,
             self._initial_state(self.parameters),
-            Inputs(0.0, 0.0, 0.0, 0.0, 0.0, self.period),
+            planned_inputs(0.0, 0.0, 0.0, 0.0, self.period),
         )
 
     def state_to_json(self) -> str:

@@ -1,16 +1,20 @@
 """Proportional-integral velocity loop with anti-windup from the realised torque."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
 
 from numba.extending import register_jitable
 
 from controllers.delay import delay_line, delayed, remember
-from controllers.design.pi_design import design_pi
 from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
+from controllers.sensitivity import PI_SENSITIVITY
+
+if TYPE_CHECKING:
+    from controllers.design.pi_design import PIDesign
 
 LONGEST_DELAY = 10.0
-"""Longest computation delay that is believed, sampling periods."""
+"""Longest computation delay that is accepted, sampling periods."""
 
 
 class PIParameters(NamedTuple):
@@ -68,7 +72,7 @@ def asked_torque(pi: PIParameters, state: PIState) -> float:
 
 @register_jitable
 def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, PIState]:
-    """Do one sample of ``u = Kp e + I + u_ff``.
+    """Do one sample of ``u = Kp e + I + u_ff`` with ``e = reference + correction - velocity``.
 
     The integral is a backward Euler sum, ``I(k) = I(k-1) + Ki dt e(k)``: it uses the newest error and so adds no
     delay. Anti-windup is back-calculation: what the drive did not give, of what it was asked for in that period, is
@@ -76,7 +80,7 @@ def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, P
     """
     valid = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if valid else state.velocity
-    error = inputs.reference - velocity
+    error = inputs.reference + inputs.correction - velocity
     integral = state.integral
     if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
         share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
@@ -115,7 +119,7 @@ def check_gains(proportional: float, integral: float, delay: float = 0.0) -> PIP
 
 
 class PI(Controller):
-    """PI velocity controller.
+    """``u = Kp e + Ki integral(e) + u_ff`` with ``e = reference + correction - velocity``: PI velocity controller.
 
     Parameters
     ----------
@@ -140,4 +144,19 @@ class PI(Controller):
     def __init__(self, proportional: float, integral: float, period: float, *, delay: float = 0.0) -> None:
         super().__init__(check_gains(proportional, integral, delay), period, initial_pi_state)
 
-    design = staticmethod(design_pi)
+    @staticmethod
+    def design(
+        inertia: float,
+        period: float,
+        bandwidth: float | None = None,
+        *,
+        delay: int = 0,
+        maximum_sensitivity: float = PI_SENSITIVITY,
+        friction: Callable[[float], float] | None = None,
+    ) -> "PIDesign":
+        """Design the gains by robustness margin; arguments and errors are those of :func:`controllers.design_pi`."""
+        from controllers.design.pi_design import design_pi
+
+        return design_pi(
+            inertia, period, bandwidth, delay=delay, maximum_sensitivity=maximum_sensitivity, friction=friction
+        )

@@ -4,14 +4,14 @@ import math
 
 from numba.extending import register_jitable
 
-from controllers.interface import Inputs
+from controllers.interface import Inputs, present_inertia
 
 
 @register_jitable
 def acting_torque(inputs: Inputs, command: float, known_torque: float) -> float:
     """Return the torque (N m) that moved the joint over the period that ends, known loads taken out.
 
-    What the drive realised counts, where it is told: so an observer knows of saturation, and does not wind up.
+    What the drive realised counts, where it is known: so an observer knows of saturation, and does not wind up.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def slope_torque(inertia: float, inputs: Inputs, last_reference: float, started:
     Parameters
     ----------
     inertia : float
-        Inertia, kg m^2.
+        Inertia, kg m^2, where the inputs give none of the present configuration.
     inputs : Inputs
         Inputs now; without a preview the last slope of the reference is continued.
     last_reference : float
@@ -43,6 +43,7 @@ def slope_torque(inertia: float, inputs: Inputs, last_reference: float, started:
     period : float
         Nominal length of the coming period, s; the real one is not known yet.
     """
+    inertia = present_inertia(inputs, inertia)
     if math.isfinite(inputs.next_reference):
         return inertia * (inputs.next_reference - inputs.reference) / period
     return inertia * (inputs.reference - last_reference) / inputs.dt if started else 0.0

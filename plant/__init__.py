@@ -1,11 +1,16 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
-from plant.actuator import Actuator, ActuatorParameters, realise_torque, ripple_torque
+from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
+from plant.backlash import BacklashParameters, BacklashState, scaled_backlash, step_backlash
+from plant.backlash_joint import BacklashJoint
+from plant.change import UNCHANGED, JointChange
 from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
 from plant.elastic_joint import ElasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
-from plant.joint import JointModel, whole_multiple
+from plant.gravity import Gravity, gravity_torque
+from plant.joint import FrictionFields, JointModel, whole_multiple
 from plant.kinds import (
+    CHANGE_JOINT,
     CHECK_PERIOD,
     INITIAL_STATE,
     SCALE_JOINT,
@@ -23,27 +28,36 @@ from plant.schedule import (
     FrictionVariation,
     check_factor,
     friction_factor,
+    phase_change,
     schedule,
 )
 from plant.sensor import Sensor, encoder_reading
 from plant.step import JointParameters, JointState, scaled_joint, step_joint
 
 __all__ = [
+    "CHANGE_JOINT",
     "CHECK_PERIOD",
     "INITIAL_STATE",
     "SCALE_JOINT",
     "SENSED_VELOCITY",
     "STEP_JOINT",
+    "UNCHANGED",
     "Actuator",
     "ActuatorParameters",
     "AnyJoint",
+    "BacklashJoint",
+    "BacklashParameters",
+    "BacklashState",
     "ElasticJoint",
     "ElasticParameters",
     "ElasticState",
     "FrictionChange",
+    "FrictionFields",
     "FrictionSchedule",
     "FrictionVariation",
+    "Gravity",
     "Joint",
+    "JointChange",
     "JointModel",
     "JointParameters",
     "JointState",
@@ -55,15 +69,20 @@ __all__ = [
     "check_factor",
     "encoder_reading",
     "friction_factor",
+    "gravity_torque",
     "initial_state",
+    "lagged_torque",
+    "phase_change",
     "realise_torque",
     "ripple_torque",
+    "scaled_backlash",
     "scaled_elastic",
     "scaled_joint",
     "scaled_lugre",
     "schedule",
     "sliding_friction",
     "steepest_fall",
+    "step_backlash",
     "step_elastic",
     "step_joint",
     "step_lugre",

@@ -1,8 +1,10 @@
 """The drive between the commanded torque and the torque at the joint.
 
 A command is limited in slope and size and rounded to the drive's resolution: that is the torque that the drive gives
-and reports. It acts from the computation delay on until the next one does. Ripple comes on top of it at the joint and
-is not reported, because a drive measures its current.
+and reports. It acts from the computation delay on until the next one does, through the lag of the current loop where
+there is one; then the torque that the current makes is reported, as a mean over the period. Ripple comes on top of it
+at the joint, and a torque constant that is off is a factor on it there; neither is reported, because a drive measures
+its current.
 """
 
 import math
@@ -11,7 +13,7 @@ from typing import NamedTuple, Self
 from numba.extending import register_jitable
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from plant.joint import NonNegative, Positive
+from plant.fields import NonNegative, Positive
 
 
 class ActuatorParameters(NamedTuple):
@@ -29,6 +31,10 @@ class ActuatorParameters(NamedTuple):
         Amplitude of the torque ripple, N m.
     ripple_waves : float
         Ripple periods in a radian, times ``2 pi``.
+    lag : float
+        Time constant of the current loop, s; zero where the torque follows at once.
+    gain : float
+        Torque at the joint over the reported one.
     """
 
     torque_limit: float
@@ -36,6 +42,8 @@ class ActuatorParameters(NamedTuple):
     rate_limit: float
     ripple_amplitude: float
     ripple_waves: float
+    lag: float
+    gain: float
 
 
 @register_jitable
@@ -76,6 +84,29 @@ def ripple_torque(actuator: ActuatorParameters, position: float) -> float:
     return actuator.ripple_amplitude * math.sin(actuator.ripple_waves * position)
 
 
+@register_jitable
+def lagged_torque(actuator: ActuatorParameters, torque: float, lagging: float, period: float) -> tuple[float, float]:
+    """Return the torque (N m) that the current makes, ``lag dT/dt + T = torque``: its mean over a period, and its end.
+
+    Exact for a torque that is held over the period.
+
+    Parameters
+    ----------
+    actuator : ActuatorParameters
+        The drive.
+    torque : float
+        Torque that acts on the current loop, N m.
+    lagging : float
+        Torque of the current at the start of the period, N m.
+    period : float
+        Length of the period, s.
+    """
+    if actuator.lag == 0.0:
+        return torque, torque
+    gone = -math.expm1(-period / actuator.lag)
+    return torque + (lagging - torque) * gone * actuator.lag / period, torque + (lagging - torque) * (1.0 - gone)
+
+
 class Actuator(BaseModel):
     """A drive.
 
@@ -93,6 +124,10 @@ class Actuator(BaseModel):
         Motion between two crests of the ripple, rad.
     delay : float, optional
         Time between a sample and the moment from which its command acts, s.
+    lag : float, optional
+        Time constant of the current loop, s.
+    gain : float, optional
+        True torque constant over the one that commands and reports reckon with; the controllers do not know it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -103,6 +138,8 @@ class Actuator(BaseModel):
     ripple_amplitude: NonNegative = 0.0
     ripple_period: Positive = 0.1
     delay: NonNegative = 0.0
+    lag: NonNegative = 0.0
+    gain: Positive = 1.0
 
     @model_validator(mode="after")
     def _check_resolution(self) -> Self:
@@ -122,4 +159,6 @@ class Actuator(BaseModel):
             math.inf if self.rate_limit is None else self.rate_limit,
             self.ripple_amplitude,
             2.0 * math.pi / self.ripple_period,
+            self.lag,
+            self.gain,
         )

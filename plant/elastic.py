@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled
 from plant.step import friction_at, velocity_under_friction
 
@@ -130,6 +131,21 @@ def scaled_elastic(joint: ElasticParameters, factor: float) -> ElasticParameters
         scaled(joint.backward, factor),
         joint.offset,
         joint.friction_lag,
+        joint.link_stiffness,
+        joint.link_damping,
+    )
+
+
+@register_jitable
+def changed_elastic(joint: ElasticParameters, change: JointChange) -> ElasticParameters:
+    """Return the joint with a change of its parameters; a payload is beyond the spring, the motor's inertia stays."""
+    return ElasticParameters(
+        joint.motor_inertia,
+        joint.link_inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.friction_lag * change.lag,
         joint.link_stiffness,
         joint.link_damping,
     )

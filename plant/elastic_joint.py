@@ -6,7 +6,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from plant.elastic import ElasticParameters
-from plant.joint import FrictionFields, NonNegative, Positive, check_unique_step
+from plant.fields import NonNegative, Positive
+from plant.joint import FrictionFields, check_unique_step
 from plant.step import JointParameters
 
 Share = Annotated[float, Field(gt=0.0, lt=1.0, allow_inf_nan=False, strict=True)]

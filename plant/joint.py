@@ -1,16 +1,14 @@
 """The joint with lagged Stribeck friction as a user meets it, and the fields that every kind of joint has."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, model_validator
 
+from plant.fields import Finite, NonNegative, Positive
 from plant.friction import Stribeck, sliding_friction, steepest_fall
+from plant.gravity import Gravity
 from plant.step import JointParameters
-
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False, strict=True)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False, strict=True)]
-Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
 LARGEST_BREAKAWAY_JUMP = 0.01
 """Largest velocity jump at breakaway, relative to Vs, that is accepted for a shape factor below one."""
@@ -40,6 +38,13 @@ class FrictionFields(BaseModel):
         The same for backward motion; as forward by default.
     offset : float, optional
         Constant torque against the motor's, N m, of either sign: ``J dw/dt = u - f - offset``.
+    axis : "rotary" or "linear", optional
+        Kind of motion. Of a linear axis read m, m/s, N and kg for rad, rad/s, N m and kg m^2 everywhere.
+    gravity : float, optional
+        Amplitude of the torque of a weight, N m, against the motor's: ``gravity sin(q + gravity_phase)`` with the
+        position ``q``, which is zero at the start. Only of a rotary axis.
+    gravity_phase : float, optional
+        Angle from the hanging weight to the position zero, rad.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -55,6 +60,18 @@ class FrictionFields(BaseModel):
     stiction_backward: NonNegative | None = None
     viscous_backward: NonNegative | None = None
     offset: Finite = 0.0
+    axis: Literal["rotary", "linear"] = "rotary"
+    gravity: NonNegative = 0.0
+    gravity_phase: Finite = 0.0
+
+    @model_validator(mode="after")
+    def _check_gravity(self) -> Self:
+        if self.axis == "linear" and self.gravity > 0.0:
+            raise ValueError(
+                f"gravity = {self.gravity:g} is not allowed for axis = 'linear': only a rotary axis has a torque that "
+                "varies with its position as a sine; the weight on a linear axis is its offset"
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_stiction(self) -> Self:
@@ -65,6 +82,11 @@ class FrictionFields(BaseModel):
                     f"stiction{ending} must be at least coulomb{ending}"
                 )
         return self
+
+    @property
+    def weight(self) -> Gravity:
+        """The weight as the loop takes it."""
+        return Gravity(self.gravity, self.gravity_phase)
 
     @property
     def friction(self) -> Stribeck:

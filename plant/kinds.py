@@ -6,24 +6,53 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Tag
 
+from plant.backlash import (
+    BacklashParameters,
+    BacklashState,
+    changed_backlash,
+    initial_backlash,
+    scaled_backlash,
+    sensed_backlash,
+    step_backlash,
+)
+from plant.backlash_joint import BacklashJoint, check_backlash_period
 from plant.elastic import (
     ElasticParameters,
     ElasticState,
+    changed_elastic,
     initial_elastic,
     scaled_elastic,
     sensed_elastic,
     step_elastic,
 )
 from plant.elastic_joint import ElasticJoint, check_elastic_period
+from plant.gravity import gravity_torque
 from plant.joint import JointModel, check_unique_step, whole_multiple
-from plant.lugre import LuGreParameters, LuGreState, initial_lugre, scaled_lugre, sensed_lugre, step_lugre
+from plant.lugre import (
+    LuGreParameters,
+    LuGreState,
+    changed_lugre,
+    initial_lugre,
+    scaled_lugre,
+    sensed_lugre,
+    step_lugre,
+)
 from plant.lugre_joint import LuGreJoint, check_lugre_period
-from plant.step import JointParameters, JointState, initial_joint, scaled_joint, sensed_velocity, step_joint
+from plant.step import (
+    JointParameters,
+    JointState,
+    changed_joint,
+    initial_joint,
+    scaled_joint,
+    sensed_velocity,
+    step_joint,
+)
 
 STEP_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: step_joint,
     LuGreParameters: step_lugre,
     ElasticParameters: step_elastic,
+    BacklashParameters: step_backlash,
 }
 """Kernel ``step(parameters, state, torque, period) -> state`` for each class of parameters."""
 
@@ -31,13 +60,23 @@ SCALE_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: scaled_joint,
     LuGreParameters: scaled_lugre,
     ElasticParameters: scaled_elastic,
+    BacklashParameters: scaled_backlash,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
+
+CHANGE_JOINT: dict[type, Callable[..., Any]] = {
+    JointParameters: changed_joint,
+    LuGreParameters: changed_lugre,
+    ElasticParameters: changed_elastic,
+    BacklashParameters: changed_backlash,
+}
+"""Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
 
 SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
     JointState: sensed_velocity,
     LuGreState: sensed_lugre,
     ElasticState: sensed_elastic,
+    BacklashState: sensed_backlash,
 }
 """Kernel ``sensed(state) -> velocity`` at the motor, rad/s, for each class of states."""
 
@@ -45,6 +84,7 @@ INITIAL_STATE: dict[type, Callable[..., Any]] = {
     JointParameters: initial_joint,
     LuGreParameters: initial_lugre,
     ElasticParameters: initial_elastic,
+    BacklashParameters: initial_backlash,
 }
 """``initial(parameters, velocity) -> state``, in plain Python, for each class of parameters."""
 
@@ -52,6 +92,7 @@ CHECK_PERIOD: dict[type, Callable[..., None]] = {
     JointParameters: check_unique_step,
     LuGreParameters: check_lugre_period,
     ElasticParameters: check_elastic_period,
+    BacklashParameters: check_backlash_period,
 }
 """``check(parameters, period)``, in plain Python, for each class of parameters; refuses a solver period."""
 
@@ -63,7 +104,8 @@ def _kind(table: Any) -> Any:
 AnyJoint = Annotated[
     Annotated[JointModel, Tag("stribeck")]
     | Annotated[LuGreJoint, Tag("lugre")]
-    | Annotated[ElasticJoint, Tag("elastic")],
+    | Annotated[ElasticJoint, Tag("elastic")]
+    | Annotated[BacklashJoint, Tag("backlash")],
     Discriminator(_kind),
 ]
 """A joint of any kind, as a field of a model; without a kind it is a rigid joint with lagged Stribeck friction."""
@@ -79,7 +121,7 @@ class Joint:
 
     Parameters
     ----------
-    model : JointModel, LuGreJoint or ElasticJoint
+    model : JointModel, LuGreJoint or another of ``AnyJoint``
         Parameters of the joint.
     velocity : float, optional
         Velocity at the start, rad/s; the joint has moved so for long.
@@ -129,5 +171,6 @@ class Joint:
                 f"{self.model.solver_period:g} s"
             )
         for _ in range(steps):
-            self.state = self._step(self._parameters, self.state, float(torque), self.model.solver_period)
+            pull = gravity_torque(self.model.weight, self.state.position)
+            self.state = self._step(self._parameters, self.state, float(torque) - pull, self.model.solver_period)
         return float(self.state.velocity)

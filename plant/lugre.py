@@ -32,6 +32,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, yield_torque
 from plant.step import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, friction_at
 
@@ -197,6 +198,19 @@ def scaled_lugre(joint: LuGreParameters, factor: float) -> LuGreParameters:
         joint.offset,
         joint.stiffness * factor,
         joint.damping * factor,
+    )
+
+
+@register_jitable
+def changed_lugre(joint: LuGreParameters, change: JointChange) -> LuGreParameters:
+    """Return the joint with a change of its parameters; its bristles scale with the dry friction, and have no lag."""
+    return LuGreParameters(
+        joint.inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.stiffness * change.dry,
+        joint.damping * change.dry,
     )
 
 

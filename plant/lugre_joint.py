@@ -6,7 +6,8 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from plant.joint import FrictionFields, NonNegative, Positive
+from plant.fields import NonNegative, Positive
+from plant.joint import FrictionFields
 from plant.lugre import LuGreParameters, bristle_torque
 
 MOST_PASSIVE = 4.0 * math.sqrt(2.0 * math.e)

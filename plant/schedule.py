@@ -1,6 +1,6 @@
-"""Friction that changes: suddenly at given times, with the warmth of the joint, and with its position.
+"""Joints that change: suddenly at given times, and their friction with warmth and position, too.
 
-All three are a factor on the joint's friction:
+A sudden change may be of friction, inertia, friction lag and load. The changes of all friction are a factor:
 
     factor(t, q) = jump(t) (1 + excess exp(-t/T)) (1 + amplitude sin(2 pi q / period))
 """
@@ -8,32 +8,70 @@ All three are a factor on the joint's friction:
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from plant.joint import NonNegative, Positive
-from plant.kinds import CHECK_PERIOD, SCALE_JOINT
+from plant.change import UNCHANGED, JointChange
+from plant.fields import Finite, NonNegative, Positive
+from plant.kinds import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
 
 class FrictionChange(BaseModel):
-    """A sudden change of friction.
+    """A sudden change of friction, inertia or load; the velocity does not jump.
+
+    All factors are on the joint's original parameters, not on those before the change, and what is not given is as
+    originally: a later change without ``load`` takes the load away.
 
     Parameters
     ----------
     time : float
         When it happens, s.
-    friction_scale : float
-        Factor on the joint's original ``Fc``, ``Fs`` and ``sigma`` from then on.
+    friction_scale : float, optional
+        Factor on ``Fc``, ``Fs`` and ``sigma`` from then on.
+    coulomb_scale, viscous_scale : float, optional
+        Further factors on ``Fc`` and ``Fs``, and on ``sigma``.
+    inertia_scale : float, optional
+        Factor on the inertia, as when a payload is taken up; of an elastic joint on the link's.
+    lag_scale : float, optional
+        Factor on the friction lag, for joints that have one.
+    load : float, optional
+        Constant torque against the motor's beside the joint's offset, N m, of either sign.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     time: NonNegative
-    friction_scale: Positive
+    friction_scale: Positive = 1.0
+    coulomb_scale: Positive = 1.0
+    viscous_scale: Positive = 1.0
+    inertia_scale: Positive = 1.0
+    lag_scale: Positive = 1.0
+    load: Finite = 0.0
+
+    @model_validator(mode="after")
+    def _check_content(self) -> Self:
+        if self.model_fields_set <= {"time"}:
+            others = ", ".join(name for name in type(self).model_fields if name != "time")
+            raise ValueError(f"nothing changes at time = {self.time:g} s; give at least one of {others}")
+        return self
+
+    @property
+    def parameters(self) -> JointChange:
+        """The change as the kernels take it, without ``friction_scale``."""
+        return JointChange(self.coulomb_scale, self.viscous_scale, self.inertia_scale, self.lag_scale, self.load)
+
+    @property
+    def text(self) -> str:
+        """What changes, in a few words."""
+        names = {"friction_scale": "friction", "coulomb_scale": "dry friction", "viscous_scale": "viscous friction"}
+        names |= {"inertia_scale": "inertia", "lag_scale": "friction lag"}
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        parts = [f"{text} × {given[name]:.3g}" for name, text in names.items() if name in given]
+        return ", ".join([*parts, *([f"load {self.load:.3g} N m"] if "load" in given else [])])
 
 
 class FrictionVariation(BaseModel):
@@ -67,7 +105,9 @@ class FrictionSchedule(NamedTuple):
     starts : ndarray of int64, shape (phases,)
         First solver step of each phase, ascending; the first is 0.
     scales : ndarray, shape (phases,)
-        Factor on the joint's friction in each phase; the first is 1.
+        Factor on all friction of the joint in each phase; the first is 1.
+    changes : ndarray, shape (phases, 5)
+        What else differs in each phase, in the order of :class:`plant.change.JointChange`.
     varies : bool
         Whether friction changes within a phase.
     excess : float
@@ -82,11 +122,19 @@ class FrictionSchedule(NamedTuple):
 
     starts: NDArray[np.int64]
     scales: NDArray[np.float64]
+    changes: NDArray[np.float64]
     varies: bool
     excess: float
     warm_up_time: float
     amplitude: float
     waves: float
+
+
+@register_jitable
+def phase_change(plan: FrictionSchedule, phase: int) -> JointChange:
+    """Return what differs in a phase, without the factor on all friction."""
+    row = plan.changes[phase]
+    return JointChange(row[0], row[1], row[2], row[3], row[4])
 
 
 @register_jitable
@@ -100,7 +148,7 @@ def friction_factor(plan: FrictionSchedule, phase: int, time: float, position: f
 
 
 def check_factor(joint: Any, plan: FrictionSchedule, solver_period: float) -> None:
-    """Refuse changes of friction that make the implicit step of a joint ambiguous.
+    """Refuse changes that make the implicit step of a joint ambiguous.
 
     Parameters
     ----------
@@ -114,13 +162,18 @@ def check_factor(joint: Any, plan: FrictionSchedule, solver_period: float) -> No
     Raises
     ------
     ValueError
-        The largest factor on the friction does so.
+        They do so in one of the phases.
     """
-    factor = float(np.max(plan.scales)) * (1.0 + max(0.0, plan.excess)) * (1.0 + plan.amplitude)
-    try:
-        CHECK_PERIOD[type(joint)](SCALE_JOINT[type(joint)](joint, factor), solver_period)
-    except ValueError as error:
-        raise ValueError(f"friction up to {factor:g} times the joint's is not allowed: {error}") from error
+    kind, largest = type(joint), (1.0 + max(0.0, plan.excess)) * (1.0 + plan.amplitude)
+    for phase, scale in enumerate(plan.scales.tolist()):
+        factor, change = scale * largest, JointChange(*plan.changes[phase].tolist())
+        changed = CHANGE_JOINT[kind](joint, change)
+        try:
+            CHECK_PERIOD[kind](SCALE_JOINT[kind](changed, factor), solver_period)
+        except ValueError as error:
+            others = [f"{name} {value:g} times" for name, value in change._asdict().items() if value != 1.0]
+            also = f" ({', '.join(others[:-1])})" if len(others) > 1 else ""
+            raise ValueError(f"friction up to {factor:g} times the joint's{also} is not allowed: {error}") from error
 
 
 def schedule(
@@ -158,6 +211,7 @@ def schedule(
     return FrictionSchedule(
         np.array(starts, dtype=np.int64),
         np.array(scales),
+        np.array([UNCHANGED, *(change.parameters for change in changes)], dtype=float),
         slow.warm_up_excess != 0.0 or slow.position_amplitude != 0.0,
         slow.warm_up_excess,
         slow.warm_up_time,

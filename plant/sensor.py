@@ -8,7 +8,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from plant.joint import NonNegative, Positive
+from plant.fields import NonNegative, Positive
 
 
 @register_jitable

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, sliding_friction, sliding_friction_and_slope
 
 MAXIMUM_ITERATIONS = 80
@@ -139,6 +140,18 @@ def scaled_joint(joint: JointParameters, factor: float) -> JointParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
     return JointParameters(
         joint.inertia, scaled(joint.friction, factor), scaled(joint.backward, factor), joint.offset, joint.friction_lag
+    )
+
+
+@register_jitable
+def changed_joint(joint: JointParameters, change: JointChange) -> JointParameters:
+    """Return the joint with a change of its parameters."""
+    return JointParameters(
+        joint.inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.friction_lag * change.lag,
     )
 
 

@@ -1,5 +1,7 @@
-"""Makes the helpers in this folder importable for all tests, and keeps hypothesis from judging by the clock."""
+"""How tests run: in several processes where that pays, hypothesis without a clock, fixtures that many files share."""
 
+import os
+from pathlib import Path
 from unittest.mock import patch
 
 import pytest
@@ -9,8 +11,19 @@ from scenario_files import short, write_scenario
 
 from adaptive_ff import Comparison
 
+pytest_plugins = ["pytester"]
+
 settings.register_profile("without clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without clock")
+
+
+TESTS = Path(__file__).resolve().parent
+
+
+def pytest_xdist_auto_num_workers(config):
+    """Run the whole suite in one process a core; a selection of it, whose start would cost more, in this one."""
+    whole = all(Path(argument).resolve() in (TESTS, TESTS.parent) for argument in config.args)
+    return os.cpu_count() or 1 if whole else 0
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -31,6 +32,48 @@ def test_types():
 def test_import_contracts():
     code = "import sys; from importlinter.cli import lint_imports; sys.exit(lint_imports())"
     assert "0 broken" in run(sys.executable, "-c", code)
+
+
+DESK = ("plant", "pydantic", "rich", "matplotlib", "control", "filterpy", "typer")
+
+
+def loaded_by(statements, names):
+    """Which of the packages or modules are loaded in a fresh process after some statements."""
+    code = f"import sys; {statements}; print(*[name for name in {tuple(names)!r} if name in sys.modules])"
+    return run(sys.executable, "-c", code).split()
+
+
+def test_adaptive_controller_loads_nothing_of_the_desk():
+    assert loaded_by("import adaptive_ff.adaptive.controller", DESK) == []
+
+
+def test_all_that_would_run_on_a_robot_loads_nothing_of_the_desk():
+    modules = [name for room in contracts()["robot"]["source_modules"] for name in modules_in(room)]
+    assert "adaptive_ff.rivals.canudas" in modules
+    assert "controllers.observers.kalman_disturbance" in modules
+    assert loaded_by(f"import {', '.join(modules)}", DESK) == []
+
+
+def test_package_loads_lazily():
+    assert loaded_by("import adaptive_ff", ["matplotlib", "control", "scipy.signal"]) == []
+    assert loaded_by("import control", ["control"]) == ["control"]  # the question can be answered with yes
+
+
+def contracts():
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    return {"robot": next(contract for contract in settings if contract["type"] == "forbidden")}
+
+
+def modules_in(name):
+    path = ROOT / name.replace(".", "/")
+    return [f"{name}.{file.stem}" for file in sorted(path.glob("[!_]*.py"))] if path.is_dir() else [name]
+
+
+def test_contract_of_the_robot_names_all_of_controllers_but_the_design():
+    entries = (ROOT / "controllers").iterdir()
+    found = {path.stem for path in entries if path.suffix == ".py" or (path / "__init__.py").exists()}
+    listed = {name.partition(".")[2] for name in contracts()["robot"]["source_modules"] if "controllers." in name}
+    assert listed == found - {"__init__", "design"}
 
 
 @pytest.fixture(scope="session")

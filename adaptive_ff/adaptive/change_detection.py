@@ -10,17 +10,19 @@ So the mean over a short window of the error ``e`` times the predicted friction 
 
 The left-hand side is the part of the short mean of ``e^2`` that a common factor on friction explains. Where it is that
 large, the information ``M`` about that factor, the direction ``d`` of the friction parameters in the space of all, is
-reduced to what the short window tells,
+reduced to what the short window holds,
 
     M  ->  M - (1 - known / d'M d) M d d'M / (d'M d)
 
-which is what a large variance added along ``d`` makes of a covariance; what ``M`` tells of everything else, the ratios
+which is what a large variance added along ``d`` makes of a covariance; what ``M`` holds of everything else, the ratios
 of the parameters among them, stays. For ``known > 0`` the result is positive definite. Where an offset is estimated, it
 is forgotten as well: while the joint moves one way, a load and a change of Coulomb friction are one number.
 
 For comparing short with long means see M. Basseville and I. Nikiforov, "Detection of Abrupt Changes" (Prentice Hall,
 1993).
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
@@ -39,16 +41,29 @@ LEAST_ERROR = 1e-9
 """Mean squared error, in units of the torque scale squared, that is usual at least."""
 
 
+class Surprise(NamedTuple):
+    """Means over a short window, in units of the torque scale squared.
+
+    Attributes
+    ----------
+    product : float
+        Mean of the prediction error times the predicted friction, ``<e f>``.
+    friction_squared : float
+        Mean of the predicted friction squared, ``<f^2>``.
+    """
+
+    product: float
+    friction_squared: float
+
+
 @register_jitable(forceinline=True)
-def note_surprise(
-    surprise: NDArray[np.float64], friction: float, error: float, duration: float, window: float
-) -> float:
-    """Take one error into account and return the part of the mean squared error that a factor on friction explains.
+def note_surprise(surprise: Surprise, friction: float, error: float, duration: float, window: float) -> Surprise:
+    """Return the means over the short window with one more error taken into account.
 
     Parameters
     ----------
-    surprise : ndarray, shape (2,)
-        Means of ``e f`` and ``f^2`` over the short window; changed in place.
+    surprise : Surprise
+        The means so far.
     friction, error : float
         Predicted friction and prediction error, in the same unit.
     duration : float
@@ -57,15 +72,21 @@ def note_surprise(
         Length of the window, s.
     """
     share = duration / (window + duration)
-    surprise[0] += share * (friction * error - surprise[0])
-    surprise[1] += share * (friction * friction - surprise[1])
-    if not surprise[1] > 0.0:
+    product = surprise.product + share * (friction * error - surprise.product)
+    squared = surprise.friction_squared + share * (friction * friction - surprise.friction_squared)
+    return Surprise(product, squared)
+
+
+@register_jitable(forceinline=True)
+def explained_by_friction(surprise: Surprise) -> float:
+    """Return the part of the mean squared error that a common factor on friction explains."""
+    if not surprise.friction_squared > 0.0:
         return 0.0
-    return surprise[0] * surprise[0] / surprise[1]  # type: ignore[no-any-return]
+    return surprise.product * surprise.product / surprise.friction_squared
 
 
 @register_jitable
-def release(
+def release_in_place(
     information: NDArray[np.float64], direction: NDArray[np.float64], known: float, work: NDArray[np.float64]
 ) -> None:
     """Reduce the information along a direction.
@@ -91,7 +112,7 @@ def release(
 
 
 @register_jitable
-def forget_friction(
+def forget_friction_in_place(
     information: NDArray[np.float64],
     estimate: NDArray[np.float64],
     scale: NDArray[np.float64],
@@ -100,7 +121,7 @@ def forget_friction(
     share: float,
     work: NDArray[np.float64],
 ) -> None:
-    """Forget how large friction is, and the offset where there is one, but for what the short window tells.
+    """Forget how large friction is, and the offset where there is one, but for what the short window holds.
 
     Parameters
     ----------
@@ -120,8 +141,8 @@ def forget_friction(
     direction = work[0]
     for i in range(estimate.size):
         direction[i] = estimate[i] / scale[i] if COULOMB <= i < FRICTION_LAG or i > OFFSET else 0.0
-    release(information, direction, share * mean, work[1])
+    release_in_place(information, direction, share * mean, work[1])
     if estimate.size > OFFSET:
         direction[:] = 0.0
         direction[OFFSET] = 1.0
-        release(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])
+        release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])

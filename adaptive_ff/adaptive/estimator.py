@@ -25,20 +25,32 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.change_detection import JUMP, JUMP_WINDOW, LEAST_ERROR, forget_friction, note_surprise
-from adaptive_ff.estimation.instruments import gradients_agree
-from adaptive_ff.estimation.resetting import move_parameter, update_resetting
+from adaptive_ff.adaptive.change_detection import (
+    JUMP,
+    JUMP_WINDOW,
+    LEAST_ERROR,
+    Surprise,
+    explained_by_friction,
+    forget_friction_in_place,
+    note_surprise,
+)
+from adaptive_ff.estimation.instruments import choose_instrument_in_place
+from adaptive_ff.estimation.resetting import (
+    ResettingState,
+    initial_resetting_state,
+    move_parameter_in_place,
+    update_resetting_in_place,
+)
 from adaptive_ff.model.bounds import (
     COULOMB,
     FRICTION_LAG,
     INERTIA,
     OFFSET,
     STICTION,
-    confine,
-    limit_friction,
-    possible_ranges,
+    confine_in_place,
+    write_ranges,
 )
-from adaptive_ff.regression.torque_form import TORQUE, VELOCITY, Signals, TorqueForm, write_regressors
+from adaptive_ff.regression.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals, TorqueForm, write_regressors
 
 FLOOR = 0.2
 """Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
@@ -53,44 +65,20 @@ PRIOR = 6e-4
 """Information at the start, in the same units."""
 
 LAG_PRIOR = 20.0
-"""The same of the friction lag, times that of the others: it is believed until reversals show it."""
+"""The same of the friction lag, times that of the others: without reversals it is not identifiable, and stays."""
 
 GUESS = 0.9
 """Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
 
 PEAK_FACTOR = 2.0
-"""Friction, and an error of its prediction, is believed to be at most this many times the largest torque seen."""
+"""Friction, and an error of its prediction, is assumed to be at most this many times the largest torque seen."""
 
 SPEED_FACTOR = 3.0
 """A joint this many times faster than its reference ever was is a fault of the measurement; nothing is learnt then."""
 
 
-class Workspace(NamedTuple):
-    """Arrays that a sample's computation is done in, so that no step allocates memory.
-
-    They hold nothing in between, but for the ranges of what does not depend on the data.
-    """
-
-    row: NDArray[np.float64]
-    gradient: NDArray[np.float64]
-    instrument: NDArray[np.float64]
-    factor: NDArray[np.float64]
-    ranges: NDArray[np.float64]
-
-
-def make_workspace(inertia: float, largest_lag: float, size: int) -> Workspace:
-    """Return the arrays for one estimator of so many parameters; see ``possible_ranges``."""
-    return Workspace(
-        np.zeros(size + 1),
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros((size, size)),
-        possible_ranges(inertia, largest_lag, size),
-    )
-
-
 class EstimatorParameters(NamedTuple):
-    """Parameters of the estimator.
+    """Parameters of the estimator; constant.
 
     Attributes
     ----------
@@ -105,8 +93,8 @@ class EstimatorParameters(NamedTuple):
         Unit of torque, N m.
     memory : float
         Memory, s of sliding motion.
-    work : Workspace
-        Scratch, of its own for each estimator.
+    ranges : ndarray, shape (n, 2)
+        Least and largest possible value of each parameter before there are data; see ``possible_ranges``.
     """
 
     form: TorqueForm
@@ -114,32 +102,71 @@ class EstimatorParameters(NamedTuple):
     scale: NDArray[np.float64]
     torque_scale: float
     memory: float
-    work: Workspace
+    ranges: NDArray[np.float64]
 
 
-class EstimatorState(NamedTuple):
-    """State of the estimator; its arrays are changed in place.
+class Levels(NamedTuple):
+    """Levels of the signals so far.
 
     Attributes
     ----------
-    estimate : ndarray, shape (n,)
-        The parameters, in the order of the first estimate.
-    information : ndarray, shape (n, n)
-        Information matrix of the scaled parameters.
-    agreement : ndarray, shape (n, 2)
-        Fading means of ``z^2`` and ``z x`` of each scaled gradient.
-    levels : ndarray, shape (4,)
-        Mean squared scaled prediction error; largest filtered torque (N m) and reference speed (rad/s) so far; for how
-        long there has been something to learn from, s.
-    surprise : ndarray, shape (2,)
-        Means over a short window of prediction error times predicted friction and of the latter squared, scaled.
+    squared_error : float
+        Fading mean of the squared prediction error, in units of the torque scale squared.
+    torque : float
+        Largest filtered torque, N m.
+    speed : float
+        Largest filtered reference speed, rad/s.
+    learnt : float
+        For how long there has been something to learn from, s.
     """
 
-    estimate: NDArray[np.float64]
-    information: NDArray[np.float64]
+    squared_error: float
+    torque: float
+    speed: float
+    learnt: float
+
+
+class Scratch(NamedTuple):
+    """Arrays that a sample is computed in, so that no step allocates memory; they hold nothing between samples.
+
+    Attributes
+    ----------
+    row : ndarray, shape (n + 1,)
+        Regressors.
+    model_gradient, measured_gradient : ndarray, shape (n,)
+        Scaled gradients of the predicted torque.
+    ranges : ndarray, shape (n, 2)
+        Least and largest possible value of each parameter, with what the data say of friction.
+    """
+
+    row: NDArray[np.float64]
+    model_gradient: NDArray[np.float64]
+    measured_gradient: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+
+
+class EstimatorState(NamedTuple):
+    """State of the estimator; all its arrays are changed in place.
+
+    Attributes
+    ----------
+    recursion : ResettingState
+        Estimate, in the order of the first one, and information matrix of the scaled parameters.
+    agreement : ndarray, shape (n, 2)
+        Fading means of ``z^2`` and ``z x`` of each scaled gradient.
+    levels : Levels
+        Levels of error, torque and speed.
+    surprise : Surprise
+        Short means that a change of friction is noticed from.
+    scratch : Scratch
+        Scratch.
+    """
+
+    recursion: ResettingState
     agreement: NDArray[np.float64]
-    levels: NDArray[np.float64]
-    surprise: NDArray[np.float64]
+    levels: Levels
+    surprise: Surprise
+    scratch: Scratch
 
 
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
@@ -147,13 +174,25 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     size = estimator.first.size
     information = PRIOR * np.eye(size)
     information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
-    return EstimatorState(estimator.first.copy(), information, np.zeros((size, 2)), np.zeros(4), np.zeros(2))
+    return EstimatorState(
+        initial_resetting_state(estimator.first, information),
+        np.zeros((size, 2)),
+        Levels(0.0, 0.0, 0.0, 0.0),
+        Surprise(0.0, 0.0),
+        Scratch(np.zeros(size + 1), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
+    )
+
+
+@register_jitable(forceinline=True)
+def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise) -> EstimatorState:
+    """Return the state with other levels and short means; it shares the arrays."""
+    return EstimatorState(state.recursion, state.agreement, levels, surprise, state.scratch)
 
 
 @register_jitable(forceinline=True)
 def has_learnt(state: EstimatorState) -> bool:
-    """Tell whether the estimator has learnt from any sample."""
-    return state.levels[3] > 0.0  # type: ignore[no-any-return]
+    """Return whether the estimator has learnt from any sample."""
+    return state.levels.learnt > 0.0
 
 
 @register_jitable(forceinline=True)
@@ -193,29 +232,37 @@ def write_gradient(
 
 
 @register_jitable(forceinline=True)
-def guess_friction(estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals) -> None:
+def guess_friction_in_place(
+    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals
+) -> EstimatorState:
     """Guess Coulomb friction and stiction from the largest friction torque so far, before there is anything to learn.
 
     Whether the joint sticks or slides, the torque that does not accelerate it is friction; at rest it is less than the
     stiction. So the guess is on the safe side, and better than none at the first reversals.
+
+    Returns
+    -------
+    EstimatorState
+        The new state; it shares the arrays of the old one, of which the estimate is changed in place.
     """
-    estimate, levels = state.estimate, state.levels
-    levels[2] = max(levels[2], abs(model.filters[VELOCITY, 0]))
-    if not abs(measured.filters[VELOCITY, 0]) < SPEED_FACTOR * levels[2]:
-        return
-    torque = measured.filters[TORQUE, 0]
-    levels[1] = max(levels[1], abs(torque))
-    friction = torque - estimate[INERTIA] * measured.filters[VELOCITY, 1]
-    guess = min(GUESS * math.copysign(friction, friction * model.velocity), PEAK_FACTOR * levels[1])
+    estimate, levels = state.recursion.estimate, state.levels
+    speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
+    if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
+        return with_levels(state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise)
+    torque = measured.filters[FILTER_TORQUE, 0]
+    largest = max(levels.torque, abs(torque))
+    friction = torque - estimate[INERTIA] * measured.filters[FILTER_VELOCITY, 1]
+    guess = min(GUESS * math.copysign(friction, friction * model.velocity), PEAK_FACTOR * largest)
     if guess > estimate[COULOMB]:
         estimate[COULOMB] = guess
         estimate[STICTION] = guess
+    return with_levels(state, Levels(levels.squared_error, largest, speed, levels.learnt), state.surprise)
 
 
 @register_jitable(forceinline=True)
-def learn(
+def learn_in_place(
     estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, duration: float
-) -> None:
+) -> EstimatorState:
     """Take one sample of sliding motion into account.
 
     Parameters
@@ -223,52 +270,56 @@ def learn(
     estimator : EstimatorParameters
         The estimator.
     state : EstimatorState
-        Its state; changed in place.
+        Its state.
     measured : Signals
         Filters over the measurements.
     model : Signals
         Filters over the reference and the torque of the model.
     duration : float
         Time since the last sample, s.
+
+    Returns
+    -------
+    EstimatorState
+        The new state; it shares the arrays of the old one, which are changed in place.
     """
-    estimate = state.estimate
-    row, gradient, instrument = estimator.work.row, estimator.work.gradient, estimator.work.instrument
-    factor, ranges = estimator.work.factor, estimator.work.ranges
+    recursion, scratch, levels = state.recursion, state.scratch, state.levels
+    estimate, row, gradient = recursion.estimate, scratch.row, scratch.measured_gradient
     write_regressors(estimator.form, model, row)
-    write_gradient(estimator, estimate, row, instrument)
+    write_gradient(estimator, estimate, row, scratch.model_gradient)
     torque = write_regressors(estimator.form, measured, row)
     write_gradient(estimator, estimate, row, gradient)
-    levels = state.levels
-    levels[2] = max(levels[2], abs(model.filters[VELOCITY, 0]))
-    if not abs(measured.filters[VELOCITY, 0]) < SPEED_FACTOR * levels[2]:
-        return
-    levels[1] = max(levels[1], abs(torque))
-    levels[3] += duration
-    peak = PEAK_FACTOR * levels[1]
+    speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
+    if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
+        return with_levels(state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise)
+    largest_torque, learnt = max(levels.torque, abs(torque)), levels.learnt + duration
+    peak = PEAK_FACTOR * largest_torque
     largest = peak / estimator.torque_scale
     keep = math.exp(-duration / estimator.memory)
-    floor = min(FLOOR * levels[0] + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
-    if not gradients_agree(state.agreement, instrument, gradient, keep, floor):
-        for i in range(gradient.size):
-            instrument[i] = gradient[i]
+    floor = min(FLOOR * levels.squared_error + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
+    choose_instrument_in_place(state.agreement, scratch.model_gradient, gradient, keep, floor, recursion.instrument)
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
     friction = add_friction(0.0, estimate, row) / estimator.torque_scale
     window = JUMP_WINDOW / estimator.form.pole
-    explained = note_surprise(state.surprise, friction, error, duration, window)
-    squared, usual = error * error, JUMP * (levels[0] + LEAST_ERROR)
-    if levels[3] > estimator.memory and explained > usual:
-        squared = min(squared, usual)  # what a change of friction explains does not make errors usual
-        known, share = state.surprise[1], window / estimator.memory
-        forget_friction(state.information, estimate, estimator.scale, known, estimator.torque_scale, share, factor)
-    levels[0] = keep * levels[0] + (1.0 - keep) * squared
-    update_resetting(state.information, floor, keep, instrument, error, gradient, factor)
-    limit_friction(ranges, peak, levels[2])
-    correct(estimator.scale, estimate, gradient, factor, ranges, instrument)
+    surprise = note_surprise(state.surprise, friction, error, duration, window)
+    squared, usual = error * error, JUMP * (levels.squared_error + LEAST_ERROR)
+    if learnt > estimator.memory and explained_by_friction(surprise) > usual:
+        # what a change of friction explains must not count as usual, or the next change would not be noticed
+        squared = min(squared, usual)
+        known, share = surprise.friction_squared, window / estimator.memory
+        forget_friction_in_place(
+            recursion.information, estimate, estimator.scale, known, estimator.torque_scale, share, recursion.factor
+        )
+    update_resetting_in_place(recursion, floor, keep, error)
+    write_ranges(estimator.ranges, peak, speed, scratch.ranges)
+    correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
+    squared_error = keep * levels.squared_error + (1.0 - keep) * squared
+    return with_levels(state, Levels(squared_error, largest_torque, speed, learnt), surprise)
 
 
 @register_jitable(forceinline=True)
-def correct(
+def correct_in_place(
     scale: NDArray[np.float64],
     estimate: NDArray[np.float64],
     correction: NDArray[np.float64],
@@ -285,7 +336,7 @@ def correct(
         value = estimate[i] + correction[i] * scale[i]
         possible = min(max(value, ranges[i, 0]), ranges[i, 1])
         if possible != value:
-            move_parameter(factor, i, (possible - value) / scale[i], correction, work)
+            move_parameter_in_place(factor, i, (possible - value) / scale[i], correction, work)
     for i in range(estimate.size):
         estimate[i] += correction[i] * scale[i]
-    confine(estimate, ranges)
+    confine_in_place(estimate, ranges)

@@ -10,12 +10,12 @@ Near the best lag ``L`` the tracking error is ``e = s (L - lag) + noise`` with t
     s = G(z) du/dlag,    lag d(du/dlag)/dt + du/dlag = -df_ref/dt
 
 where ``df_ref/dt`` is the rate of the friction fed forward and ``G`` is what the loop of joint and PI makes of a
-torque, with the told inertia, held torques, the computation delay and the lag of the measured velocity. The slope comes
-from the reference alone, so noise does not bias the fit. Friction that depends on the velocity is left out of ``G``,
-which makes the slope some 20 % too small and leaves the zero of the mean of ``s e`` where it is.
+torque, with the assumed inertia, held torques, the computation delay and the lag of the measured velocity. The slope
+comes from the reference alone, so noise does not bias the fit. Friction that depends on the velocity is left out of
+``G``, which makes the slope some 20 % too small and leaves the zero of the mean of ``s e`` where it is.
 
 ``L`` is the least-squares fit over a fading memory, an equation counting the more, the smaller the errors are around
-it, with the identified lag as the first guess, believed to a share of the period.
+it, with the identified lag as prior, whose standard deviation is a share of the period.
 
 It presumes that the torque of this controller moves the joint; a controller that only watches must not do it.
 
@@ -26,13 +26,11 @@ feedforward, B. Widrow and E. Walach, "Adaptive Inverse Control" (Wiley, 2008), 
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
 from controllers import PIParameters, delay_line, delayed, remember
 
-DISBELIEF = 0.3
+PRIOR_DEVIATION = 0.3
 """How far the best lag is expected from the identified one, in sampling periods, as a standard deviation."""
 
 LONGEST = 10.0
@@ -45,10 +43,10 @@ FIRST = 0.5
 """Time for which must have been learnt before the fit begins, in memories of the estimator."""
 
 CLIP = 3.0
-"""Errors are believed up to this many times their root mean square around reversals."""
+"""Errors are clipped at this many times their root mean square around reversals."""
 
 LEAST_LEFT = 0.25
-"""Least share of the mean squared error that another lag is believed to leave."""
+"""Least share of the mean squared error that the best lag is assumed to leave."""
 
 MOVED = 0.3
 """Where the identified lag has moved by this share of itself and a period, what was fitted before is dropped."""
@@ -62,8 +60,27 @@ LEAST_SUM = 1e-100
 LARGEST_SLOPE = 1e30
 """Where the response grows beyond this, rad/s^2, the loop that the gains make is not stable: it starts anew."""
 
-INFORMATION, WEIGHTED, ENERGY, SQUARES, CROSS, FOURTH, SINCE = range(7)
-"""Places in the evidence."""
+
+class Evidence(NamedTuple):
+    """Fading sums over the errors, with the slope ``s`` and the error ``e``.
+
+    Attributes
+    ----------
+    information, weighted : float
+        Sums of ``s^2`` and of ``s (e + s lag)``, both over the level of the error: the fit.
+    energy, squares, cross, fourth : float
+        Sums of ``s^2``, ``s^2 e^2``, ``s^3 e``, ``s^4``: the level of the error.
+    since : float
+        Identified lag when the sums began, s.
+    """
+
+    information: float
+    weighted: float
+    energy: float
+    squares: float
+    cross: float
+    fourth: float
+    since: float
 
 
 class TimingState(NamedTuple):
@@ -80,9 +97,8 @@ class TimingState(NamedTuple):
     sensitivities, commands : tuple of float
         Mean sensitivity over a period, and torque of the feedback to it, the newest first, as far back as the drive
         may still apply them.
-    evidence : ndarray, shape (7,)
-        Fading sums of ``s^2``, ``s (e + s lag)``, both over the level of the error, and of ``s^2``, ``s^2 e^2``,
-        ``s^3 e``, ``s^4``; identified lag when they began, s. Changed in place.
+    evidence : Evidence
+        What the errors so far say of the lag.
     lag : float
         Lag of the feedforward, s.
     """
@@ -93,15 +109,35 @@ class TimingState(NamedTuple):
     slope: float
     sensitivities: tuple[float, ...]
     commands: tuple[float, ...]
-    evidence: NDArray[np.float64]
+    evidence: Evidence
     lag: float
 
 
 def initial_timing_state(feedback: PIParameters, lag: float) -> TimingState:
     """Return the state for a joint at rest, with a lag (s) to begin with."""
-    line, evidence = delay_line(feedback.delay), np.zeros(7)
-    evidence[SINCE] = lag
-    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, evidence, lag)
+    line = delay_line(feedback.delay)
+    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, empty_evidence(lag), lag)
+
+
+@register_jitable(forceinline=True)
+def empty_evidence(identified: float) -> Evidence:
+    """Return the sums as they begin, while the identified lag is this, s."""
+    return Evidence(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, identified)
+
+
+@register_jitable(forceinline=True)
+def with_evidence(state: TimingState, evidence: Evidence, lag: float) -> TimingState:
+    """Return the state with other evidence and another lag (s) of the feedforward."""
+    return TimingState(
+        state.sensitivity,
+        state.velocity,
+        state.integral,
+        state.slope,
+        state.sensitivities,
+        state.commands,
+        evidence,
+        lag,
+    )
 
 
 @register_jitable(forceinline=True)
@@ -152,13 +188,13 @@ def advance_response(
 
 
 @register_jitable(forceinline=True)
-def learn_timing(state: TimingState, error: float, learnt: float, memory: float, duration: float) -> None:
-    """Take the tracking error at one sample into account.
+def learn_timing(state: TimingState, error: float, learnt: float, memory: float, duration: float) -> TimingState:
+    """Return the state with the tracking error at one sample taken into account.
 
     Parameters
     ----------
     state : TimingState
-        The state; its evidence is changed in place.
+        The state.
     error : float
         Reference less measured velocity, rad/s.
     learnt : float
@@ -168,53 +204,68 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
     duration : float
         Time since the last sample, s.
     """
-    evidence, slope = state.evidence, state.slope
+    known, slope = state.evidence, state.slope
     square = slope * slope
     keep = math.exp(-duration / memory)
-    evidence[ENERGY] = keep * evidence[ENERGY] + square
-    evidence[SQUARES] = keep * evidence[SQUARES] + square * error * error
-    evidence[CROSS] = keep * evidence[CROSS] + square * slope * error
-    evidence[FOURTH] = keep * evidence[FOURTH] + square * square
-    squares, fourth = evidence[SQUARES], evidence[FOURTH]
+    energy = keep * known.energy + square
+    squares = keep * known.squares + square * error * error
+    cross = keep * known.cross + square * slope * error
+    fourth = keep * known.fourth + square * square
     keep = math.exp(-duration / min(LONGEST * memory, GROWTH * learnt))
-    evidence[INFORMATION] *= keep
-    evidence[WEIGHTED] *= keep
-    if not (squares > LEAST_SUM and fourth > LEAST_SUM):
-        return
-    limit = CLIP * math.sqrt(squares / evidence[ENERGY])
-    left = squares - evidence[CROSS] * evidence[CROSS] / fourth  # by the lag that would suit these errors best
-    weight = evidence[ENERGY] / max(left, LEAST_LEFT * squares)
-    evidence[INFORMATION] += weight * square
-    evidence[WEIGHTED] += weight * slope * (min(max(error, -limit), limit) + slope * state.lag)
+    information, weighted = keep * known.information, keep * known.weighted
+    if squares > LEAST_SUM and fourth > LEAST_SUM:
+        limit = CLIP * math.sqrt(squares / energy)
+        left = squares - cross * cross / fourth  # by the lag that would suit these errors best
+        weight = energy / max(left, LEAST_LEFT * squares)
+        information += weight * square
+        weighted += weight * slope * (min(max(error, -limit), limit) + slope * state.lag)
+    evidence = Evidence(information, weighted, energy, squares, cross, fourth, known.since)
+    return with_evidence(state, evidence, state.lag)
 
 
 @register_jitable(forceinline=True)
-def best_lag(state: TimingState, identified: float, largest: float, period: float, young: bool) -> float:
-    """Return the lag of the feedforward that the errors so far ask for, s.
+def drop_stale_evidence(state: TimingState, identified: float, period: float, young: bool) -> TimingState:
+    """Return the state without what was fitted around an identified lag that has moved much since.
 
-    Far from the best lag the error is not linear in it: where the identified lag has moved much since, what was fitted
-    is dropped.
+    Far from the best lag the error is not linear in it, so what was fitted there is misleading.
 
     Parameters
     ----------
     state : TimingState
-        The state; its evidence may be dropped.
-    identified, largest : float
-        Identified friction lag, and the largest that is believed, s.
+        The state.
+    identified : float
+        Identified friction lag, s.
     period : float
         Sampling period, s.
     young : bool
-        Whether what was fitted may be dropped.
+        Whether the estimator is young; later what was fitted is the more reliable.
     """
-    believed = 1.0 / (DISBELIEF * period) ** 2
     evidence = state.evidence
-    moved = abs(identified - evidence[SINCE])
-    if evidence[ENERGY] == 0.0 or (young and moved > MOVED * evidence[SINCE] + period):
-        evidence[:] = 0.0
-        evidence[SINCE] = identified
-    correction = evidence[WEIGHTED] - evidence[INFORMATION] * identified  # none is exactly none without evidence
-    lag = identified + correction / (evidence[INFORMATION] + believed)
-    return min(max(lag, 0.0), largest)  # type: ignore[no-any-return]
+    moved = abs(identified - evidence.since)
+    if evidence.energy == 0.0 or (young and moved > MOVED * evidence.since + period):
+        return with_evidence(state, empty_evidence(identified), state.lag)
+    return state
+
+
+@register_jitable(forceinline=True)
+def best_lag(state: TimingState, identified: float, largest: float, period: float) -> float:
+    """Return the lag of the feedforward that the errors so far ask for, s.
+
+    Parameters
+    ----------
+    state : TimingState
+        The state; it is left as it is.
+    identified, largest : float
+        Identified friction lag, the prior of the fit, and the largest possible one, s.
+    period : float
+        Sampling period, s.
+    """
+    prior = 1.0 / (PRIOR_DEVIATION * period) ** 2
+    evidence = state.evidence
+    # a difference, not a weighted mean of the two: without evidence the identified lag must come out bit for bit
+    correction = evidence.weighted - evidence.information * identified
+    lag = identified + correction / (evidence.information + prior)
+    return min(max(lag, 0.0), largest)
 
 
 @register_jitable(forceinline=True)

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.columns import column_names, usual_column
-from adaptive_ff.logs.log import Log, read_log
+
+if TYPE_CHECKING:
+    from adaptive_ff.logs.log import Log
 
 
 def chosen_columns(
@@ -17,6 +19,8 @@ def chosen_columns(
     torque: str | None,
 ) -> dict[str, str]:
     """Return the column of each role; where none is named, the one of a usual name."""
+    from adaptive_ff.logs.columns import column_names, usual_column
+
     if time is not None and period is not None:
         raise InputError("--time and --period are both given; give one of them")
     if position is not None and velocity is not None:
@@ -39,8 +43,10 @@ def read_columns(
     period: float | None,
     scales: Mapping[str, float],
     extra: Mapping[str, str] | None = None,
-) -> Log:
+) -> "Log":
     """Read a log with columns by role, and further ones by the name that they get."""
+    from adaptive_ff.logs.log import read_log
+
     return read_log(
         path,
         torque=columns["torque"],

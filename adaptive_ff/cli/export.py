@@ -6,12 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from adaptive_ff.cli.terminal import Printer
-from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.errors import InputError
-from adaptive_ff.export.project import export_controller
-from adaptive_ff.replay.state import read_state, state_from_json
-from adaptive_ff.scenario.scenario import load_scenario
 
 
 def export_command(
@@ -29,6 +24,10 @@ def export_command(
     fmu: Annotated[bool, typer.Option("--fmu", help="Also write an FMU 2.0 for co-simulation.")] = False,
 ) -> None:
     """Write a controller as C99 source, with a self-test, an example and a CMake file."""
+    from adaptive_ff.cli.terminal import Printer
+    from adaptive_ff.export.project import export_controller
+    from adaptive_ff.replay.state import read_state, state_from_json
+
     content = None if state is None else _read(state)
     if content is not None and "settings" in content:
         if scenario is not None:
@@ -46,6 +45,9 @@ def export_command(
 
 
 def _from_scenario(scenario: Path | None, name: str, state: Path | None, content: dict[str, Any] | None) -> Any:
+    from adaptive_ff.comparison.registry import make_controller
+    from adaptive_ff.scenario.scenario import load_scenario
+
     loaded, source = load_scenario(scenario), scenario or "built-in scenario"
     try:
         made = make_controller(loaded, name)

@@ -1,39 +1,43 @@
 """Command ``adaptive-ff replay``."""
 
-import os
-from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from adaptive_ff.cli.columns import chosen_columns, read_columns
-from adaptive_ff.cli.terminal import Printer
+from adaptive_ff.cli.options import (
+    OUT,
+    JsonCopy,
+    Linear,
+    LogFile,
+    Period,
+    Position,
+    Scale,
+    Time,
+    Torque,
+    Velocity,
+)
+from adaptive_ff.cli.places import places
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn_of_skips
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.columns import read_scales
-from adaptive_ff.logs.log import Log
-from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
-from adaptive_ff.replay.replay import BAND, replay_log
-from adaptive_ff.replay.result import Replay
-from adaptive_ff.replay.state import read_state
-from adaptive_ff.replay.watching import watch
-from adaptive_ff.report.files import staged, write_json
-from adaptive_ff.report.replay_table import left_table
-from controllers import is_cached
 
-LONGEST_LIST = 10
-"""Most skipped pieces that are printed; the JSON holds all."""
+if TYPE_CHECKING:
+    from adaptive_ff.logs.log import Log
+    from adaptive_ff.replay.result import Replay
+
+BAND = 20.0
+"""Default of ``--band``, Hz; that of ``replay_log``, which the tests compare."""
 
 
 def replay_command(
-    log: Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5 or Parquet file.", show_default=False)],
-    time: Annotated[str | None, typer.Option(help="Column of the time, s.")] = None,
-    period: Annotated[float | None, typer.Option(help="Constant sample time, s, instead of a column.")] = None,
-    position: Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")] = None,
-    velocity: Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")] = None,
-    torque: Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")] = None,
+    log: LogFile,
+    time: Time = None,
+    period: Period = None,
+    position: Position = None,
+    velocity: Velocity = None,
+    torque: Torque = None,
     reference_velocity: Annotated[str | None, typer.Option(help="Column of the reference velocity, rad/s.")] = None,
     reference_position: Annotated[
         str | None, typer.Option(help="Column of the reference position, rad, instead of a velocity.")
@@ -41,13 +45,12 @@ def replay_command(
     feedforward: Annotated[
         str | None, typer.Option(help="Column of the feedforward that the machine had, N m, to compare with.")
     ] = None,
-    scale: Annotated[
-        list[str] | None, typer.Option(help="NAME=FACTOR for a column in other units, such as q=pi/180 or u=-1/48.")
-    ] = None,
+    scale: Scale = None,
     inertia: Annotated[
-        float | None, typer.Option(help="Inertia that the controller is told, kg m^2; that of the fixed model if not.")
+        float | None,
+        typer.Option(help="Inertia that the controller assumes, kg m^2; that of the fixed model if not given."),
     ] = None,
-    stribeck_velocity: Annotated[float | None, typer.Option(help="Stribeck velocity that it is told, rad/s.")] = None,
+    stribeck_velocity: Annotated[float | None, typer.Option(help="Stribeck velocity that it assumes, rad/s.")] = None,
     memory: Annotated[float | None, typer.Option(help="Its memory, s of sliding motion; 5 if not given.")] = None,
     identify: Annotated[
         str | None,
@@ -70,11 +73,16 @@ def replay_command(
     band: Annotated[float, typer.Option(help="Band in which torques are judged, Hz.")] = BAND,
     state: Annotated[Path | None, typer.Option(help="State to start from, as --save-state wrote it.")] = None,
     save_state: Annotated[Path | None, typer.Option(help="Write the state at the end there.")] = None,
-    linear: Annotated[bool, typer.Option("--linear", help="A linear axis: units are m, N and kg.")] = False,
-    out: Annotated[Path, typer.Option(help="Folder for plots and replay.json.")] = Path("results"),
-    json: Annotated[Path | None, typer.Option(help="Write the result there, too.")] = None,
+    linear: Linear = False,
+    out: Annotated[Path, typer.Option(help="Folder for plots and replay.json.")] = OUT,
+    json: JsonCopy = None,
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
+    from adaptive_ff.logs.columns import read_scales
+    from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
+    from adaptive_ff.replay.state import read_state
+    from adaptive_ff.report.files import write_result
+
     if reference_velocity is not None and reference_position is not None:
         raise InputError("--reference-velocity and --reference-position are both given; give one of them")
     columns = chosen_columns(log, time, period, position, velocity, torque)
@@ -86,13 +94,8 @@ def replay_command(
     extra = {name: column for name, column in named.items() if column is not None}
     given = read_columns(log, columns, period, read_scales(scale or []), extra)
     saved = None if state is None else read_state(state)
-    errors = Console(stderr=True, soft_wrap=True, highlight=False)
-    with ExitStack() as stack:
-        places = {path: stack.enter_context(staged(path.parent)) for path in (json, save_state) if path is not None}
-        stage = stack.enter_context(staged(out))
-        for path in places:
-            if os.path.isdir(path):
-                raise InputError(f"{path}: cannot be written: it is a folder")
+    errors = error_console()
+    with places(out, json, save_state) as (stage, beside):
         found = _run(
             given,
             errors,
@@ -110,28 +113,27 @@ def replay_command(
             linear=linear,
         )
         found.plot(stage)
-        write_json(stage / "replay.json", found.to_dict())
-        if json is not None:
-            write_json(places[json] / json.name, found.to_dict())
+        for file in (stage / "replay.json", *([beside[json]] if json is not None else [])):
+            write_result(file, found.to_dict())
         if save_state is not None:
-            (places[save_state] / save_state.name).write_text(found.state_to_json(), encoding="utf-8")
+            beside[save_state].write_text(found.state_to_json(), encoding="utf-8")
     _print(found, errors, out)
 
 
-def _run(log: Log, errors: Console, **options: object) -> Replay:
-    if not is_cached(watch):
-        errors.print("First run on this machine: the controllers are compiled, once (some 15 to 30 s).")
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as progress:
+def _run(log: "Log", errors: Console, **options: object) -> "Replay":
+    from adaptive_ff.replay.replay import replay_log
+    from adaptive_ff.replay.watching import watch
+
+    announce_compilation(errors, watch)
+    with progress_bars(errors) as progress:
         task = progress.add_task("replay", total=1.0)
         return replay_log(log, progress=lambda share: progress.update(task, completed=share), **options)  # type: ignore[arg-type]
 
 
-def _print(found: Replay, errors: Console, out: Path) -> None:
-    for skip in found.skipped[:LONGEST_LIST]:
-        errors.print(f"warning: skipped: samples {skip.start} to {skip.stop}: {skip.reason}", markup=False)
-    if len(found.skipped) > LONGEST_LIST:
-        errors.print(f"warning: skipped: {len(found.skipped) - LONGEST_LIST} more, listed in replay.json")
+def _print(found: "Replay", errors: Console, out: Path) -> None:
+    from adaptive_ff.report.replay_table import left_table
+
+    warn_of_skips(errors, found.skipped, "replay.json")
     console = Printer()
     console.print(left_table(found))
     for note in found.notes:
@@ -139,4 +141,4 @@ def _print(found: Replay, errors: Console, out: Path) -> None:
     for name, estimates in found.estimates.items():
         shown = ", ".join(f"{key} {value:.4g}" for key, value in estimates.items())
         console.print(f"Estimates at the end, {name}: {shown}", highlight=False, markup=False)
-    console.print(f"Plots and replay.json are in {out}", highlight=False, markup=False, soft_wrap=True)
+    console.say(f"Plots and replay.json are in {out}")

@@ -1,9 +1,17 @@
-"""Printing to a terminal."""
+"""Printing to a terminal: tables, warnings, progress."""
 
 import os
 import sys
+from collections.abc import Sequence
+from typing import Any
 
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+COMPILES = "First run on this machine: the controllers are compiled, once (some 15 to 30 s)."
+
+LONGEST_LIST = 10
+"""Most skipped pieces of a log that are printed; the JSON holds all."""
 
 
 class Printer(Console):
@@ -13,3 +21,39 @@ class Printer(Console):
         """End the program quietly."""
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(0)
+
+    def say(self, sentence: str) -> None:
+        """Print a sentence as it is."""
+        self.print(sentence, highlight=False, markup=False, soft_wrap=True)
+
+
+def error_console() -> Console:
+    """Return the console for what is no result: warnings, notices, progress."""
+    return Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+def warn(errors: Console, cautions: Sequence[str]) -> None:
+    """Print warnings, one a line."""
+    for caution in cautions:
+        errors.print(f"warning: {caution}", markup=False)
+
+
+def warn_of_skips(errors: Console, skipped: Sequence[Any], file: str) -> None:
+    """Print which pieces of a log were skipped and why, but no more than people read."""
+    warn(errors, [f"skipped: samples {skip.start} to {skip.stop}: {skip.reason}" for skip in skipped[:LONGEST_LIST]])
+    if len(skipped) > LONGEST_LIST:
+        warn(errors, [f"skipped: {len(skipped) - LONGEST_LIST} more, listed in {file}"])
+
+
+def announce_compilation(errors: Console, loop: Any) -> None:
+    """Say that a loop has to be compiled, where that has not been done on this machine."""
+    from controllers import is_cached
+
+    if not is_cached(loop):
+        errors.print(COMPILES)
+
+
+def progress_bars(errors: Console) -> Progress:
+    """Return progress bars, which show only on a terminal and go when they are done."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)

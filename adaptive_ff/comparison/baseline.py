@@ -1,19 +1,23 @@
-"""Regression gate: tracking must stay as good as it was."""
+"""A stored result as the baseline of a regression gate: reading it, and whether it is of the same scenario."""
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.simulation.metrics import METRIC_UNITS
 
-GATED = ("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation")
+GATED = tuple(METRIC_UNITS)
 """Figures of merit that may not get worse; smaller is better for all of them."""
 
-TOLERANCE = 0.05
-"""Default tolerance, relative."""
+NOT_COMPARED = ("controllers", "sweep")
+"""Fields of a scenario that do not change the run of a controller."""
+
+MOST_SHOWN = 6
+"""Most differing fields that a message names."""
 
 
 def read_baseline(path: str | Path) -> dict[str, Any]:
@@ -35,6 +39,8 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     controllers = content.get("controllers")
     if not isinstance(controllers, dict) or not controllers:
         raise InputError(f"{path}: controllers is missing; the file must be a result of 'adaptive-ff compare --json'")
+    if not isinstance(content.get("scenario"), dict):
+        raise InputError(f"{path}: scenario is missing; the file must be a result of 'adaptive-ff compare --json'")
     for name, figures in controllers.items():
         for figure in GATED:
             value = figures.get(figure) if isinstance(figures, dict) else None
@@ -45,60 +51,73 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     return content
 
 
-def regressions(comparison: Comparison, baseline: Mapping[str, Any], tolerance: float = TOLERANCE) -> list[str]:
-    """Return what got worse than a baseline, a sentence each; empty where nothing did.
+def scenario_differences(scenario: Scenario, baseline: Mapping[str, Any]) -> list[str]:
+    """Return in which fields the scenario of a baseline differs from a scenario, a phrase each.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The result now.
-    baseline : mapping
-        The earlier result, see :func:`read_baseline`.
-    tolerance : float, optional
-        How much worse a figure may be, relative, zero or more.
-
-    Raises
-    ------
-    ValueError
-        The tolerance is negative or not finite.
+    A field that the baseline does not have, because an earlier version wrote it, counts as its default. Of the path of
+    a recorded reference only the name of the file counts, so that a baseline may move between machines.
     """
-    if not (math.isfinite(tolerance) and tolerance >= 0.0):
-        raise ValueError(f"tolerance = {tolerance} is not allowed: it must be finite and not negative")
-    now = comparison.to_dict()["controllers"]
+    there = dict(_leaves(baseline["scenario"]))
+    here = dict(_leaves(scenario.model_dump(mode="json", exclude_none=True)))
+    chosen = dict(_leaves(scenario.model_dump(mode="json", exclude_none=True, exclude_defaults=True)))
     found = []
-    for name, before in baseline["controllers"].items():
-        if name not in now:
-            found.append(f"{name}: is in the baseline, but was not run")
+    for name in dict.fromkeys([*here, *there]):
+        if name.partition(".")[0] in NOT_COMPARED or (name not in there and name not in chosen):
             continue
-        for figure in GATED:
-            old, new = before[figure], now[name][figure]
-            if new > old * (1.0 + tolerance):
-                growth = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
-                found.append(
-                    f"{name}: {figure} grew from {old:.4g} to {new:.4g} ({growth}, allowed {100 * tolerance:g} %)"
-                )
+        old, new = there.get(name), here.get(name)
+        if name == "reference.path" and isinstance(old, str) and isinstance(new, str):
+            old, new = _file_name(old), _file_name(new)
+        if old != new:
+            found.append(f"{name} is {_shown(old)} there and {_shown(new)} here")
     return found
 
 
-def assert_no_regression(comparison: Comparison, baseline: str | Path, tolerance: float = TOLERANCE) -> None:
-    """Fail a test where tracking got worse than a stored result.
+def check_same_scenario(scenario: Scenario, baseline: Mapping[str, Any], name: str) -> None:
+    """Refuse a baseline of another scenario.
 
     Parameters
     ----------
-    comparison : Comparison
-        The result now.
-    baseline : str or Path
-        A file that ``adaptive-ff compare --json`` wrote.
-    tolerance : float, optional
-        How much worse a figure may be, relative.
+    scenario : Scenario
+        The scenario that is run now.
+    baseline : mapping
+        The earlier result.
+    name : str
+        What the baseline is called in the message.
 
     Raises
     ------
-    AssertionError
-        Something got worse; the message says what.
     InputError
-        The baseline cannot be read.
+        The baseline is of another scenario; the message names the fields that differ.
     """
-    found = regressions(comparison, read_baseline(baseline), tolerance)
+    found = scenario_differences(scenario, baseline)
     if found:
-        raise AssertionError("tracking got worse:\n" + "\n".join(found))
+        more = f" and {len(found) - MOST_SHOWN} more fields differ" if len(found) > MOST_SHOWN else ""
+        raise InputError(
+            f"{name}: is of another scenario: {'; '.join(found[:MOST_SHOWN])}{more}; run the scenario that it was "
+            "made with, or make a new baseline"
+        )
+
+
+def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of nested tables, each with its path such as ``change.0.time``; lists of numbers as a whole."""
+    if isinstance(value, Mapping):
+        pairs = list(value.items())
+    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
+        pairs = list(enumerate(value))
+    else:
+        yield path, value
+        return
+    for key, item in pairs:
+        yield from _leaves(item, f"{path}.{key}" if path else str(key))
+
+
+def _file_name(path: str) -> str:
+    """Return the last part of a path of any system."""
+    return path.replace("\\", "/").rpartition("/")[2]
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "not given"
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:57] + "..."

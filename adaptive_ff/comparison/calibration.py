@@ -2,7 +2,7 @@
 
 The calibration run is the scenario's own joint, sensor, drive and kind of reference with another seed, for 120 s,
 before its friction changes. Only what can be measured takes part: the velocity and the torque of the drive; ``Vs``
-and ``delta`` are told. Two steps:
+and ``delta`` are assumed known. Two steps:
 
 1. The filtered torque form on sliding samples, by least squares within what is possible. Filters at half of the
    crossover and a gate at 0.4 of the Stribeck velocity gave the least errors on the built-in joint (seeds from 101 on).
@@ -25,15 +25,15 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear, minimize_scalar
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.bounds import INERTIA_RANGE, largest_lag
+from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE, largest_lag
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.rows import torque_form_rows
-from adaptive_ff.regression.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals
+from adaptive_ff.regression.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals_in_place
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import PI
-from plant import JointModel, schedule
+from plant import Gravity, JointModel, schedule
 
 Array = NDArray[np.float64]
 
@@ -51,9 +51,6 @@ GATE_SHARE = 0.4
 
 GATE_HOLD = 3.0
 """Hold of the gate, in time constants of the filters."""
-
-VISCOUS_SHARE = 0.2
-"""Unit of the viscous coefficient, as a share of the proportional gain."""
 
 LAG_STEP = 0.01
 """Resolution of the first search for the friction lag, in time constants ``J/Kp`` of the feedback."""
@@ -79,7 +76,7 @@ class Calibration(NamedTuple):
     scenario : Scenario
         What was run.
     course : Course
-        What was laid down for it.
+        Its joint, reference and noise, before any controller runs.
     measured : ndarray, shape (n,)
         Measured velocity, rad/s.
     equations : ndarray, shape (7, 7)
@@ -135,7 +132,7 @@ def _calibrate(text: str) -> Calibration:
 
 def _run(scenario: Scenario, course: Course) -> Record:
     """Run the PI loop."""
-    loop = PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.delay)
+    loop = PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
     record = empty_record(course, 0)
     run_compiled(loop.parameters, loop.state, course, start_position(course), course.noise.size, record)
     return record
@@ -143,13 +140,13 @@ def _run(scenario: Scenario, course: Course) -> Record:
 
 def _equations(scenario: Scenario, course: Course, record: Record) -> Array:
     """Return the triangular factor of the torque form's equations."""
-    told, pole = scenario.adaptation, POLE_SHARE * scenario.feedback.gains[0] / scenario.feedback.inertia
-    form = TorqueForm(pole, told.stribeck_velocity, told.stribeck_shape)
-    signals = settle_signals(form, initial_signals(), float(record.measured[0]))
+    assumed, pole = scenario.adaptation, POLE_SHARE * scenario.feedback.gains[0] / scenario.feedback.inertia
+    form = TorqueForm(pole, assumed.stribeck_velocity, assumed.stribeck_shape)
+    signals = settle_signals_in_place(form, initial_signals(), float(record.measured[0]))
     time: Array = course.samples[:-1] * np.float64(course.solver_period)
     rows, outputs = np.zeros((time.size, len(REGRESSORS))), np.zeros(time.size)
     used = np.zeros(time.size, dtype=np.bool_)
-    gate = (GATE_SHARE * told.stribeck_velocity, GATE_HOLD / pole)
+    gate = (GATE_SHARE * assumed.stribeck_velocity, GATE_HOLD / pole)
     acted = np.roll(record.torque, 1)
     torque_form_rows(form, signals, time, record.measured, acted, gate, rows, outputs, used)
     count, needed = int(np.count_nonzero(used)), len(REGRESSORS) + 1
@@ -257,5 +254,7 @@ def _simulated(calibration: Calibration, model: TorqueModel) -> Array:
         plan=schedule([], joint.solver_period),
         resolution=min(course.resolution, FINE),
         noise=np.zeros_like(course.noise),
+        actuator=course.actuator._replace(gain=1.0),  # the torque that the drive reports is all that is known of it
+        gravity=Gravity(0.0, 0.0),  # the forms have none
     )
     return _run(scenario, exact).measured

@@ -55,6 +55,18 @@ class Comparison:
             "improvement": self.improvement,
         }
 
+    def write(self, path: str | Path) -> None:
+        """Write the result as JSON, as ``adaptive-ff compare --json`` does: the baseline of a regression gate.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        from adaptive_ff.report.files import write_result
+
+        write_result(Path(path), self.to_dict())
+
     def plot(self, folder: str | Path | None = None) -> dict[str, "Figure"]:
         """Draw all pictures, by name; write them to a folder where one is given."""
         from adaptive_ff.report.comparison_plots import plot_comparison

@@ -7,7 +7,7 @@ Sources:
 - ``true``: the joint's own parameters at the start of the run.
 - ``nominal``: as from a data sheet. Coulomb friction, stiction, viscous coefficient and lag are each off by a factor
   of their own, drawn evenly on a logarithmic scale between 1/1.25 and 1.25 by the scenario's seed; ``Vs`` and
-  ``delta`` are those that the identifying controllers are told, the inertia that of the feedback's design.
+  ``delta`` are those that the identifying controllers assume, the inertia that of the feedback's design.
 - ``stale``: identified exactly, when all friction was 1.3 times what it is now, as after a change of temperature.
 - ``batch``: identified from a calibration run, see ``calibration``.
 
@@ -111,7 +111,7 @@ SOURCES = (*KNOWN, "batch")
 
 
 def fixed_model(scenario: Scenario, truth: TorqueModel, form: str, source: str) -> TorqueModel:
-    """Return the model that a fixed feedforward is told.
+    """Return the model that a fixed feedforward assumes.
 
     Parameters
     ----------

@@ -11,9 +11,10 @@ from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
 from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
 from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.rivals.observed_model import ObservedModel
 from adaptive_ff.rivals.paper import PaperController
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.scenario.truth import friction_course, true_model
+from adaptive_ff.scenario.truth import model_course, true_model
 from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign
 
 Maker = Callable[[Scenario], Any]
@@ -21,11 +22,11 @@ Maker = Callable[[Scenario], Any]
 
 
 def _pi(scenario: Scenario) -> PI:
-    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.delay)
+    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
 
 
 def _with_model(scenario: Scenario, model: TorqueModel) -> ModelBased:
-    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model, delay=scenario.delay)
+    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model, delay=scenario.assumed_delay)
 
 
 def _inertia_feedforward(scenario: Scenario) -> ModelBased:
@@ -37,69 +38,86 @@ def _fixed(scenario: Scenario) -> ModelBased:
 
 
 def _oracle(scenario: Scenario) -> ModelBased:
-    model, changes, load = true_model(scenario), friction_course(scenario), scenario.joint.offset
-    period, delay = scenario.sampling.period, scenario.delay
-    return ModelBased(*scenario.feedback.gains, period, model, changes, load=load, delay=delay)
+    return oracle_with_lag(scenario, 1.0)
 
 
-def _told(scenario: Scenario) -> dict[str, Any]:
-    """Return what an identifying controller is told, and nothing else."""
+def oracle_with_lag(scenario: Scenario, scale: float, added: float = 0.0) -> ModelBased:
+    """Make the oracle with its friction lag times a factor, and a lag (s) added: what suits the sampled loop.
+
+    It knows the true delay of the drive, too, whatever the feedback assumes.
+    """
+
+    def tuned(model: TorqueModel) -> TorqueModel:
+        return model._replace(friction_lag=scale * model.friction_lag + added)
+
+    return ModelBased(
+        *scenario.feedback.gains,
+        scenario.sampling.period,
+        tuned(true_model(scenario)),
+        [(time, tuned(model)) for time, model in model_course(scenario)],
+        gravity=scenario.joint.weight,
+        delay=scenario.delay,
+    )
+
+
+def _assumed(scenario: Scenario) -> dict[str, Any]:
+    """Return what an identifying controller assumes of the joint and its drive, and nothing else."""
     return {
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
         "stribeck_velocity": scenario.adaptation.stribeck_velocity,
         "stribeck_shape": scenario.adaptation.stribeck_shape,
-        "delay": scenario.delay,
+        "delay": scenario.assumed_delay,
     }
 
 
-def _with_memory(told: dict[str, Any], memory: float | None) -> dict[str, Any]:
-    """Return what is told, with a memory where there is one."""
-    return told if memory is None else {**told, "memory": memory}
+def _with_memory(assumed: dict[str, Any], memory: float | None) -> dict[str, Any]:
+    """Return what is assumed, with a memory where the scenario gives one."""
+    return assumed if memory is None else {**assumed, "memory": memory}
 
 
 PAPER_MEMORY = 3.0
-"""Memory of ``adaptive_paper``, s, where none is told; found best over 100 Hz and 1 kHz together.
+"""Memory of ``adaptive_paper``, s, where the scenario gives none; found best over 100 Hz and 1 kHz together.
 
 On 16 joints drawn around the built-in one (``adaptive-ff sweep``, seed 101): at 1 kHz 3 s beats all from 0.3 to 100 s;
 at 100 Hz anything from 3 s on does about as well.
 """
 
 DEAD_ZONE = 0.3
-"""Dead zone of ``canudas``, as a share of the Stribeck velocity that is told."""
+"""Dead zone of ``canudas``, as a share of the assumed Stribeck velocity."""
 
 
 def _adaptive_paper(scenario: Scenario) -> PaperController:
     memory = scenario.adaptation.memory or PAPER_MEMORY
-    return PaperController(*scenario.feedback.gains, **_told(scenario), memory=memory)
+    return PaperController(*scenario.feedback.gains, **_assumed(scenario), memory=memory)
 
 
-def _canudas_told(scenario: Scenario) -> dict[str, Any]:
-    told = {
+def _canudas_assumed(scenario: Scenario) -> dict[str, Any]:
+    assumed = {
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
         "dead_zone": DEAD_ZONE * scenario.adaptation.stribeck_velocity,
-        "delay": scenario.delay,
+        "delay": scenario.assumed_delay,
     }
-    return _with_memory(told, scenario.adaptation.memory)
+    return _with_memory(assumed, scenario.adaptation.memory)
 
 
 def _canudas(scenario: Scenario) -> CanudasController:
-    return CanudasController(*scenario.feedback.gains, **_canudas_told(scenario))
+    return CanudasController(*scenario.feedback.gains, **_canudas_assumed(scenario))
 
 
 def _canudas_measured(scenario: Scenario) -> CanudasMeasuredController:
-    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_told(scenario))
+    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_assumed(scenario))
 
 
 def _feedback_error(scenario: Scenario) -> FeedbackErrorLearning:
-    return FeedbackErrorLearning(*scenario.feedback.gains, **_told(scenario))
+    return FeedbackErrorLearning(*scenario.feedback.gains, **_assumed(scenario))
 
 
 def _adaptive(scenario: Scenario) -> AdaptiveController:
-    told = _with_memory(_told(scenario), scenario.adaptation.memory)
-    told |= {"parameters": scenario.adaptation.parameters, "velocity_lag": scenario.velocity_lag}
-    return AdaptiveController(*scenario.feedback.gains, **told)
+    assumed = _with_memory(_assumed(scenario), scenario.adaptation.memory)
+    assumed |= {"parameters": scenario.adaptation.parameters, "velocity_lag": scenario.velocity_lag}
+    return AdaptiveController(*scenario.feedback.gains, **assumed)
 
 
 def balance(scenario: Scenario) -> float:
@@ -120,7 +138,7 @@ def _observer_bandwidth(
 ) -> float:
     """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less."""
     try:
-        delay = math.ceil(scenario.delay - 1e-6)
+        delay = math.ceil(scenario.assumed_delay - 1e-6)
         largest = design(scenario.feedback.inertia, scenario.sampling.period, *gains, delay=delay).bandwidth
     except ValueError as error:
         raise InputError(f"feedback: {error}") from error
@@ -131,7 +149,7 @@ def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> Disturb
     """Make a PI loop with a disturbance observer; the share did best in ``python -m benchmarks.tuning``."""
     gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
     bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
-    period, delay = scenario.sampling.period, scenario.delay
+    period, delay = scenario.sampling.period, scenario.assumed_delay
     return DisturbanceObserver(*gains, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
 
@@ -139,7 +157,7 @@ def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState
     """Make a loop with an extended state observer; the share did best in ``python -m benchmarks.tuning``."""
     proportional, inertia = scenario.feedback.gains[0], scenario.feedback.inertia
     bandwidth = _observer_bandwidth(scenario, share, ExtendedState.design, proportional)
-    period, delay = scenario.sampling.period, scenario.delay
+    period, delay = scenario.sampling.period, scenario.assumed_delay
     return ExtendedState(proportional, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
 
@@ -149,8 +167,37 @@ def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDis
     noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
     bandwidth = _observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
     walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
-    settings = {"inertia": inertia, "velocity_noise": noise, "disturbance_walk": walk, "delay": scenario.delay}
+    first, second = KalmanDisturbance.gains(inertia, period, noise, walk)
+    settings = {"inertia": inertia, "velocity_gain": first, "disturbance_gain": second, "delay": scenario.assumed_delay}
     return KalmanDisturbance(*gains, period, **settings)
+
+
+def make_observed(scenario: Scenario, source: str, share: float = 1.7) -> ObservedModel:
+    """Make a fixed feedforward with lag and an observer around it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    source : str
+        Source of the fixed model, see ``fixed_models``.
+    share : float, optional
+        Bandwidth of the observer over the balance; the share did best in ``python -m benchmarks.tuning``.
+    """
+    model = fixed_model(scenario, true_model(scenario), "lagged", source)
+    gains, period, delay = scenario.feedback.gains, scenario.sampling.period, scenario.assumed_delay
+    bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
+    return ObservedModel(*gains, period, model, bandwidth=bandwidth, delay=delay)
+
+
+def make_observed_nominal(scenario: Scenario, share: float = 1.7) -> ObservedModel:
+    """Make an observer around a feedforward from nominal parameters."""
+    return make_observed(scenario, "nominal", share)
+
+
+def make_observed_batch(scenario: Scenario, share: float = 1.7) -> ObservedModel:
+    """Make an observer around a feedforward identified in a calibration run."""
+    return make_observed(scenario, "batch", share)
 
 
 def _fixed_maker(form: str, source: str) -> Maker:
@@ -172,6 +219,8 @@ CONTROLLERS: dict[str, Maker] = {
     "disturbance_observer": make_disturbance_observer,
     "extended_state": make_extended_state,
     "kalman_disturbance": make_kalman_disturbance,
+    "observed_nominal": make_observed_nominal,
+    "observed_batch": make_observed_batch,
     "adaptive_paper": _adaptive_paper,
     "adaptive": _adaptive,
     "canudas": _canudas,

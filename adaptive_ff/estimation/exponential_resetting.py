@@ -1,7 +1,7 @@
 """Least squares with exponential resetting as an estimator of one's own regression: forgetting that cannot wind up.
 
-The recursion is ``resetting.update_resetting``, in units of the first deviations and of the noise. Its floor is such
-that without excitation the covariance returns to the first one.
+The recursion is ``resetting.update_resetting_in_place``, in units of the first deviations and of the noise. Its floor
+is such that without excitation the covariance returns to the first one.
 """
 
 import math
@@ -12,8 +12,8 @@ from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.estimation.recursive_estimator import RecursiveEstimator, make_settings
-from adaptive_ff.estimation.resetting import update_resetting
-from adaptive_ff.estimation.updates import CORRECTIONS, Progress, Settings, initial_progress
+from adaptive_ff.estimation.resetting import initial_resetting_state, update_resetting_in_place
+from adaptive_ff.estimation.updates import CORRECTIONS, EstimationState, Settings, initial_state
 from controllers import check_positive
 
 
@@ -23,70 +23,57 @@ class ResettingParameters(NamedTuple):
     Attributes
     ----------
     settings : Settings
-        What it is told.
+        Its settings.
     floor : float
         Floor of the information, per unit of memory.
-    scaled : ndarray, shape (n,)
-        Scratch.
-    factor : ndarray, shape (n, n)
-        Scratch.
     """
 
     settings: Settings
     floor: float
-    scaled: NDArray[np.float64]
-    factor: NDArray[np.float64]
-
-
-class ResettingState(NamedTuple):
-    """State of the estimator.
-
-    Attributes
-    ----------
-    progress : Progress
-        Estimate, its covariance, level of the error.
-    information : ndarray, shape (n, n)
-        Information of the scaled parameters; changed in place.
-    """
-
-    progress: Progress
-    information: NDArray[np.float64]
 
 
 def make_resetting(settings: Settings, period: float) -> ResettingParameters:
     """Return the parameters of an estimator whose information falls back to that of the first estimate."""
-    size = settings.first.size
-    floor = -math.expm1(-period / settings.memory)
-    return ResettingParameters(settings, floor, np.zeros(size), np.zeros((size, size)))
+    return ResettingParameters(settings, -math.expm1(-period / settings.memory))
 
 
-def initial_resetting_state(block: ResettingParameters) -> ResettingState:
+def initial_exponential_resetting_state(block: ResettingParameters) -> EstimationState:
     """Return the state of an estimator that has seen nothing."""
-    return ResettingState(initial_progress(block.settings), block.floor * np.eye(block.settings.first.size))
+    first = block.settings.first
+    return initial_state(block.settings, initial_resetting_state(first, block.floor * np.eye(first.size)))
 
 
 @register_jitable(forceinline=True)
-def correct_resetting(
+def correct_with_instrument_in_place(
+    block: ResettingParameters, state: EstimationState, error: float, duration: float
+) -> None:
+    """Correct the estimate with the instrument in the state, which is in the unit of the regressors."""
+    settings, recursion = block.settings, state.recursion
+    for i in range(recursion.estimate.size):
+        recursion.instrument[i] = recursion.instrument[i] * settings.deviation[i] / settings.noise
+    update_resetting_in_place(recursion, block.floor, math.exp(-duration / settings.memory), 1.0)
+    for i in range(recursion.estimate.size):
+        recursion.gain[i] *= settings.deviation[i] / settings.noise
+        recursion.estimate[i] += recursion.gain[i] * error
+
+
+@register_jitable(forceinline=True)
+def correct_resetting_in_place(
     block: ResettingParameters,
-    state: ResettingState,
+    state: EstimationState,
     regressors: NDArray[np.float64],
     instruments: NDArray[np.float64],
     output: float,
     error: float,
     duration: float,
 ) -> None:
-    """Correct the estimate with what stands for the regressors, and fill in the gain."""
-    settings = block.settings
-    keep = math.exp(-duration / settings.memory)
+    """Correct the estimate with the regressors for an instrument: plain least squares."""
     for i in range(regressors.size):
-        block.scaled[i] = instruments[i] * settings.deviation[i] / settings.noise
-    update_resetting(state.information, block.floor, keep, block.scaled, 1.0, settings.gain, block.factor)
-    for i in range(regressors.size):
-        settings.gain[i] *= settings.deviation[i] / settings.noise
-        state.progress.estimate[i] += settings.gain[i] * error
+        state.recursion.instrument[i] = regressors[i]
+    correct_with_instrument_in_place(block, state, error, duration)
 
 
-CORRECTIONS[ResettingParameters] = correct_resetting
+CORRECTIONS[ResettingParameters] = correct_resetting_in_place
 
 
 class ExponentialResetting(RecursiveEstimator):
@@ -124,4 +111,4 @@ class ExponentialResetting(RecursiveEstimator):
     ) -> None:
         check_positive(period=period, memory=memory)
         settings = make_settings(first, first_deviation, noise, memory)
-        super().__init__(make_resetting(settings, period), period, initial_resetting_state)
+        super().__init__(make_resetting(settings, period), period, initial_exponential_resetting_state)

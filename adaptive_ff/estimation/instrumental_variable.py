@@ -3,7 +3,7 @@
 The recursion is that of exponential resetting with the instruments ``z`` in the place of the regressors ``x`` in gain
 and information, see ``resetting``: its fixed point solves ``E z (y - x' P) = 0``, which noise in ``x`` that ``z`` does
 not have does not move. It finds that point where ``z`` resembles ``x``; where on the average an instrument does not,
-the regressors take its place, as in ``estimator``, which is biased by their noise but safe.
+the regressors take its place, which is biased by their noise but safe; see ``instruments``.
 """
 
 import math
@@ -15,14 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.estimation.exponential_resetting import (
     ResettingParameters,
-    ResettingState,
-    correct_resetting,
-    initial_resetting_state,
+    correct_with_instrument_in_place,
     make_resetting,
 )
-from adaptive_ff.estimation.instruments import gradients_agree
+from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.recursive_estimator import RecursiveEstimator, make_settings
-from adaptive_ff.estimation.updates import CORRECTIONS, Progress, Settings
+from adaptive_ff.estimation.resetting import initial_resetting_state
+from adaptive_ff.estimation.updates import CORRECTIONS, EstimationState, Settings, initial_state
 from controllers import check_positive
 
 
@@ -32,45 +31,26 @@ class InstrumentalParameters(NamedTuple):
     Attributes
     ----------
     settings : Settings
-        What it is told.
+        Its settings.
     resetting : ResettingParameters
-        The recursion, which is told the same.
-    instrument : ndarray, shape (n,)
-        Scratch.
+        The recursion, with the same settings.
     """
 
     settings: Settings
     resetting: ResettingParameters
-    instrument: NDArray[np.float64]
 
 
-class InstrumentalState(NamedTuple):
-    """State of the estimator.
-
-    Attributes
-    ----------
-    progress : Progress
-        Estimate, its covariance, level of the error.
-    information : ndarray, shape (n, n)
-        Information of the scaled parameters; changed in place.
-    agreement : ndarray, shape (n, 2)
-        Fading means of ``z^2`` and ``z x``; changed in place.
-    """
-
-    progress: Progress
-    information: NDArray[np.float64]
-    agreement: NDArray[np.float64]
-
-
-def initial_instrumental_state(block: InstrumentalParameters) -> InstrumentalState:
+def initial_instrumental_state(block: InstrumentalParameters) -> EstimationState:
     """Return the state of an estimator that has seen nothing."""
-    return InstrumentalState(*initial_resetting_state(block.resetting), np.zeros((block.settings.first.size, 2)))
+    first = block.settings.first
+    recursion = initial_resetting_state(first, block.resetting.floor * np.eye(first.size))
+    return initial_state(block.settings, recursion, instruments=True)
 
 
 @register_jitable(forceinline=True)
-def correct_instrumental(
+def correct_instrumental_in_place(
     block: InstrumentalParameters,
-    state: InstrumentalState,
+    state: EstimationState,
     regressors: NDArray[np.float64],
     instruments: NDArray[np.float64],
     output: float,
@@ -79,16 +59,11 @@ def correct_instrumental(
 ) -> None:
     """Correct the estimate with the instruments while they resemble the regressors, and fill in the gain."""
     keep = math.exp(-duration / block.settings.memory)
-    inner = ResettingState(state.progress, state.information)
-    for i in range(regressors.size):
-        block.instrument[i] = instruments[i]  # the check may change what it is given
-    if not gradients_agree(state.agreement, block.instrument, regressors, keep, 0.0):
-        for i in range(regressors.size):
-            block.instrument[i] = regressors[i]
-    correct_resetting(block.resetting, inner, regressors, block.instrument, output, error, duration)
+    choose_instrument_in_place(state.agreement, instruments, regressors, keep, 0.0, state.recursion.instrument)
+    correct_with_instrument_in_place(block.resetting, state, error, duration)
 
 
-CORRECTIONS[InstrumentalParameters] = correct_instrumental
+CORRECTIONS[InstrumentalParameters] = correct_instrumental_in_place
 
 
 class InstrumentalVariable(RecursiveEstimator):
@@ -127,5 +102,5 @@ class InstrumentalVariable(RecursiveEstimator):
     ) -> None:
         check_positive(period=period, memory=memory)
         settings = make_settings(first, first_deviation, noise, memory)
-        block = InstrumentalParameters(settings, make_resetting(settings, period), np.zeros(settings.first.size))
+        block = InstrumentalParameters(settings, make_resetting(settings, period))
         super().__init__(block, period, initial_instrumental_state)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.estimation.quadratic import quadratic_form
 from adaptive_ff.estimation.recursive_estimator import RecursiveEstimator, check_deviations, make_settings
-from adaptive_ff.estimation.updates import CORRECTIONS, Progress, Settings, initial_progress
+from adaptive_ff.estimation.updates import CORRECTIONS, EstimationState, Settings, initial_state
 
 
 class RandomWalkParameters(NamedTuple):
@@ -27,7 +27,7 @@ class RandomWalkParameters(NamedTuple):
     Attributes
     ----------
     settings : Settings
-        What it is told.
+        Its settings.
     walk : ndarray, shape (n,)
         Growth of each standard deviation, in units of the noise, per square root of a second.
     largest : ndarray, shape (n,)
@@ -40,18 +40,28 @@ class RandomWalkParameters(NamedTuple):
 
 
 class RandomWalkState(NamedTuple):
-    """State of the estimator: estimate, covariance, level of the error."""
+    """State of the recursion; its arrays are changed in place. The covariance is the one that all estimators keep.
 
-    progress: Progress
+    Attributes
+    ----------
+    estimate : ndarray, shape (n,)
+        The parameters.
+    gain : ndarray, shape (n,)
+        Kalman's gain of the last equation.
+    """
+
+    estimate: NDArray[np.float64]
+    gain: NDArray[np.float64]
 
 
-def initial_random_walk_state(block: RandomWalkParameters) -> RandomWalkState:
+def initial_random_walk_state(block: RandomWalkParameters) -> EstimationState:
     """Return the state of an estimator that has seen nothing."""
-    return RandomWalkState(initial_progress(block.settings))
+    first = block.settings.first
+    return initial_state(block.settings, RandomWalkState(first.copy(), np.zeros(first.size)))
 
 
 @register_jitable(forceinline=True)
-def walk_on(
+def walk_in_place(
     spread: NDArray[np.float64], walk: NDArray[np.float64], largest: NDArray[np.float64], duration: float
 ) -> None:
     """Let the parameters walk for a time, s, as far as they may."""
@@ -66,9 +76,9 @@ def walk_on(
 
 
 @register_jitable(forceinline=True)
-def correct_random_walk(
+def correct_random_walk_in_place(
     block: RandomWalkParameters,
-    state: RandomWalkState,
+    state: EstimationState,
     regressors: NDArray[np.float64],
     instruments: NDArray[np.float64],
     output: float,
@@ -76,15 +86,15 @@ def correct_random_walk(
     duration: float,
 ) -> None:
     """Let the parameters walk, fill in Kalman's gain, and correct the estimate."""
-    settings, progress = block.settings, state.progress
-    walk_on(progress.spread, block.walk, block.largest, duration)
-    predicted = quadratic_form(progress.spread, regressors, settings.gain)
+    estimate, gain = state.recursion.estimate, state.recursion.gain
+    walk_in_place(state.spread, block.walk, block.largest, duration)
+    predicted = quadratic_form(state.spread, regressors, gain)
     for i in range(regressors.size):
-        settings.gain[i] /= 1.0 + predicted
-        progress.estimate[i] += settings.gain[i] * error
+        gain[i] /= 1.0 + predicted
+        estimate[i] += gain[i] * error
 
 
-CORRECTIONS[RandomWalkParameters] = correct_random_walk
+CORRECTIONS[RandomWalkParameters] = correct_random_walk_in_place
 
 
 class KalmanRandomWalk(RecursiveEstimator):
@@ -145,7 +155,7 @@ class KalmanRandomWalk(RecursiveEstimator):
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the equation errors, unit of the output, as it was told."""
+        """Standard deviation of the equation errors, unit of the output, as it was given."""
         return self._settings.noise
 
     @property

@@ -1,6 +1,6 @@
 """Recursive least squares with a forgetting factor, the paper's (11)-(13), as an estimator of one's own regression.
 
-The recursion is ``rls.update_rls_within``, which is symmetric in rounding. Without excitation the paper's ``R`` grows
+The recursion is ``rls.update_rls_in_place``, which is symmetric in rounding. Without excitation the paper's ``R`` grows
 without bound; here forgetting pauses while a variance in it is more than ``LARGEST_GROWTH`` times the first one.
 """
 
@@ -12,66 +12,46 @@ from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.estimation.recursive_estimator import RecursiveEstimator, make_settings
-from adaptive_ff.estimation.rls import update_rls_within
-from adaptive_ff.estimation.updates import CORRECTIONS, Progress, Settings, initial_progress
+from adaptive_ff.estimation.rls import initial_rls_state, update_rls_in_place
+from adaptive_ff.estimation.updates import CORRECTIONS, EstimationState, Settings, initial_spread, initial_state
 
 LARGEST_GROWTH = 1e6
 """Largest growth of a variance beyond the first one, up to one more forgetting factor."""
 
 
 class LeastSquaresParameters(NamedTuple):
-    """Parameters of the estimator: what it is told."""
+    """Parameters of the estimator: its settings."""
 
     settings: Settings
 
 
-class LeastSquaresState(NamedTuple):
-    """State of the estimator.
-
-    Attributes
-    ----------
-    progress : Progress
-        Estimate, its covariance, level of the error.
-    covariance : ndarray, shape (n, n)
-        ``R`` of (13), in units of the inverse of the variance of the noise that was told; changed in place.
-    """
-
-    progress: Progress
-    covariance: NDArray[np.float64]
-
-
-def initial_least_squares_state(block: LeastSquaresParameters) -> LeastSquaresState:
+def initial_least_squares_state(block: LeastSquaresParameters) -> EstimationState:
     """Return the state of an estimator that has seen nothing."""
-    progress = initial_progress(block.settings)
-    return LeastSquaresState(progress, progress.spread.copy())
+    settings = block.settings
+    return initial_state(settings, initial_rls_state(settings.first, initial_spread(settings)))
 
 
 @register_jitable(forceinline=True)
-def correct_least_squares(
+def correct_least_squares_in_place(
     block: LeastSquaresParameters,
-    state: LeastSquaresState,
+    state: EstimationState,
     regressors: NDArray[np.float64],
     instruments: NDArray[np.float64],
     output: float,
     error: float,
     duration: float,
 ) -> None:
-    """Do (11)-(13), and fill in the gain (12)."""
-    settings = block.settings
+    """Do (11)-(13)."""
+    settings, covariance = block.settings, state.recursion.covariance
     factor = math.exp(-duration / settings.memory)
     for i in range(regressors.size):
         first = settings.deviation[i] / settings.noise
-        if state.covariance[i, i] > LARGEST_GROWTH * first * first:
+        if covariance[i, i] > LARGEST_GROWTH * first * first:
             factor = 1.0
-    update_rls_within(state.progress.estimate, state.covariance, regressors, output, factor, settings.gain)
-    denominator = factor
-    for i in range(regressors.size):
-        denominator += regressors[i] * settings.gain[i]
-    for i in range(regressors.size):
-        settings.gain[i] /= denominator
+    update_rls_in_place(state.recursion, regressors, output, factor)
 
 
-CORRECTIONS[LeastSquaresParameters] = correct_least_squares
+CORRECTIONS[LeastSquaresParameters] = correct_least_squares_in_place
 
 
 class LeastSquares(RecursiveEstimator):

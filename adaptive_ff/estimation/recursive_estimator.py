@@ -9,16 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from adaptive_ff.estimation.updates import (
-    REJECTED,
-    SQUARES,
-    TAKEN,
-    WEIGHT,
-    WEIGHT_SQUARED,
-    Settings,
-    run_updates,
-    single_update,
-)
+from adaptive_ff.estimation.updates import Settings, run_updates, single_update
 from controllers import check_positive, plain_state, rebuilt_state
 
 Array = NDArray[np.float64]
@@ -43,7 +34,7 @@ class RecursiveEstimator:
     """A linear regression, ``output = regressors . estimate + error``, estimated equation by equation.
 
     Subclasses set the parameters (an immutable named tuple registered in ``CORRECTIONS``, with a field ``settings``)
-    and the function that makes the state of an estimator that has seen nothing (with a field ``progress``).
+    and the function that makes the state of an estimator that has seen nothing (an ``EstimationState``).
 
     Parameters
     ----------
@@ -101,7 +92,8 @@ class RecursiveEstimator:
         stand_in = self._instruments(row, instruments)
         duration = self.period if dt is None else float(dt)
         check_positive(dt=duration)
-        return float(single_update(self.parameters, self.state, row, stand_in, float(output), duration))
+        error, self.state = single_update(self.parameters, self.state, row, stand_in, float(output), duration)
+        return float(error)
 
     def run(
         self, rows: ArrayLike, outputs: ArrayLike, *, instruments: ArrayLike | None = None, dt: ArrayLike | None = None
@@ -141,23 +133,23 @@ class RecursiveEstimator:
         if not np.all((durations > 0.0) & np.isfinite(durations)):
             raise ValueError("dt is not allowed: every one must be positive and finite")
         result = Recursion(np.empty(targets.size), np.empty(matrix.shape))
-        run_updates(self.parameters, self.state, matrix, stand_in, targets, durations, *result)
+        self.state = run_updates(self.parameters, self.state, matrix, stand_in, targets, durations, *result)
         return result
 
     @property
     def estimate(self) -> Array:
         """The parameters, shape (n,)."""
-        found: Array = self.state.progress.estimate.copy()
+        found: Array = self.state.recursion.estimate.copy()
         return found
 
     @property
     def noise(self) -> float:
         """Standard deviation of the equation errors, unit of the output, as the data show it.
 
-        What was told counts as much as one equation.
+        The expected one counts as much as one equation.
         """
-        tally = self.state.progress.tally
-        return float(self._settings.noise * math.sqrt((1.0 + tally[SQUARES]) / (1.0 + tally[WEIGHT])))
+        tally = self.state.tally
+        return float(self._settings.noise * math.sqrt((1.0 + tally.squares) / (1.0 + tally.weight)))
 
     @property
     def covariance(self) -> Array:
@@ -166,7 +158,7 @@ class RecursiveEstimator:
         It speaks of errors of the equations that are independent, of one variance, and not in the regressors, and of
         parameters that do not change; until data say more, of the first estimate.
         """
-        found: Array = self.noise**2 * self.state.progress.spread
+        found: Array = self.noise**2 * self.state.spread
         return found
 
     @property
@@ -196,12 +188,12 @@ class RecursiveEstimator:
     @property
     def taken(self) -> int:
         """Number of equations that were taken into account."""
-        return int(self.state.progress.tally[TAKEN])
+        return int(self.state.tally.taken)
 
     @property
     def rejected(self) -> int:
         """Number of equations that were not finite and so were left out."""
-        return int(self.state.progress.tally[REJECTED])
+        return int(self.state.tally.rejected)
 
     def reset(self) -> None:
         """Return to the state of a new estimator."""
@@ -238,9 +230,9 @@ class RecursiveEstimator:
         return int(self._settings.first.size)
 
     def _degrees_of_freedom(self) -> float:
-        """Equations that the weights amount to, and the one that was told."""
-        tally = self.state.progress.tally
-        return float((1.0 + tally[WEIGHT]) ** 2 / (1.0 + tally[WEIGHT_SQUARED]))
+        """Equations that the weights amount to, and one for the expected level of the error."""
+        tally = self.state.tally
+        return float((1.0 + tally.weight) ** 2 / (1.0 + tally.weight_squared))
 
     def _instruments(self, regressors: Array, instruments: ArrayLike | None) -> Array:
         if instruments is None and self.takes_instruments:
@@ -260,7 +252,7 @@ class RecursiveEstimator:
 
 
 def make_settings(first: ArrayLike, first_deviation: ArrayLike, noise: float, memory: float) -> Settings:
-    """Return what every estimator is told, or raise ``ValueError`` where a value is out of range.
+    """Return the settings of an estimator, or raise ``ValueError`` where a value is out of range.
 
     Parameters
     ----------
@@ -282,7 +274,7 @@ def make_settings(first: ArrayLike, first_deviation: ArrayLike, noise: float, me
     if not memory > 0.0:
         raise ValueError(f"memory = {memory} is not allowed: it must be a positive number of seconds")
     deviation = check_deviations("first_deviation", first_deviation, start.size)
-    return Settings(start, deviation, float(noise), float(memory), np.zeros(start.size), np.zeros(start.size))
+    return Settings(start, deviation, float(noise), float(memory))
 
 
 def check_deviations(name: str, given: ArrayLike, size: int, *, zero: bool = False) -> Array:

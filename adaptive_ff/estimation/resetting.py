@@ -17,10 +17,41 @@ Control Systems Letters, 2023); instruments follow P. Young, "Recursive Estimati
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
+
+
+class ResettingState(NamedTuple):
+    """State of the recursion; its arrays are changed in place.
+
+    Attributes
+    ----------
+    estimate : ndarray, shape (n,)
+        Parameters ``P``, in units of their own: who corrects them scales the gain.
+    information : ndarray, shape (n, n)
+        Information matrix ``M`` of the scaled parameters.
+    instrument : ndarray, shape (n,)
+        Instrument ``z`` of the last equation, scaled; equal to the regressors for plain least squares.
+    gain : ndarray, shape (n,)
+        ``(1 - lambda) M^-1 z`` of the last equation, times the number that the update was given.
+    factor : ndarray, shape (n, n)
+        Cholesky factor of the information matrix, in its lower triangle.
+    """
+
+    estimate: NDArray[np.float64]
+    information: NDArray[np.float64]
+    instrument: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    factor: NDArray[np.float64]
+
+
+def initial_resetting_state(first: NDArray[np.float64], information: NDArray[np.float64]) -> ResettingState:
+    """Return the state for a first estimate, shape (n,), and its information, shape (n, n); both are copied."""
+    size = first.size
+    return ResettingState(first.copy(), information.copy(), np.zeros(size), np.zeros(size), np.zeros((size, size)))
 
 
 @register_jitable(forceinline=True)
@@ -55,7 +86,7 @@ def solve_in_place(factor: NDArray[np.float64], vector: NDArray[np.float64]) -> 
 
 
 @register_jitable(forceinline=True)
-def move_parameter(
+def move_parameter_in_place(
     factor: NDArray[np.float64], index: int, distance: float, correction: NDArray[np.float64], work: NDArray[np.float64]
 ) -> None:
     """Move one parameter by a distance, the others along with it so that the fit suffers least.
@@ -84,44 +115,31 @@ def move_parameter(
 
 
 @register_jitable(forceinline=True)
-def update_resetting(
-    information: NDArray[np.float64],
-    floor: float,
-    keep: float,
-    instrument: NDArray[np.float64],
-    error: float,
-    correction: NDArray[np.float64],
-    factor: NDArray[np.float64],
-) -> None:
-    """Take one equation into account.
+def update_resetting_in_place(state: ResettingState, floor: float, keep: float, error: float) -> None:
+    """Take one equation into account, of which the instrument is in the state; the estimate is left to the caller.
 
     Parameters
     ----------
-    information : ndarray, shape (n, n)
-        Information matrix ``M``; changed in place.
+    state : ResettingState
+        The state; information, its factor and the gain are changed in place.
     floor : float
         The floor ``M_floor`` is this positive number times the identity.
     keep : float
         Forgetting factor ``lambda``, in (0, 1).
-    instrument : ndarray, shape (n,)
-        Instrument ``z``; equal to the regressors for plain least squares.
     error : float
-        Prediction error ``y - x' P``.
-    correction : ndarray, shape (n,)
-        Filled with what is to be added to the parameters.
-    factor : ndarray, shape (n, n)
-        Filled with the Cholesky factor of the information matrix in its lower triangle.
+        Prediction error ``y - x' P`` for the correction of the parameters in ``state.gain``; 1 for the gain itself.
     """
+    information, instrument, factor = state.information, state.instrument, state.factor
     size = instrument.size
-    gain = 1.0 - keep
+    share = 1.0 - keep
     for i in range(size):
         for j in range(i + 1):
-            entry = keep * information[i, j] + gain * instrument[i] * instrument[j]
+            entry = keep * information[i, j] + share * instrument[i] * instrument[j]
             if i == j:
-                entry += gain * floor
+                entry += share * floor
             information[i, j] = entry
             information[j, i] = entry
             factor[i, j] = entry
-        correction[i] = gain * error * instrument[i]
+        state.gain[i] = share * error * instrument[i]
     factor_in_place(factor)
-    solve_in_place(factor, correction)
+    solve_in_place(factor, state.gain)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 
 @register_jitable(forceinline=True)
-def update_spread(
+def update_spread_in_place(
     spread: NDArray[np.float64],
     gain: NDArray[np.float64],
     projected: NDArray[np.float64],

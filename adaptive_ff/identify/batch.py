@@ -16,7 +16,7 @@ from adaptive_ff.model.friction import ESTIMATED, TorqueModel
 from adaptive_ff.model.identifying import check_parameters
 from adaptive_ff.regression.rows import Mask, series_rows, torque_form_rows
 from adaptive_ff.regression.series import COEFFICIENTS, write_physical
-from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals
+from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
 from controllers import check_positive
 
 FILTER_MEMORY = 6.0
@@ -164,7 +164,7 @@ def identify_torque_form(
     form = TorqueForm(float(filter_pole), float(stribeck_velocity), float(stribeck_shape))
     rows, outputs = np.zeros((times.size, len(columns))), np.zeros(times.size)
     used = np.zeros(times.size, dtype=np.bool_)
-    signals = settle_signals(form, initial_signals(len(names)), float(speeds[0]))
+    signals = settle_signals_in_place(form, initial_signals(len(names)), float(speeds[0]))
     torque_form_rows(form, signals, times, speeds, torques, (float(slowest), float(hold)), rows, outputs, used)
     correlated = math.ceil(FILTER_MEMORY / (filter_pole * float(np.median(steps))))
     count, needed = int(np.count_nonzero(used)), max(len(columns), correlated)

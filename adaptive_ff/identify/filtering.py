@@ -73,6 +73,8 @@ class Conditioned(NamedTuple):
         Sign and size of the velocity, filtered after the sign was taken.
     stiction : ndarray, shape (k, n)
         ``sgn(w) exp(-|w|/Vs)``, filtered, for each Stribeck velocity of the grid.
+    sine, cosine : ndarray, shape (n,), or None
+        Sine and cosine of the position; None where the log has a velocity only.
     held : ndarray, shape (n,)
         Torque filtered by the wide filter only, to be read at rest.
     slides, rests : ndarray of bool, shape (n,)
@@ -88,6 +90,8 @@ class Conditioned(NamedTuple):
     direction: Array
     speed: Array
     stiction: Array
+    sine: Array | None
+    cosine: Array | None
     held: Array
     slides: NDArray[np.bool_]
     rests: NDArray[np.bool_]
@@ -179,6 +183,8 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         filtered(sign),
         filtered(speed),
         np.array([filtered(sign * np.exp(-speed / velocity)) for velocity in rest.stribeck]),
+        filtered(np.sin(motion)) if is_position else None,
+        filtered(np.cos(motion)) if is_position else None,
         lowpass(torque, corners[:1], period)[kept],
         ~_widened(resting, reach)[kept],
         ~_widened(~resting, reach)[kept],

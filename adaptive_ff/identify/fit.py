@@ -1,30 +1,32 @@
 """Least squares on the columns of a log: linear but for the friction lag and the Stribeck velocity, which are searched.
 
-For given lag and ``Vs`` the linear rest is solved for (variable projection, as in
-:mod:`adaptive_ff.stribeck_problem`). At the solution the regression is linearised, so that all parameters together
-get a covariance that knows of correlated residuals (Newey and West, see :mod:`adaptive_ff.least_squares`).
+For given lag and ``Vs`` the linear rest is solved for (variable projection), from the best point of the grid of
+:mod:`adaptive_ff.identify.grid`. At the solution the regression is linearised, so that all parameters together
+get a covariance that knows of correlated residuals (Newey and West, see :mod:`adaptive_ff.estimation.batch_least_squares`).
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
-from adaptive_ff.identify.regressors import LINEAR, Problem, design, measured_torque
+from adaptive_ff.identify.regressors import BENT, LINEAR, Problem, design, measured_torque
 from adaptive_ff.logs.derivatives import Array
 
-SEARCHED = {"friction_lag": "friction_lag", "stiction_excess": "stribeck_velocity"}
+SEARCHED = {"friction_lag": "friction_lag", **BENT}
 """Parameters that are searched, by the term that brings them; the lag is a term of its own."""
 
-STARTS = 7
-"""Values of each searched parameter from whose best combination the search starts."""
+INSIDE = 1e-3
+"""Distance of the start of a search from the ends of the range, over the range."""
 
 END = 0.01
 """Share of its range within which a searched parameter is at the end of it."""
+
+STEPS, LONGEST, CLOSE = 12, 0.05, 1e-4
+"""Steps of the search at most, and the longest and shortest of them, over the range."""
 
 SLOPE_STEP = 1e-4
 """Step of the difference quotients by a searched parameter, over its range."""
@@ -58,6 +60,11 @@ class Fitted(NamedTuple):
         return [term for term in self.terms if term in LINEAR]
 
     @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names that ``estimate`` knows."""
+        return (*self.regression.names, *(("stiction",) if "stiction_excess" in self.terms else ()))
+
+    @property
     def squares(self) -> float:
         """Sum of squared residuals."""
         return float(np.sum(self.regression.residuals**2))
@@ -71,14 +78,16 @@ class Fitted(NamedTuple):
                 self.values["coulomb"] + self.values["stiction_excess"], math.sqrt(variance)
             )
         found = self.regression.estimate(name)
-        if name != "stribeck_velocity":
+        if name not in BENT.values():
             return found
         value = math.exp(found.value)
         with np.errstate(over="ignore"):
             return Estimate(value, value * found.standard_error, *(float(np.exp(end)) for end in found[2:]))
 
 
-def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fitted:
+def fit_terms(
+    problem: Problem, terms: tuple[str, ...], confidence: float, *, start: Mapping[str, float] | None = None
+) -> Fitted:
     """Fit the torque by some terms.
 
     Parameters
@@ -89,6 +98,8 @@ def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fi
         Some of ``LINEAR``, and ``friction_lag``.
     confidence : float
         Probability that the intervals are meant to have.
+    start : mapping of float, optional
+        Where the search starts, by name of what is searched: the best point of a grid. Needed where something is.
 
     Returns
     -------
@@ -98,12 +109,12 @@ def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fi
     Raises
     ------
     ValueError
-        The rows do not tell the terms from each other.
+        The rows do not determine the terms separately.
     """
     target = measured_torque(problem)
     linear = [term for term in terms if term in LINEAR]
     names = [SEARCHED[term] for term in terms if term in SEARCHED]
-    point = _search(problem, linear, names, target)
+    point = _search(problem, linear, names, target, start or {})
     matrix = design(problem, linear, _searched(names, point))
     rough = fit_least_squares(matrix, target, names=linear, confidence=confidence)
     slopes = [_slope(problem, linear, names, point, rough.values, place) for place in range(len(names))]
@@ -115,8 +126,24 @@ def fit_terms(problem: Problem, terms: tuple[str, ...], confidence: float) -> Fi
     )
     # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
     regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
-    values = {**dict(zip(linear, rough.values.tolist(), strict=True)), **_searched(names, point)}
-    return Fitted(terms, values, regression)
+    regression = _without_attenuation(problem, full, regression)
+    found = dict(zip(linear, regression.values.tolist(), strict=False))
+    return Fitted(terms, {**found, **_searched(names, regression.values[len(linear) :])}, regression)
+
+
+def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquaresFit) -> LeastSquaresFit:
+    """Undo, to first order, by what noise in its columns draws a fit towards zero; half of it is added to the errors."""
+    variance = np.array([problem.noise.get(name, 0.0) for name in regression.names])
+    if not np.any(variance):
+        return regression
+    scale = np.linalg.norm(matrix, axis=0)
+    scaled = matrix / scale
+    drawn = matrix.shape[0] * variance * regression.values / scale
+    correction = np.linalg.lstsq(scaled.T @ scaled, drawn, rcond=1e-12)[0] / scale
+    searched = [place for place, name in enumerate(regression.names) if name in SEARCHED.values()]
+    correction[searched] = 0.0
+    covariance = regression.covariance + 0.25 * np.outer(correction, correction)
+    return replace(regression, values=regression.values + correction, covariance=covariance)
 
 
 def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
@@ -133,7 +160,7 @@ def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
 def at_end_of_range(problem: Problem, name: str, value: float) -> bool:
     """Tell whether a searched parameter ended where the search does."""
     low, high = _ranges(problem, [name])[0]
-    place = math.log(value) if name == "stribeck_velocity" else value
+    place = math.log(value) if name in BENT.values() else value
     return not low + END * (high - low) < place < high - END * (high - low)
 
 
@@ -154,36 +181,56 @@ def correlation_length(residuals: Array) -> int:
 
 def _ranges(problem: Problem, names: list[str]) -> list[tuple[float, float]]:
     """Return where each searched parameter is looked for, the Stribeck velocity as a logarithm."""
-    known = {
-        "friction_lag": (-problem.longest_lag, problem.longest_lag),
-        "stribeck_velocity": (math.log(problem.stribeck[0]), math.log(problem.stribeck[-1])),
-    }
-    return [known[name] for name in names]
+    speeds = (math.log(problem.stribeck[0]), math.log(problem.stribeck[-1]))
+    lags = (-problem.longest_lag, problem.longest_lag)
+    return [lags if name == "friction_lag" else speeds for name in names]
 
 
 def _searched(names: list[str], point: Array) -> dict[str, float]:
     pairs = zip(names, point.tolist(), strict=True)
-    return {name: math.exp(value) if name == "stribeck_velocity" else value for name, value in pairs}
+    return {name: math.exp(value) if name in BENT.values() else value for name, value in pairs}
 
 
-def _search(problem: Problem, linear: list[str], names: list[str], target: Array) -> Array:
-    """Return the searched parameters at the least squares."""
+def _search(problem: Problem, linear: list[str], names: list[str], target: Array, start: Mapping[str, float]) -> Array:
+    """Return the searched parameters at the least squares, by steps of Gauss and Newton within their ranges."""
     if not names:
         return np.empty(0)
-
     low, high = np.array(_ranges(problem, names)).T
+    span = high - low
+    point = np.array([math.log(start[name]) if name in BENT.values() else start[name] for name in names])
+    point = np.clip(point, low + INSIDE * span, high - INSIDE * span)
+    squares = math.inf
+    step = np.zeros_like(point)
+    for _ in range(STEPS):
+        matrix = design(problem, linear, _searched(names, point))
+        values = _solve(matrix, target)
+        residual = target - matrix @ values
+        now = float(residual @ residual)
+        if now > squares:  # too far: back by half
+            step *= 0.5
+            point = point - step
+            continue
+        squares = now
+        slopes = [_slope(problem, linear, names, point, values, place) for place in range(len(names))]
+        solved = _solve(np.column_stack([matrix, *slopes]), residual)
+        step = np.clip(point + np.clip(solved[len(linear) :], -LONGEST * span, LONGEST * span), low, high) - point
+        if np.all(np.abs(step) < CLOSE * span):
+            break
+        point = point + step
+    return point
 
-    def residual(share: Array) -> Array:
-        return _residual(design(problem, linear, _searched(names, low + (high - low) * share)), target)
 
-    starts = [np.array(start) for start in product(np.linspace(0.0, 1.0, STARTS)[1:-1], repeat=len(names))]
-    best = min(starts, key=lambda start: float(np.sum(residual(start) ** 2)))
-    found = optimize.least_squares(residual, best, bounds=(0.0, 1.0), diff_step=1e-4)
-    return np.asarray(low + (high - low) * found.x)
+def _solve(matrix: Array, target: Array) -> Array:
+    """Return the least squares by scaled normal equations: good enough to search with, and quick."""
+    scale = np.linalg.norm(matrix, axis=0)
+    scale[scale == 0.0] = 1.0
+    scaled = matrix / scale
+    solved: Array = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ target, rcond=1e-13)[0] / scale
+    return solved
 
 
 def _residual(matrix: Array, target: Array) -> Array:
-    residual: Array = target - matrix @ np.linalg.lstsq(matrix, target, rcond=None)[0]
+    residual: Array = target - matrix @ _solve(matrix, target)
     return residual
 
 

@@ -7,7 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.identify.carry_over import carries_over
+from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
+from adaptive_ff.identify.families import AUTO
 from adaptive_ff.identify.filtering import condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
 from adaptive_ff.identify.prediction import predict, torque_error
@@ -15,9 +18,10 @@ from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
 from adaptive_ff.identify.recorded_reference import reference_of
 from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.reported import reported
-from adaptive_ff.identify.result import LINEAR, ROTARY, LogIdentification
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.term_selection import Selection, select_terms
-from adaptive_ff.identify.verdict import check_plausible
+from adaptive_ff.identify.units import LINEAR, ROTARY
+from adaptive_ff.identify.verdict import WORSE, cautions, check_plausible, verdict
 from adaptive_ff.logs.defects import Piece, Skipped
 from adaptive_ff.logs.log import Log
 
@@ -45,6 +49,7 @@ def identify_log(
     validation: Log | None = None,
     torque_delay: float = 0.0,
     linear: bool = False,
+    model: str = AUTO,
     confidence: float = 0.95,
 ) -> LogIdentification:
     """Identify a joint from a log.
@@ -69,6 +74,9 @@ def identify_log(
         the torque is held until the next. It is no friction lag, but looks like one.
     linear : bool, optional
         Whether the joint is a linear axis, in m and N: the report then names these units.
+    model : str, optional
+        Family of models: a key of :data:`adaptive_ff.identify.families.FAMILIES`; by default the one that says best
+        what it has not seen. Lag, stiction and viscous friction that saturates are chosen within each.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.
 
@@ -88,7 +96,7 @@ def identify_log(
     prepared = prepare(log, bandwidth)
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
     problem = _problem(prepared, fitting, torque_delay)
-    selection = _select(log, problem, confidence)
+    selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
     if validation is None:
         held, name = _problem(prepared, holding, torque_delay), "the end of the log"
     else:
@@ -96,9 +104,11 @@ def identify_log(
         held, name = _problem(other._replace(rest=prepared.rest), other.pieces, torque_delay), validation.name
     used = Used(sum(piece.size for piece in [*fitting, *holding]), sorted([*prepared.skipped, *short]))
     found = _assemble(prepared, used, problem, selection, held, confidence)
-    found = replace(found, units=LINEAR if linear else ROTARY, validated_on=name)
+    found = replace(found, units=LINEAR if linear else ROTARY, validated_on=name, both_ways=_moves_both_ways(problem))
+    if found.validation is not None and found.validation.rms_error > WORSE * found.fit.rms_error:
+        found = replace(found, carries_over=carries_over(problem, held, selection, confidence))
     check_plausible(found)
-    return found
+    return replace(found, verdict=verdict(found), cautions=cautions(found))
 
 
 class Used(NamedTuple):
@@ -133,6 +143,8 @@ def _assemble(
         fit=fit,
         validation=torque_error(unseen),
         validated_on="",
+        carries_over=None,
+        both_ways=True,
         curve=friction_curve(rows, chosen.values["coulomb"], prepared.bandwidth, confidence),
         rest_torque=rest_torque(problem, chosen.values.get("offset", 0.0)),
         lags=lags,
@@ -171,21 +183,29 @@ def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece],
 def _problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
     band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
     conditioned = [condition(prepared.log, piece, band, period, rest) for piece in pieces]
-    return Problem(conditioned, rest.stribeck, LAG_CYCLES / band, float(torque_delay))
+    noise = column_noise(prepared)
+    variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
+    return Problem(conditioned, rest.stribeck, LAG_CYCLES / band, float(torque_delay), variances)
 
 
-def _select(log: Log, problem: Problem, confidence: float) -> Selection:
-    direction = np.concatenate([piece.direction[piece.slides] for piece in problem.pieces])
-    if direction.size < FEWEST_ROWS:
+def _select(log: Log, problem: Problem, *, family: str, rotary: bool, confidence: float) -> Selection:
+    rows = sum(int(np.count_nonzero(piece.slides)) for piece in problem.pieces)
+    if rows < FEWEST_ROWS:
         raise InputError(
-            f"{log.name}: the joint slides in {direction.size} rows (five for each cycle of the band) only; there must "
+            f"{log.name}: the joint slides in {rows} rows (five for each cycle of the band) only; there must "
             f"be at least {FEWEST_ROWS}"
         )
-    rarer = min(np.mean(direction > 0.5), np.mean(direction < -0.5))
     try:
-        return select_terms(problem, both_ways=bool(rarer >= BOTH_WAYS), confidence=confidence)
+        return select_terms(
+            problem, family=family, both_ways=_moves_both_ways(problem), rotary=rotary, confidence=confidence
+        )
     except ValueError as error:
         raise InputError(f"{log.name}: the log does not determine a joint: {error}") from error
+
+
+def _moves_both_ways(problem: Problem) -> bool:
+    direction = np.concatenate([piece.direction[piece.slides] for piece in problem.pieces])
+    return bool(min(np.mean(direction > 0.5), np.mean(direction < -0.5)) >= BOTH_WAYS)
 
 
 def _check_arguments(held_out: float, torque_delay: float, confidence: float) -> None:

@@ -1,9 +1,14 @@
 """Columns of the joint's equation for a log in its band.
 
-``torque = J a + f + offset``, where ``f`` follows ``F(w)`` with a lag, ``tau df/dt + f = F(w)``, (1), and
-``F(w) = Fc sgn(w) + sigma w + (Fs - Fc) sgn(w) exp(-|w|/Vs) + b |w|``: (3) with a shape factor of one, and a last term
-that lets viscous friction differ by direction, ``sigma + b`` forward and ``sigma - b`` backward. Coulomb friction that
-differs by direction is an offset as long as the joint slides, and cannot be told from one.
+``torque = J a + f + offset + Gs sin q + Gc cos q``, where ``f`` follows ``F(w)`` with a lag, ``tau df/dt + f = F(w)``,
+(1), and
+
+    F(w) = Fc sgn(w) + sigma w + b |w| + (Fs - Fc) sgn(w) exp(-|w|/Vs) + S sgn(w) (1 - exp(-|w|/Vc))
+
+that is (3) with a shape factor of one; viscous friction that may differ by direction, ``sigma + b`` forward and
+``sigma - b`` backward; and viscous friction that may saturate, as that of harmonic drives does: steep at low speed, by
+``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed. Coulomb friction that differs by direction
+is an offset as long as the joint slides, and cannot be separated from one.
 """
 
 import math
@@ -15,8 +20,17 @@ import numpy as np
 from adaptive_ff.identify.filtering import Conditioned
 from adaptive_ff.logs.derivatives import Array
 
-LINEAR = ("inertia", "coulomb", "viscous", "offset", "stiction_excess", "viscous_asymmetry")
-"""Terms that are linear; ``stiction_excess`` is ``Fs - Fc``."""
+DIRECT = ("inertia", "offset", "gravity_sine", "gravity_cosine")
+"""Linear terms that are no friction, and do not lag."""
+
+FRICTION = ("coulomb", "viscous", "viscous_asymmetry")
+"""Linear terms of friction."""
+
+BENT = {"stiction_excess": "stribeck_velocity", "saturation": "saturation_velocity"}
+"""Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
+
+LINEAR = (*DIRECT, *FRICTION, *BENT)
+"""Terms that are linear."""
 
 
 class Problem(NamedTuple):
@@ -32,12 +46,15 @@ class Problem(NamedTuple):
         Largest friction lag that is looked for, s.
     torque_delay : float
         Time after its stamp at which a torque acts, s.
+    noise : dict of float
+        Variance of the noise of a column, by its term.
     """
 
     pieces: Sequence[Conditioned]
     stribeck: Array
     longest_lag: float
     torque_delay: float
+    noise: Mapping[str, float] = {}
 
 
 def measured_torque(problem: Problem) -> Array:
@@ -69,7 +86,8 @@ def piece_columns(piece: Conditioned, stribeck: Array, terms: Sequence[str], sea
     terms : sequence of str
         Some of ``LINEAR``.
     searched : mapping of float
-        ``friction_lag`` (s, zero where it is not given; a negative one leads) and ``stribeck_velocity`` (rad/s).
+        ``friction_lag`` (s, zero where it is not given; a negative one leads), ``stribeck_velocity`` and
+        ``saturation_velocity`` (rad/s).
 
     Returns
     -------
@@ -79,26 +97,34 @@ def piece_columns(piece: Conditioned, stribeck: Array, terms: Sequence[str], sea
     lag = searched.get("friction_lag", 0.0)
     made = []
     for term in terms:
-        if term == "inertia":
-            made.append(piece.acceleration)
-        elif term == "offset":
-            made.append(np.ones_like(piece.time))
+        if term in DIRECT:
+            made.append(direct_column(piece, term))
         else:
-            column = _friction_column(piece, stribeck, term, searched)
+            column = friction_column(piece, stribeck, term, searched)
             made.append(column if lag == 0.0 else _transfer(column, lambda s: 1.0 / (1.0 + lag * s), piece.period))
     return np.column_stack(made)
 
 
-def _friction_column(piece: Conditioned, stribeck: Array, term: str, searched: Mapping[str, float]) -> Array:
-    if term != "stiction_excess":
+def direct_column(piece: Conditioned, term: str) -> Array:
+    """Return the column of a term that does not lag."""
+    if term == "offset":
+        return np.ones_like(piece.time)
+    column = {"inertia": piece.acceleration, "gravity_sine": piece.sine, "gravity_cosine": piece.cosine}[term]
+    assert column is not None
+    return column
+
+
+def friction_column(piece: Conditioned, stribeck: Array, term: str, searched: Mapping[str, float]) -> Array:
+    """Return the column of a term of friction, before its lag."""
+    if term not in BENT:
         return {"coulomb": piece.direction, "viscous": piece.velocity, "viscous_asymmetry": piece.speed}[term]
-    ratio = math.log(searched["stribeck_velocity"] / stribeck[0]) / math.log(stribeck[1] / stribeck[0])
+    ratio = math.log(searched[BENT[term]] / stribeck[0]) / math.log(stribeck[1] / stribeck[0])
     place = min(max(math.floor(ratio), 1), stribeck.size - 3)
     x = ratio - place  # cubic of Lagrange through four neighbours of the grid
     weights = [-x * (x - 1) * (x - 2) / 6, (x + 1) * (x - 1) * (x - 2) / 2]
     weights += [-(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6]
     column: Array = np.array(weights) @ piece.stiction[place - 1 : place + 3]
-    return column
+    return piece.direction - column if term == "saturation" else column
 
 
 def _transfer(values: Array, response: Callable[[Any], Any], period: float) -> Array:

@@ -1,38 +1,88 @@
-"""Parameters of the report: which are told by the log, and which are part of the model."""
+"""Parameters of the report: which are identifiable, which are part of the model, and which are confounded."""
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
+from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, STICTION
 from adaptive_ff.identify.fit import Fitted
+from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import Reported
-from adaptive_ff.identify.term_selection import BASE, BESIDE, Selection
+from adaptive_ff.identify.term_selection import Selection
 
-SIGNED = ("offset", BESIDE)
+SIGNED = ("offset", ASYMMETRY, *GRAVITY)
 """Parameters that may be negative."""
+
+ALWAYS = ("inertia", "coulomb", "viscous")
+"""Parameters that every report has."""
+
+VAGUE = 0.25
+"""Half width of an interval over its value, from which a parameter counts as confounded where another one moves it."""
+
+TIED = 0.95
+"""Correlation of two estimates from which they count as tied to each other."""
 
 
 def reported(selection: Selection) -> dict[str, Reported]:
     """Return all parameters that could be estimated, by name, in the order of a report."""
-    chosen = selection.chosen
-    parameters = {}
-    for name in BASE:
-        if name in chosen.values:
-            estimate = chosen.estimate(name)
-            parameters[name] = Reported(estimate, _is_apart(estimate, name), True)
-    for term, names in (("friction_lag", ("friction_lag",)), ("stiction_excess", ("stiction", "stribeck_velocity"))):
-        fitted = _holding(selection, term)
-        if fitted is not None:
-            told = fitted is chosen
-            parameters.update({name: Reported(fitted.estimate(name), told, told) for name in names})
-    if BESIDE in selection.tried:
-        estimate = selection.tried[BESIDE].estimate(BESIDE)
-        parameters[BESIDE] = Reported(estimate, _is_apart(estimate, BESIDE), False)
+    parameters: dict[str, Reported] = {}
+    for name in (*ALWAYS, "offset", *GRAVITY):
+        if name in selection.chosen.parameters:
+            estimate = selection.interval(name)
+            parameters[name] = Reported(estimate, _is_apart(estimate, name), True, _confounded(selection, name))
+    for term, names in (
+        (LAG, (LAG,)),
+        (STICTION, ("stiction", BENT[STICTION])),
+        (SATURATION, (SATURATION, BENT[SATURATION])),
+        (ASYMMETRY, (ASYMMETRY,)),
+        *((name, (name,)) for name in GRAVITY),
+    ):
+        for name in names:
+            entry = _added(selection, term, name)
+            if entry is not None and name not in parameters:
+                parameters[name] = entry
     return parameters
 
 
-def _holding(selection: Selection, term: str) -> Fitted | None:
-    """Return the fit that holds an added term."""
-    return selection.chosen if term in selection.chosen.terms else selection.tried.get(term)
+def _added(selection: Selection, term: str, name: str) -> Reported | None:
+    """Return a parameter that a term brings; where the model does without it, the estimate beside the model."""
+    if term in selection.chosen.terms:
+        return Reported(selection.interval(name), True, True, _confounded(selection, name))
+    fitted: Fitted | None = selection.tried.get(term)
+    if fitted is None or name not in fitted.parameters:
+        return None
+    return Reported(fitted.estimate(name), False, False, ())
 
 
 def _is_apart(estimate: Estimate, name: str) -> bool:
     """Tell whether an interval does not hold zero, and is on the side where the parameter can be."""
     return estimate.lower > 0.0 or (name in SIGNED and estimate.upper < 0.0)
+
+
+def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
+    """Return the terms that move a parameter by so much that its interval is vague.
+
+    These are terms that some of the models have, between which the log does not decide, and others have not.
+    """
+    estimate = selection.interval(name)
+    if 0.5 * (estimate.upper - estimate.lower) < VAGUE * abs(estimate.value):
+        return ()
+    own = selection.chosen
+    bound = 0.5 * (own.estimate(name).upper - own.estimate(name).lower)
+    found: dict[str, None] = {}
+    for other in selection.alike[1:]:
+        if name in other.parameters and abs(other.estimate(name).value - estimate.value) > 0.5 * bound:
+            found.update(dict.fromkeys(sorted({*own.terms} ^ {*other.terms})))
+    found.update(dict.fromkeys(_tied(own, name)))
+    return tuple(term for term in found if term != name)
+
+
+def _tied(fitted: Fitted, name: str) -> list[str]:
+    """Return the parameters whose estimates go up and down with that of a parameter."""
+    names = fitted.regression.names
+    if name not in names:
+        return []
+    place, errors = names.index(name), fitted.regression.standard_errors
+    row = fitted.regression.covariance[place]
+    return [
+        other
+        for other, covariance, error in zip(names, row, errors, strict=True)
+        if other != name and abs(covariance) > TIED * errors[place] * error
+    ]

@@ -1,6 +1,6 @@
 """What was identified from a log."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,29 +13,9 @@ from adaptive_ff.identify.recorded_reference import Reference
 from adaptive_ff.identify.term_selection import Selection
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.model.friction import UNITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-ROTARY = {
-    **UNITS,
-    "offset": "N m",
-    "stribeck_velocity": "rad/s",
-    "viscous_asymmetry": "N m s/rad",
-    "torque": "N m",
-    "velocity": "rad/s",
-}
-"""Units of what is reported of a joint."""
-
-LINEAR = {
-    "inertia": "kg",
-    **dict.fromkeys(("coulomb", "stiction", "offset", "torque"), "N"),
-    **dict.fromkeys(("viscous", "viscous_asymmetry"), "N s/m"),
-    **dict.fromkeys(("velocity", "stribeck_velocity"), "m/s"),
-    "friction_lag": "s",
-}
-"""Units of what is reported of a linear axis."""
 
 
 class Reported(NamedTuple):
@@ -45,15 +25,18 @@ class Reported(NamedTuple):
     ----------
     estimate : Estimate
         Value and interval.
-    told : bool
-        Whether the log tells it: its interval does not hold zero, and what is negative can be.
+    identifiable : bool
+        Whether the log determines it: its interval does not hold zero, and what is negative can be.
     used : bool
         Whether it is part of the model that was validated.
+    confounded : tuple of str
+        Terms between which and this parameter the log does not decide, where its interval is wide for that.
     """
 
     estimate: Estimate
-    told: bool
+    identifiable: bool
     used: bool
+    confounded: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +50,10 @@ class LogIdentification:
     units : dict of str
         Units by name of the parameter, and of ``torque`` and ``velocity``.
     parameters : dict of Reported
-        ``inertia``, ``coulomb``, ``viscous``, ``offset``, ``friction_lag``, ``stiction``, ``stribeck_velocity`` and
-        ``viscous_asymmetry``, as far as they could be estimated. The last is half the difference of the viscous
-        coefficients of both directions; it comes from a model of its own.
+        ``inertia``, ``coulomb``, ``viscous``, ``offset``, ``friction_lag``, ``stiction``, ``stribeck_velocity``,
+        ``saturation``, ``saturation_velocity``, ``viscous_asymmetry``, ``gravity_sine`` and ``gravity_cosine``, as far
+        as they could be estimated; those that are not used are of the model with that term beside the chosen ones.
+        ``viscous_asymmetry`` is half the difference of the viscous coefficients of both directions.
     selection : Selection
         The fits behind it.
     confidence : float
@@ -84,8 +68,13 @@ class LogIdentification:
         How well the model says the torque that it was fitted to, and torque that it was not.
     validated_on : str
         What the latter is.
+    carries_over : tuple of terms and TorqueError, or None
+        Where the chosen model is much worse on what was held out, but one of another family is not: its terms, and its
+        error there.
+    both_ways : bool
+        Whether the joint moves both ways.
     curve : FrictionCurve
-        What stretches at constant speed tell.
+        Points of friction from stretches at constant speed, and the Stribeck curve through them.
     rest_torque : float or None
         Largest torque seen at rest, without the offset, N m; None where the joint does not rest.
     lags, lag_errors : ndarray, shape (n,)
@@ -94,6 +83,10 @@ class LogIdentification:
         The torque in the band, fitted and held out.
     reference : Reference
         The motion of the longest piece.
+    verdict : list of str
+        What the log determines and what it does not, a sentence each.
+    cautions : list of str
+        What is probably wrong with the log, a sentence each.
     """
 
     name: str
@@ -109,6 +102,8 @@ class LogIdentification:
     fit: TorqueError
     validation: TorqueError | None
     validated_on: str
+    carries_over: tuple[tuple[str, ...], TorqueError] | None
+    both_ways: bool
     curve: FrictionCurve
     rest_torque: float | None
     lags: Array
@@ -116,38 +111,35 @@ class LogIdentification:
     rows: list[Prediction]
     held_out: list[Prediction]
     reference: Reference
-
-    @property
-    def verdict(self) -> list[str]:
-        """What the log tells and what it does not, a sentence each."""
-        from adaptive_ff.identify.verdict import verdict
-
-        return verdict(self)
-
-    @property
-    def cautions(self) -> list[str]:
-        """What is probably wrong with the log, a sentence each."""
-        from adaptive_ff.identify.verdict import cautions
-
-        return cautions(self)
+    verdict: list[str] = field(default_factory=list)
+    cautions: list[str] = field(default_factory=list)
 
     def value(self, name: str) -> float:
-        """Return a parameter of the model as it is used: zero where the log does not tell it."""
+        """Return a parameter of the model as it is used: zero where the log does not determine it."""
         reported = self.parameters.get(name)
-        return reported.estimate.value if reported is not None and reported.told and reported.used else 0.0
+        return reported.estimate.value if reported is not None and reported.identifiable and reported.used else 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values; ends of intervals that are infinite are None."""
         result: dict[str, Any] = {"log": self.name}
-        for name, (estimate, told, used) in self.parameters.items():
+        for name, (estimate, identifiable, used, confounded) in self.parameters.items():
             ends = {"lower": estimate.lower, "upper": estimate.upper, "standard_error": estimate.standard_error}
             finite = {key: number if np.isfinite(number) else None for key, number in ends.items()}
             unit = self.units[name]
-            result[name] = {"value": estimate.value, **finite, "unit": unit, "told": told, "used": used}
+            kind = {"identifiable": identifiable, "used": used, "confounded": list(confounded)}
+            result[name] = {"value": estimate.value, **finite, "unit": unit, **kind}
+        alike = [fitted.terms for fitted in self.selection.alike]
+        result["terms"] = list(self.selection.chosen.terms)
         result["confidence"] = self.confidence
         result["fit"] = self.fit._asdict()
         held = None if self.validation is None else self.validation._asdict()
         result["validation"] = None if held is None else {"on": self.validated_on, **held}
+        other = self.carries_over
+        result["carries_over"] = None if other is None else {"terms": list(other[0]), **other[1]._asdict()}
+        result["models"] = [
+            {"terms": list(model.terms), "error_held_out": model.error, "alike": model.terms in alike}
+            for model in sorted(self.selection.validated, key=lambda model: model.error)
+        ]
         result["bandwidth"] = self.bandwidth
         result["period"] = self.period
         result["samples"] = {"log": self.samples, "used": self.used}

@@ -7,6 +7,8 @@ import numpy as np
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.logs.derivatives import Array
+from adaptive_ff.scenario.file import toml_text
+from adaptive_ff.scenario.scenario import MAIN_JOB
 
 BANDWIDTH, PERIODS = 10.0, 0.1
 """Crossover of the assumed PI loop, Hz, and the most that it may be times the sampling period."""
@@ -58,59 +60,56 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     inertia, coulomb = found.value("inertia"), found.value("coulomb")
     if inertia <= 0.0:
         raise InputError(f"{found.name}: the log does not tell the inertia, so there is no scenario")
-    viscous, lag = found.value("viscous"), found.value("friction_lag")
     stiction, bend, shape, known = _stiction(found, coulomb)
     period = float(f"{found.period:.4g}")
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    bandwidth = min(BANDWIDTH, PERIODS / period)
-    left = [name for name in ("offset", "viscous_asymmetry") if _told(found, name)]
-    lines = [
-        f"# Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
-        "# Linear axes: read m, N and kg for rad, N m and kg m^2.",
-        "# The simulated joint is the same in both directions and has no offset of the torque"
+    left = [name for name in ("offset", "viscous_asymmetry") if _identifiable(found, name)]
+    head = [
+        f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
+        "Linear axes: read m, N and kg for rad, N m and kg m^2.",
+        "The simulated joint is the same in both directions and has no offset of the torque"
         + (f"; left out of the log: {' and '.join(left)}." if left else "."),
-        "",
-        'controllers = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]',
-        "",
-        "[joint]",
-        _line("inertia", inertia, _interval(found, "inertia")),
-        _line("coulomb", coulomb, _interval(found, "coulomb")),
-        _line("stiction", stiction, known),
-        _line("viscous", viscous, _interval(found, "viscous")),
-        _line("stribeck_velocity", bend, known),
-        _line("stribeck_shape", shape, known if shape != 1.0 else "assumed"),
-        _line("friction_lag", lag, _interval(found, "friction_lag")),
-        _line("solver_period", period / substeps, ""),
-        "",
-        "[sampling]",
-        _line("period", period, "as recorded"),
-        "",
-        "[sensor]",
-        _line("velocity_noise", found.reference.noise, "scatter of the log's velocity without a filter"),
-        "",
-        "[reference]",
-        'kind = "csv"',
-        f'path = "{reference}"  # the motion of the log in its band, its end led to its start, so that it repeats',
-        "",
-        "[feedback]",
-        _line("inertia", inertia, "assumed: the designer knows it"),
-        _line("bandwidth", bandwidth, "assumed; the machine's own loop is not known"),
-        "",
-        "[adaptation]",
-        _line("stribeck_velocity", bend, known),
-        _line("memory", 5.0, "assumed"),
-        "",
-        "[fixed]  # the identified Coulomb and viscous friction",
-        _line("inertia", inertia, ""),
-        _line("coulomb", coulomb, ""),
-        _line("viscous", viscous, ""),
     ]
-    return "\n".join(lines) + "\n"
+    joint = {
+        "inertia": _rounded(inertia),
+        "coulomb": _rounded(coulomb),
+        "stiction": _rounded(stiction),
+        "viscous": _rounded(found.value("viscous")),
+        "stribeck_velocity": _rounded(bend),
+        "stribeck_shape": _rounded(shape),
+        "friction_lag": _rounded(found.value("friction_lag")),
+        "solver_period": _rounded(period / substeps),
+    }
+    content = {
+        "controllers": list(MAIN_JOB),
+        "joint": joint,
+        "sampling": {"period": period},
+        "sensor": {"velocity_noise": _rounded(found.reference.noise)},
+        "reference": {"kind": "csv", "path": reference},
+        "feedback": {"inertia": joint["inertia"], "bandwidth": _rounded(min(BANDWIDTH, PERIODS / period))},
+        "adaptation": {"stribeck_velocity": joint["stribeck_velocity"], "memory": 5.0},
+        "fixed": {name: joint[name] for name in ("inertia", "coulomb", "viscous")},
+    }
+    comments = {
+        **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "viscous", "friction_lag")},
+        "joint.stiction": known,
+        "joint.stribeck_velocity": known,
+        "joint.stribeck_shape": known if shape != 1.0 else "assumed",
+        "sampling.period": "as recorded",
+        "sensor.velocity_noise": "scatter of the log's velocity without a filter",
+        "reference.path": "the motion of the log in its band, its end led to its start, so that it repeats",
+        "feedback.inertia": "assumed: the designer knows it",
+        "feedback.bandwidth": "assumed; the machine's own loop is not known",
+        "adaptation.stribeck_velocity": known,
+        "adaptation.memory": "assumed",
+        "fixed": "the identified Coulomb and viscous friction",
+    }
+    return toml_text(content, comments, head)
 
 
 def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, float, str]:
     """Return stiction, Stribeck velocity and shape, and where they come from."""
-    if _told(found, "stiction"):
+    if _identifiable(found, "stiction"):
         bend = found.value("stribeck_velocity")
         return max(found.value("stiction"), coulomb), bend, 1.0, _interval(found, "stiction")
     fit = found.curve.fit
@@ -125,21 +124,21 @@ def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, f
     return coulomb, float(f"{slow:.3g}"), 1.0, "assumed: the log does not tell a stiction above Coulomb friction"
 
 
-def _told(found: LogIdentification, name: str) -> bool:
-    return name in found.parameters and found.parameters[name].told
+def _identifiable(found: LogIdentification, name: str) -> bool:
+    return name in found.parameters and found.parameters[name].identifiable
 
 
 def _interval(found: LogIdentification, name: str) -> str:
     """Say how well a parameter is known."""
-    if not _told(found, name):
+    if not _identifiable(found, name):
         return "the log does not tell it"
     estimate = found.parameters[name].estimate
     return f"{100.0 * found.confidence:g} % interval {estimate.lower:.4g} to {estimate.upper:.4g}"
 
 
-def _line(name: str, value: float, comment: str) -> str:
-    text = f"{name} = {float(f'{value:.6g}')!r}"
-    return f"{text:<34}# {comment}" if comment else text
+def _rounded(value: float) -> float:
+    """Return a value with the digits that a person reads."""
+    return float(f"{value:.6g}")
 
 
 def _one_line(text: str) -> str:

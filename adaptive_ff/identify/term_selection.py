@@ -1,20 +1,18 @@
-"""Which terms of the friction model a log tells."""
+"""Which terms of the friction model a log supports: chosen by blocked cross-validation, intervals over all that remain."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.fit import SEARCHED, Fitted, at_end_of_range, fit_terms
-from adaptive_ff.identify.regressors import Problem, design, measured_torque
+from adaptive_ff.estimation.batch_least_squares import Estimate
+from adaptive_ff.identify.cross_validation import ALIKE, Validated, behind, choose, cross_validate
+from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, STICTION, Terms, candidate_models
+from adaptive_ff.identify.fit import Fitted, fit_terms
+from adaptive_ff.identify.grid import BLOCKS, LEAD, Grid, Point, fit_on_grid, make_grid
+from adaptive_ff.identify.regressors import BENT, Problem
 
-BASE = ("inertia", "coulomb", "viscous", "offset")
-"""Terms of every model."""
-
-ADDED = ("friction_lag", "stiction_excess")
-"""Terms that are added where the log tells them, and that the simulated joint has, too."""
-
-BESIDE = "viscous_asymmetry"
-"""Term that is estimated beside the model, and not used in it: the simulated joint is the same in both directions."""
+ADDED = (LAG, STICTION, SATURATION, ASYMMETRY, *GRAVITY)
+"""Terms that are estimated beside the model, too, where it does without them."""
 
 
 class Selection(NamedTuple):
@@ -24,110 +22,94 @@ class Selection(NamedTuple):
     ----------
     chosen : Fitted
         The model.
+    alike : list of Fitted
+        All models that the log cannot tell from the one that validates best, the chosen one first.
     tried : dict of Fitted
-        The model with a further term, by that term: those that were not told, and the asymmetry.
+        The chosen model with a further term, by that term.
     refused : dict of str
         Terms that could not be fitted, and why.
+    validated : list of Validated
+        Every model that was compared, with its errors on blocks that were held out.
+    lead : float
+        Time by which friction leads the motion, s, where that validates better than any lag; else zero.
     """
 
     chosen: Fitted
+    alike: list[Fitted]
     tried: dict[str, Fitted]
     refused: dict[str, str]
+    validated: list[Validated]
+    lead: float
+
+    def interval(self, name: str) -> Estimate:
+        """Return a parameter of the chosen model; its interval covers those of all models that are alike."""
+        estimate = self.chosen.estimate(name)
+        others = [fitted.estimate(name) for fitted in self.alike if name in fitted.parameters]
+        lower, upper = (pick([getattr(one, end) for one in [estimate, *others]]) for pick, end in
+                        ((min, "lower"), (max, "upper")))  # fmt: skip
+        return Estimate(estimate.value, estimate.standard_error, lower, upper)
 
 
-def select_terms(problem: Problem, *, both_ways: bool, confidence: float) -> Selection:
-    """Fit the base model, and add one by one the terms that the log tells.
-
-    A term is told where its interval lies above zero, what was searched for it does not end where the search does, and
-    it foretells: fitted to either half of the rows, it lowers the residual of the other. (On short logs of robots
-    intervals alone let terms in that made the validation worse.) Of several the one that lowers the residual most comes
-    first.
+def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool, confidence: float) -> Selection:
+    """Choose the model of a log among those of a family, or of all.
 
     Parameters
     ----------
     problem : Problem
         The rows.
+    family : str
+        Key of ``FAMILIES``, or ``AUTO``.
     both_ways : bool
-        Whether the joint moves both ways; else an offset is no term, as it cannot be told from Coulomb friction.
+        Whether the joint moves both ways.
+    rotary : bool
+        Whether the joint turns, so that gravity may act as the sine and cosine of its position.
     confidence : float
         Probability that the intervals are meant to have.
 
     Raises
     ------
     ValueError
-        The rows do not tell the terms of the base model from each other.
+        The rows do not determine the terms of the simplest model.
     """
-    chosen = fit_terms(problem, BASE if both_ways else BASE[:-1], confidence)
-    tried: dict[str, Fitted] = {}
+    has_position = all(piece.sine is not None for piece in problem.pieces)
+    models = candidate_models(family, both_ways=both_ways, gravity=rotary and has_position)
+    grid = make_grid(problem)
+    simplest = fit_terms(problem, models[0], confidence)  # says what cannot be separated
+    fits: dict[Terms, Fitted] = {models[0]: simplest}
     refused: dict[str, str] = {}
-    left = list(ADDED)
-    while left:
-        for term in left:
-            _try(problem, chosen, term, confidence, tried, refused)
-        told = [
-            term
-            for term in left
-            if term in tried
-            and is_told(problem, tried[term], term)
-            and foretells(problem, chosen.terms, (*chosen.terms, term), confidence)
-        ]
-        if not told:
+    validated = cross_validate(grid, models)
+    while True:
+        best, near = choose(validated)
+        for model in [best, *near]:
+            if model.terms not in fits:
+                try:
+                    fits[model.terms] = fit_terms(problem, model.terms, confidence, start=_start(model.start))
+                except ValueError as error:
+                    refused[model.terms[-1]] = str(error)
+        if best.terms in fits:
             break
-        best = min(told, key=lambda term: tried[term].squares)
-        chosen = tried.pop(best)
-        left.remove(best)
-    for term in [term for term in chosen.terms if term in ADDED and not is_told(problem, chosen, term)]:
-        tried[term] = chosen  # a later term explains what this one did
-        chosen = fit_terms(problem, tuple(name for name in chosen.terms if name != term), confidence)
-    if both_ways:
-        _try(problem, chosen, BESIDE, confidence, tried, refused)
-    return Selection(chosen, tried, refused)
-
-
-def is_told(problem: Problem, fitted: Fitted, term: str) -> bool:
-    """Tell whether a log tells an added term."""
-    searched = SEARCHED[term]
-    return fitted.estimate(term).lower > 0.0 and not at_end_of_range(problem, searched, fitted.values[searched])
-
-
-def foretells(problem: Problem, fewer: tuple[str, ...], more: tuple[str, ...], confidence: float) -> bool:
-    """Tell whether more terms, fitted to one half of the rows, lower the residual of the other half."""
-    times = np.concatenate([piece.time[piece.slides] for piece in problem.pieces])
-    order = np.cumsum([0, *(int(np.count_nonzero(piece.slides)) for piece in problem.pieces)])
-    middle = times.size // 2
-    halves = []
-    for side in (False, True):
-        pieces = []
-        for start, piece in zip(order[:-1], problem.pieces, strict=True):
-            rank = start + np.cumsum(piece.slides) - 1
-            pieces.append(piece._replace(slides=piece.slides & ((rank >= middle) == side)))
-        halves.append(problem._replace(pieces=pieces))
-    squares = []
-    for terms in (fewer, more):
-        total = 0.0
-        for fitted_to, other in (halves, halves[::-1]):
+        validated = [model for model in validated if model is not best]
+    alike = [fits[model.terms] for model in [best, *near] if model.terms in fits]
+    chosen = alike[0]
+    tried: dict[str, Fitted] = {}
+    for term in ADDED:
+        terms = next((model for model in models if set(model) == {*best.terms, term}), None)
+        if terms is not None and term not in best.terms:
+            start = fit_on_grid(grid, terms, np.zeros(BLOCKS, dtype=np.bool_))
             try:
-                fitted = fit_terms(fitted_to, terms, confidence)
-            except ValueError:
-                return False  # half of the rows do not tell the terms from each other
-            values = np.array([fitted.values[name] for name in fitted.linear])
-            residual = measured_torque(other) - design(other, fitted.linear, fitted.searched) @ values
-            total += float(residual @ residual)
-        squares.append(total)
-    return squares[1] < squares[0]
+                tried[term] = fits.get(terms) or fit_terms(problem, terms, confidence, start=_start(start))
+            except ValueError as error:
+                refused[term] = str(error)
+    return Selection(chosen, alike, tried, refused, validated, _lead(grid, best))
 
 
-def _try(
-    problem: Problem,
-    chosen: Fitted,
-    term: str,
-    confidence: float,
-    tried: dict[str, Fitted],
-    refused: dict[str, str],
-) -> None:
-    tried.pop(term, None)
-    refused.pop(term, None)
-    try:
-        tried[term] = fit_terms(problem, (*chosen.terms, term), confidence)
-    except ValueError as error:
-        refused[term] = str(error)
+def _start(point: Point) -> dict[str, float]:
+    return {LAG: point.lag, **dict.fromkeys(BENT.values(), point.speed)}
+
+
+def _lead(grid: Grid, best: Validated) -> float:
+    """Return by how much friction leads, where that is beyond what chance explains."""
+    terms = (*(term for term in best.terms if term != LAG), LEAD)
+    (leading,) = cross_validate(grid, [terms]) or [best]
+    worse, deviation = behind(best, leading)
+    return -leading.start.lag if leading is not best and worse > ALIKE * deviation else 0.0

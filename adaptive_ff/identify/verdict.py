@@ -1,11 +1,12 @@
-"""The verdict on a log in words: what it tells, what it does not, and what is probably wrong with it."""
+"""The verdict on a log in words: what it determines, what it does not, and what is probably wrong with it."""
 
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.fit import Fitted
-from adaptive_ff.identify.result import ROTARY, LogIdentification
-from adaptive_ff.identify.term_selection import BESIDE
+from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, STICTION
+from adaptive_ff.identify.regressors import BENT
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.units import ROTARY
 
 WELL, POORLY = 0.1, 0.4
 """Relative errors of the torque up to which the model is said to explain it, and from which it is said not to."""
@@ -61,26 +62,24 @@ def cautions(found: LogIdentification) -> list[str]:
             f"inertia and friction leave {100.0 * error:.0f} % of the torque unexplained: another torque acts on the "
             "joint (gravity, other axes, elasticity), or columns or units are not what they are named"
         )
-    lag = found.parameters.get("friction_lag")
-    if lag is not None and lag.estimate.upper < 0.0 and -lag.estimate.value > found.period:
+    if found.selection.lead > found.period:
         said.append(
-            f"friction seems to lead the motion by {-1e3 * lag.estimate.value:.3g} ms: the motion is recorded later "
+            f"friction seems to lead the motion by {1e3 * found.selection.lead:.3g} ms: the motion is recorded later "
             "than the torque"
         )
     return said
 
 
 def verdict(found: LogIdentification) -> list[str]:
-    """Return what a log tells and what it does not, a sentence each."""
+    """Return what a log determines and what it does not, a sentence each."""
     sentences = [_of_fit(found)]
     if found.validation is not None:
         sentences.append(_of_validation(found))
     else:
         sentences.append("Nothing was held out: how well the model says other torques is not known.")
-    told = [name for name, reported in found.parameters.items() if reported.told and reported.used]
-    sentences.append(f"The log tells {_listed(told)}." if told else "The log tells no parameter.")
-    sentences += _of_lag(found) + _of_missing(found)
-    sentences += _of_asymmetry(found)
+    known = [name for name, reported in found.parameters.items() if reported.identifiable and reported.used]
+    sentences.append(f"Identifiable from the log: {_listed(known)}." if known else "No parameter is identifiable.")
+    sentences += _of_confounding(found) + _of_lag(found) + _of_missing(found) + _of_asymmetry(found)
     sentences.append(found.curve.remark[0].upper() + found.curve.remark[1:] + ".")
     return sentences
 
@@ -88,14 +87,17 @@ def verdict(found: LogIdentification) -> list[str]:
 def _of_fit(found: LogIdentification) -> str:
     error = found.fit.relative_error
     word = "explain" if error <= WELL else "explain most of" if error <= POORLY else "do not explain"
+    subject = "Inertia, gravity and friction" if GRAVITY[0] in found.selection.chosen.terms else "Inertia and friction"
     sentence = (
-        f"Inertia and friction {word} the torque: {100.0 * error:.3g} % of it are left in a band of "
-        f"{found.bandwidth:.3g} Hz."
+        f"{subject} {word} the torque: {100.0 * error:.3g} % of it are left in a band of {found.bandwidth:.3g} Hz."
     )
     if error > WELL:
+        others = (
+            "other axes, elasticity, ripple" if subject.count("gravity") else "gravity, other axes, elasticity, ripple"
+        )
         sentence += (
-            " This is no lumped joint with one inertia, or not only friction acts on it (gravity, other axes, "
-            "elasticity, ripple); intervals do not cover that."
+            f" This is no lumped joint with one inertia, or not only friction acts on it ({others}); intervals do not "
+            "cover that."
         )
     return sentence
 
@@ -106,11 +108,30 @@ def _of_validation(found: LogIdentification) -> str:
         f"On {found.validated_on}, which was not fitted, {100.0 * found.validation.relative_error:.3g} % are left"
     )
     ratio = found.validation.rms_error / found.fit.rms_error
+    if ratio > WORSE and found.carries_over is not None:
+        terms, error = found.carries_over
+        return sentence + (
+            f": {ratio:.1f} times the error of the fit. The model of {_listed(list(terms))} leaves "
+            f"{100.0 * error.relative_error:.3g} % there: the terms chosen on the log do not carry over."
+        )
     if ratio > WORSE:
-        return sentence + f": {ratio:.1f} times the error of the fit. Friction or inertia is another there."
+        return sentence + (
+            f": {ratio:.1f} times the error of the fit, and every family of models gets worse there. Friction or inertia "
+            "is another there."
+        )
     if found.validation.relative_error > WORSE * found.fit.relative_error:
         return sentence + ", of a torque that is smaller there: the error itself is like that of the fit."
     return sentence + "."
+
+
+def _of_confounding(found: LogIdentification) -> list[str]:
+    """Say which parameters the log cannot separate from others."""
+    return [
+        f"{_words(name)[0].upper() + _words(name)[1:]} is confounded with {_listed(list(reported.confounded))}: the log "
+        f"allows {reported.estimate.lower:.3g} to {reported.estimate.upper:.3g} {found.units[name]}."
+        for name, reported in found.parameters.items()
+        if reported.confounded
+    ]
 
 
 def _of_lag(found: LogIdentification) -> list[str]:
@@ -127,29 +148,29 @@ def _of_lag(found: LogIdentification) -> list[str]:
 
 
 def _of_missing(found: LogIdentification) -> list[str]:
-    """Say what the log does not tell."""
+    """Say what is not identifiable from the log."""
     sentences = []
     for name, reported in found.parameters.items():
-        if reported.told or name in ("stribeck_velocity", BESIDE):
+        if reported.identifiable or name in (*BENT.values(), ASYMMETRY, *GRAVITY, SATURATION):
             continue
         value, _, lower, upper = reported.estimate
         words, separator = _words(name), ":"
         if name == "stiction":
-            value, _, lower, upper = found.selection.tried["stiction_excess"].estimate("stiction_excess")
+            value, _, lower, upper = found.selection.tried[STICTION].estimate(STICTION)
             words, separator = "stiction, which would be above Coulomb friction by", ""
         unit = found.units[name]
-        apart = "" if lower <= 0.0 <= upper or upper < 0.0 else ", and one half of the log does not foretell the other"
-        end = {"friction_lag": "none is used", "stiction": "it is taken as Coulomb friction"}.get(name, "zero is used")
+        apart = "" if lower <= 0.0 <= upper or upper < 0.0 else ", and it does not improve what is held out"
+        end = {LAG: "none is used", "stiction": "it is taken as Coulomb friction"}.get(name, "zero is used")
         sentences.append(
-            f"It does not tell {words}{separator} {value:.3g} {unit}, from {lower:.3g} to {upper:.3g}{apart}; {end}."
+            f"Not identifiable is {words}{separator} {value:.3g} {unit}, from {lower:.3g} to {upper:.3g}{apart}; {end}."
         )
-    if "offset" not in found.parameters:
+    if not found.both_ways:
         sentences.append(
-            "The joint moves one way only: an offset of the torque (gravity, a sensor's zero) cannot be told from "
+            "The joint moves one way only: an offset of the torque (gravity, a sensor's zero) cannot be separated from "
             "Coulomb friction and is contained in it."
         )
     for term, reason in found.selection.refused.items():
-        sentences.append(f"It does not tell {_words(term)}: {reason}.")
+        sentences.append(f"Not identifiable is {_words(term)}: {reason}.")
     if found.rest_torque is not None and found.rest_torque > found.parameters["coulomb"].estimate.upper:
         sentences.append(
             f"At rest the torque reached {found.rest_torque:.3g} {found.units['torque']}, more than Coulomb friction: "
@@ -159,32 +180,36 @@ def _of_missing(found: LogIdentification) -> list[str]:
 
 
 def _of_asymmetry(found: LogIdentification) -> list[str]:
-    reported = found.parameters.get(BESIDE)
+    reported = found.parameters.get(ASYMMETRY)
     if reported is None:
         return []
-    fitted: Fitted = found.selection.tried[BESIDE]
-    value, viscous = reported.estimate.value, fitted.values["viscous"]
+    value, lower, upper = reported.estimate.value, reported.estimate.lower, reported.estimate.upper
     unit = found.units["viscous"]
-    if not reported.told:
-        lower, upper = reported.estimate.lower, reported.estimate.upper
+    if not reported.used:
         return [
             f"Viscous friction may be the same both ways: half the difference is {value:.3g} {unit}, from "
             f"{lower:.3g} to {upper:.3g}. Coulomb friction that differs by direction would be an offset."
         ]
-    share = (fitted.squares / found.selection.chosen.squares) ** 0.5
-    offset = f"{fitted.values['offset']:.3g} {found.units['offset']}"
+    values = found.selection.chosen.values
+    offset = f"{values['offset']:.3g} {found.units['offset']}"
     return [
-        f"Viscous friction differs by direction: {viscous + value:.3g} forward and {viscous - value:.3g} {unit} "
-        f"backward, with an offset of {offset}; the residual is then {share:.2f} times as large. The simulated joint "
-        "is the same both ways, so the model above does without. Coulomb friction that differs by direction cannot "
-        "be told from the offset."
+        f"Viscous friction differs by direction: {values['viscous'] + value:.3g} forward and "
+        f"{values['viscous'] - value:.3g} {unit} backward, with an offset of {offset}. Coulomb friction that differs by "
+        "direction cannot be separated from the offset."
     ]
 
 
+WORDS = {
+    "viscous": "viscous friction",
+    "coulomb": "Coulomb friction",
+    STICTION: "stiction",
+    SATURATION: "viscous friction that saturates",
+    ASYMMETRY: "viscous friction by direction",
+}
+
+
 def _words(name: str) -> str:
-    return {"viscous": "viscous friction", "coulomb": "Coulomb friction", "stiction_excess": "stiction"}.get(
-        name, name.replace("_", " ")
-    )
+    return WORDS.get(name, name.replace("_", " "))
 
 
 def _listed(names: list[str]) -> str:

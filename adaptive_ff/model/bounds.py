@@ -12,13 +12,16 @@ INERTIA, COULOMB, STICTION, VISCOUS, FRICTION_LAG, OFFSET, STICTION_ASYMMETRY, V
 """Places in an estimate, which may end before the offset, or after it."""
 
 INERTIA_RANGE = 10.0
-"""The inertia is believed to lie within this factor of the one that the feedback was designed for."""
+"""The inertia is assumed to lie within this factor of the one that the feedback was designed for."""
 
 LARGEST_LAG = 10.0
-"""Largest friction lag that is believed, in time constants ``J/Kp`` of the feedback ..."""
+"""Largest possible friction lag, in time constants ``J/Kp`` of the feedback ..."""
 
 LARGEST_LAG_AT_LEAST = 0.1
 """... but at least this, s: with a fast loop, even the lag of a common joint is many of its time constants."""
+
+VISCOUS_SHARE = 0.2
+"""Unit of the viscous coefficient, as a share of the proportional gain."""
 
 
 def possible_ranges(inertia: float, largest_lag: float, size: int) -> NDArray[np.float64]:
@@ -45,13 +48,27 @@ def possible_ranges(inertia: float, largest_lag: float, size: int) -> NDArray[np
 
 
 def largest_lag(response: float) -> float:
-    """Return the largest friction lag (s) that is believed, for a time constant ``J/Kp`` (s) of the feedback."""
+    """Return the largest possible friction lag (s), for a time constant ``J/Kp`` (s) of the feedback."""
     return max(LARGEST_LAG * response, LARGEST_LAG_AT_LEAST)
 
 
 @register_jitable(forceinline=True)
-def limit_friction(ranges: NDArray[np.float64], torque: float, speed: float) -> None:
-    """Narrow the ranges of friction to what torques (N m) up to one, at speeds (rad/s) up to one, can explain."""
+def write_ranges(possible: NDArray[np.float64], torque: float, speed: float, ranges: NDArray[np.float64]) -> None:
+    """Write the possible ranges, those of friction narrowed to what the data can explain.
+
+    Parameters
+    ----------
+    possible : ndarray, shape (n, 2)
+        Ranges before there are data; see ``possible_ranges``.
+    torque : float
+        Largest torque, N m.
+    speed : float
+        Largest speed, rad/s.
+    ranges : ndarray, shape (n, 2)
+        Filled in.
+    """
+    for i in range(possible.shape[0]):
+        ranges[i, 0], ranges[i, 1] = possible[i, 0], possible[i, 1]
     ranges[COULOMB, 1] = torque
     ranges[STICTION, 1] = torque
     ranges[VISCOUS, 1] = torque / speed
@@ -63,7 +80,7 @@ def limit_friction(ranges: NDArray[np.float64], torque: float, speed: float) -> 
 
 
 @register_jitable(forceinline=True)
-def confine(estimate: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
+def confine_in_place(estimate: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
     """Move an estimate to the nearest possible one, parameter by parameter."""
     for i in range(estimate.size):
         estimate[i] = min(max(estimate[i], ranges[i, 0]), ranges[i, 1])

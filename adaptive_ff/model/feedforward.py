@@ -9,7 +9,7 @@ needs the reference one sample ahead; where that is not known, the last slope of
 A drive with a computation delay applies the torque later; it is then computed for where the reference will be by that
 time, continued along its slope.
 
-A reference at rest tells nothing of the direction: the static friction is zero there and fades with the lag. The offset
+A reference at rest has no direction: the static friction is zero there and fades with the lag. The offset
 is a constant, which no lag changes; it is fed forward at rest as well.
 """
 
@@ -123,6 +123,7 @@ def step_feedforward(
     next_reference: float,
     period: float,
     delay: float = 0.0,
+    inertia: float = math.nan,
 ) -> tuple[float, FeedforwardState]:
     """Return the torque (N m) for the coming period, or for the one that a delay makes of it, and the new state.
 
@@ -138,7 +139,10 @@ def step_feedforward(
         Length of the coming period, s.
     delay : float, optional
         Computation delay of the drive, periods.
+    inertia : float, optional
+        Inertia in the present configuration, kg m^2, in the place of the model's; not a number where that holds.
     """
+    moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = ahead(state, reference, next_reference, delay)
     if start * end < 0.0:
         turn = period * start / (start - end)
@@ -147,5 +151,5 @@ def step_feedforward(
         integral = before + after
     else:
         integral, friction = one_way_friction(model, state.friction, start, end, period)
-    torque = (model.inertia * (end - start) + integral) / period + model.offset
+    torque = (moved * (end - start) + integral) / period + model.offset
     return torque, FeedforwardState(friction, reference, True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 
 @register_jitable(forceinline=True)
-def advance_filter(
+def advance_filter_in_place(
     state: NDArray[np.float64], pole: float, decay: float, start: float, end: float, duration: float
 ) -> None:
     """Advance one filter over a piece of input that is linear in time.

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.regression.series import series_regressors
 from adaptive_ff.regression.sliding_gate import sliding_time
-from adaptive_ff.regression.torque_form import Signals, TorqueForm, advance_signals, write_regressors
+from adaptive_ff.regression.torque_form import Signals, TorqueForm, advance_signals_in_place, write_regressors
 from controllers import compiled
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ def _torque_form_rows(
     sliding = -gate[1]
     for k in range(1, time.size):
         duration = time[k] - time[k - 1]
-        signals = advance_signals(form, signals, torque[k], velocity[k], duration)
+        signals = advance_signals_in_place(form, signals, torque[k], velocity[k], duration)
         sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], duration)
         outputs[k] = write_regressors(form, signals, rows[k])
         used[k] = sliding > gate[1]

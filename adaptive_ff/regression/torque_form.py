@@ -21,9 +21,9 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, adhesion_share
-from adaptive_ff.regression.filters import advance_filter, filter_decay, second_derivative
+from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay, second_derivative
 
-TORQUE, VELOCITY, COULOMB, ADHESION, SHARE, SPEED = range(6)
+FILTER_TORQUE, FILTER_VELOCITY, FILTER_COULOMB, FILTER_ADHESION, FILTER_SHARE, FILTER_SPEED = range(6)
 """Rows of the filters; the last two, ``|h|`` and ``|w|``, are there where friction differs by direction."""
 
 
@@ -76,21 +76,21 @@ def initial_signals(parameters: int = len(ESTIMATED)) -> Signals:
 
 
 @register_jitable(forceinline=True)
-def settle_signals(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
+def settle_signals_in_place(form: TorqueForm, signals: Signals, velocity: float) -> Signals:
     """Return the filters of a joint that has moved at a velocity (rad/s) for long, under an unknown torque."""
     share = adhesion_share(abs(velocity), form.stribeck_velocity, form.stribeck_shape)
     direction = math.copysign(1.0, velocity) if velocity != 0.0 else 0.0
-    signals.filters[VELOCITY, 0] = velocity
-    signals.filters[COULOMB, 0] = direction * (1.0 - share)
-    signals.filters[ADHESION, 0] = direction * share
-    if signals.filters.shape[0] > SHARE:
-        signals.filters[SHARE, 0] = abs(direction) * share
-        signals.filters[SPEED, 0] = abs(velocity)
+    signals.filters[FILTER_VELOCITY, 0] = velocity
+    signals.filters[FILTER_COULOMB, 0] = direction * (1.0 - share)
+    signals.filters[FILTER_ADHESION, 0] = direction * share
+    if signals.filters.shape[0] > FILTER_SHARE:
+        signals.filters[FILTER_SHARE, 0] = abs(direction) * share
+        signals.filters[FILTER_SPEED, 0] = abs(velocity)
     return Signals(signals.filters, velocity)
 
 
 @register_jitable(forceinline=True)
-def advance_friction(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
+def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, end: float, duration: float) -> None:
     """Advance the filters of ``g`` and ``h``, and of ``|h|`` and ``|w|``, over a motion that does not reverse."""
     if duration <= 0.0:
         return
@@ -98,23 +98,29 @@ def advance_friction(form: TorqueForm, signals: Signals, start: float, end: floa
     first = adhesion_share(abs(start), form.stribeck_velocity, form.stribeck_shape)
     last = adhesion_share(abs(end), form.stribeck_velocity, form.stribeck_shape)
     decay = filter_decay(form.pole, duration)
-    advance_filter(
-        signals.filters[COULOMB],
+    advance_filter_in_place(
+        signals.filters[FILTER_COULOMB],
         form.pole,
         decay,
         direction * (1.0 - first),
         direction * (1.0 - last),
         duration,
     )
-    advance_filter(signals.filters[ADHESION], form.pole, decay, direction * first, direction * last, duration)
-    if signals.filters.shape[0] > SHARE:
+    advance_filter_in_place(
+        signals.filters[FILTER_ADHESION], form.pole, decay, direction * first, direction * last, duration
+    )
+    if signals.filters.shape[0] > FILTER_SHARE:
         sliding = abs(direction)
-        advance_filter(signals.filters[SHARE], form.pole, decay, sliding * first, sliding * last, duration)
-        advance_filter(signals.filters[SPEED], form.pole, decay, abs(start), abs(end), duration)
+        advance_filter_in_place(
+            signals.filters[FILTER_SHARE], form.pole, decay, sliding * first, sliding * last, duration
+        )
+        advance_filter_in_place(signals.filters[FILTER_SPEED], form.pole, decay, abs(start), abs(end), duration)
 
 
 @register_jitable(forceinline=True)
-def advance_signals(form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float) -> Signals:
+def advance_signals_in_place(
+    form: TorqueForm, signals: Signals, torque: float, velocity: float, duration: float
+) -> Signals:
     """Advance all filters by one sample.
 
     Parameters
@@ -137,30 +143,30 @@ def advance_signals(form: TorqueForm, signals: Signals, torque: float, velocity:
     """
     start = signals.velocity
     decay = filter_decay(form.pole, duration)
-    advance_filter(signals.filters[TORQUE], form.pole, decay, torque, torque, duration)
-    advance_filter(signals.filters[VELOCITY], form.pole, decay, start, velocity, duration)
+    advance_filter_in_place(signals.filters[FILTER_TORQUE], form.pole, decay, torque, torque, duration)
+    advance_filter_in_place(signals.filters[FILTER_VELOCITY], form.pole, decay, start, velocity, duration)
     if start * velocity < 0.0:
         turn = duration * start / (start - velocity)
-        advance_friction(form, signals, start, 0.0, turn)
-        advance_friction(form, signals, 0.0, velocity, duration - turn)
+        advance_friction_in_place(form, signals, start, 0.0, turn)
+        advance_friction_in_place(form, signals, 0.0, velocity, duration - turn)
     else:
-        advance_friction(form, signals, start, velocity, duration)
+        advance_friction_in_place(form, signals, start, velocity, duration)
     return Signals(signals.filters, velocity)
 
 
 @register_jitable(forceinline=True)
 def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:
     """Write the regressors into a row of as many as there are columns, and return the regressed torque ``u_f``, N m."""
-    velocity = signals.filters[VELOCITY]
+    velocity = signals.filters[FILTER_VELOCITY]
     row[0] = second_derivative(velocity, form.pole, signals.velocity)
     row[1] = velocity[1]
-    row[2] = signals.filters[COULOMB, 0]
-    row[3] = signals.filters[ADHESION, 0]
+    row[2] = signals.filters[FILTER_COULOMB, 0]
+    row[3] = signals.filters[FILTER_ADHESION, 0]
     row[4] = velocity[0]
-    row[5] = -signals.filters[TORQUE, 1]
+    row[5] = -signals.filters[FILTER_TORQUE, 1]
     if row.size > 6:
         row[6] = 1.0
     if row.size > 7:
-        row[7] = signals.filters[SHARE, 0]
-        row[8] = signals.filters[SPEED, 0]
-    return signals.filters[TORQUE, 0]  # type: ignore[no-any-return]
+        row[7] = signals.filters[FILTER_SHARE, 0]
+        row[8] = signals.filters[FILTER_SPEED, 0]
+    return signals.filters[FILTER_TORQUE, 0]  # type: ignore[no-any-return]

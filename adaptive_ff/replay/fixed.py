@@ -23,7 +23,7 @@ def first_half(log: Log) -> Log:
 
 
 def fit_fixed(log: Log, bandwidth: float | None, torque_delay: float) -> tuple[TorqueModel | None, str]:
-    """Return the model that the first half of a log tells, and a sentence on it; None where it tells none.
+    """Return the model identified from the first half of a log, and a sentence on it; None where there is none.
 
     Parameters
     ----------
@@ -40,18 +40,18 @@ def fit_fixed(log: Log, bandwidth: float | None, torque_delay: float) -> tuple[T
     except InputError as error:
         return None, f"There is no fixed model: of the first half, {str(error).removeprefix(log.name + ': ')}."
     inertia, coulomb = found.value("inertia"), found.value("coulomb")
-    told = found.value("stribeck_velocity")
+    bend = found.value("stribeck_velocity")
     model = TorqueModel(
         inertia,
         coulomb,
         max(found.value("stiction"), coulomb),
         found.value("viscous"),
         found.value("friction_lag"),
-        told if told > 0.0 else 1.0,  # of no consequence where stiction is Coulomb friction
+        bend if bend > 0.0 else 1.0,  # of no consequence where stiction is Coulomb friction
         1.0,
         found.value("offset"),
     )
     if not all(np.array(model[:5]) >= 0.0):
-        return None, "There is no fixed model: a parameter that the first half tells is negative."
+        return None, "There is no fixed model: a parameter identified from the first half is negative."
     what = "the first half" if half.time.size == log.time.size // 2 else f"the last {MOST} samples of the first half"
     return model, f"The fixed model is fitted to {what}, in a band of {found.bandwidth:.3g} Hz."

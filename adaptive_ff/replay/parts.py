@@ -1,6 +1,6 @@
 """A log in parts, as the controller of a replay sees it.
 
-A torque is told as its mean over a period, between samples, as the controller's equations need it: with the sample
+A torque is given as its mean over a period, between samples, as the controller's equations need it: with the sample
 ``k`` and a delay of ``d`` periods after the stamp, that over the period that ends at ``k`` lies at ``k - 1/2 - d``
 between the samples. Samples that are measured are joined by straight lines; a command that is held has a delay of half
 a period, and its mean is the sample itself.
@@ -46,7 +46,7 @@ class Part(NamedTuple):
     time : ndarray, shape (n,)
         Time of the log, s.
     seen : Seen
-        What the controller is told.
+        What the controller sees.
     needed : ndarray, shape (n,)
         Mean torque over the period that begins with the sample, N m; not a number where it is not known.
     recorded : ndarray, shape (n,), or None

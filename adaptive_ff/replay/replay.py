@@ -19,7 +19,7 @@ from adaptive_ff.replay.parts import (
 )
 from adaptive_ff.replay.result import COLD, FIXED, SAVED, Replay
 from adaptive_ff.replay.runs import Runner, Tape
-from adaptive_ff.replay.settings import LOOP, LOOP_PERIODS, RESTING, SLOW, ReplaySettings
+from adaptive_ff.replay.settings import LOOP, LOOP_PERIODS, RESTING, SLOW, ReplaySettings, check_names
 from adaptive_ff.replay.state import state_from_json
 from adaptive_ff.rivals.model_based import ModelBased
 from controllers import Controller
@@ -34,14 +34,6 @@ SHORTEST = 10
 def replay_log(
     log: Log,
     *,
-    inertia: float | None = None,
-    stribeck_velocity: float | None = None,
-    memory: float | None = None,
-    identify: str | None = None,
-    loop_bandwidth: float | None = None,
-    rest_speed: float | None = None,
-    torque_delay: float | None = None,
-    velocity_cutoff: float | None = None,
     fixed: TorqueModel | None = None,
     bandwidth: float | None = None,
     band: float = BAND,
@@ -49,10 +41,11 @@ def replay_log(
     linear: bool = False,
     part: int = PART,
     progress: Callable[[float], None] | None = None,
+    **given: Any,
 ) -> Replay:
     """Replay a log.
 
-    The adaptive controller is told, sample by sample, what it would have been told on the machine: the reference and
+    The adaptive controller sees, sample by sample, what it would have seen on the machine: the reference and
     its next value, the measured velocity, and the torque that the drive gave. The torque of its own loop goes nowhere.
     What it would have fed forward over the period that begins with the sample is compared with the torque of the log
     over that period. Where the log has a defect, estimates are kept, and filters start anew behind it.
@@ -63,10 +56,6 @@ def replay_log(
         The log, see :func:`adaptive_ff.logs.log.read_log`. In ``Log.extra`` it may have ``reference_velocity`` (rad/s)
         or ``reference_position`` (rad), and ``feedforward`` (N m), the machine's own, with the stamps of the torque.
         Without a reference the measured motion, filtered without delay, stands for it.
-    inertia, stribeck_velocity, memory, identify, loop_bandwidth, rest_speed, torque_delay, velocity_cutoff : optional
-        What the controller is told, see :class:`ReplaySettings`. Where nothing is given: inertia, and the Stribeck
-        velocity if it has one, are those of the fixed model; else the latter is 0.05 times the largest speed of the
-        reference; its rest is 0.005 times that; the loop has 10 Hz, or a tenth of the sampling frequency.
     fixed : TorqueModel, optional
         The fixed model; by default the batch identification of the first half of the log.
     bandwidth : float, optional
@@ -82,6 +71,10 @@ def replay_log(
         Samples that are worked on at once; the result does not depend on it.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
+    **given : optional
+        Fields of :class:`ReplaySettings` but for the period, by name. Where nothing is given: inertia, and the Stribeck
+        velocity if it has one, are those of the fixed model; else the latter is 0.05 times the largest speed of the
+        reference; its rest is 0.005 times that; the loop has 10 Hz, or a tenth of the sampling frequency.
 
     Returns
     -------
@@ -93,35 +86,26 @@ def replay_log(
     InputError
         The log cannot be used, or an argument is out of range.
     """
+    check_names(given)
     _check_arguments(log, band)
     pieces, skipped = usable_pieces(log, SHORTEST)
     if not pieces:
         raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect")
     period = median_step(log)
-    told: dict[str, Any] = {
-        "inertia": inertia,
-        "stribeck_velocity": stribeck_velocity,
-        "memory": memory,
-        "identify": identify,
-        "loop_bandwidth": loop_bandwidth,
-        "rest_speed": rest_speed,
-        "torque_delay": torque_delay,
-        "velocity_cutoff": velocity_cutoff,
-    }
     saved = None
     if state is not None:
         settings, saved = state_from_json(state)
-        settings.check_fits(period, told)
+        settings.check_fits(period, given)
         delay = settings.torque_delay
     else:
-        delay = 0.0 if torque_delay is None else torque_delay
-    model, note = fit_fixed(log, bandwidth, delay) if fixed is None else (fixed, "The fixed model is told.")
+        delay = given.get("torque_delay") or 0.0
+    model, note = fit_fixed(log, bandwidth, delay) if fixed is None else (fixed, "The fixed model is given.")
     judged = band if 2.0 * band * period < 1.0 else None
     reference_band = min(band, 0.4 / period)
     if saved is None:
         largest = largest_reference(log, pieces, period, reference_band)
-        settings = _settings(log, period, told, model, note, largest)
-    notes = [note, *_notes(log, settings, told if saved is None else None, judged, reference_band)]
+        settings = _settings(log, period, given, model, note, largest)
+    notes = [note, *_notes(log, settings, given if saved is None else None, judged, reference_band)]
     runners = _runners(settings, model, saved, log.position is not None)
     tape = Tape(log, runners, period, judged)
     done, used = 0, sum(piece.size for piece in pieces)
@@ -156,12 +140,12 @@ def _check_arguments(log: Log, band: float) -> None:
 def _settings(
     log: Log,
     period: float,
-    told: Mapping[str, Any],
+    given: Mapping[str, Any],
     model: TorqueModel | None,
     note: str,
     largest: float,
 ) -> ReplaySettings:
-    """Return what the controller is told: what is given, and for the rest what is said in ``replay_log``."""
+    """Return the settings: what is given, and for the rest what is said in ``replay_log``."""
     if largest == 0.0:
         raise InputError(f"{log.name}: the reference stands still; it must move")
     bend = SLOW * largest
@@ -173,28 +157,28 @@ def _settings(
         "loop_bandwidth": min(LOOP, LOOP_PERIODS / period),
         "rest_speed": RESTING * largest,
     }
-    given = {name: value for name, value in told.items() if value is not None}
-    if "inertia" not in given and usual["inertia"] <= 0.0:
-        raise InputError(f"{log.name}: inertia must be given, as the first half of the log does not tell it. {note}")
-    return ReplaySettings(period=period, **{**usual, **given})
+    chosen = {name: value for name, value in given.items() if value is not None}
+    if "inertia" not in chosen and usual["inertia"] <= 0.0:
+        raise InputError(f"{log.name}: inertia must be given, the first half of the log does not determine it. {note}")
+    return ReplaySettings(period=period, **{**usual, **chosen})
 
 
 def _notes(
     log: Log,
     settings: ReplaySettings,
-    told: Mapping[str, Any] | None,
+    given: Mapping[str, Any] | None,
     judged: float | None,
     reference_band: float,
 ) -> list[str]:
     """Return what is to be known of the figures."""
     notes = []
-    if told is None:
+    if given is None:
         notes.append("Settings of the adaptive controller are those of the saved state.")
     else:
-        chosen = [name for name in ("inertia", "stribeck_velocity", "rest_speed") if told[name] is None]
+        chosen = [name for name in ("inertia", "stribeck_velocity", "rest_speed") if given.get(name) is None]
         if chosen:
             shown = ", ".join(f"{name} {getattr(settings, name):.3g}" for name in chosen)
-            notes.append(f"Not told, but taken from the log, which on the machine was to come: {shown}.")
+            notes.append(f"Not given, but taken from the log, which on the machine was to come: {shown}.")
     if not has_reference(log):
         notes.append(
             f"The log has no reference: the measured motion stands for it, filtered without delay in a band of "

@@ -12,6 +12,7 @@ from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.settings import ReplaySettings
+from adaptive_ff.replay.state import state_to_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +54,7 @@ class Replay:
     unit : str
         Unit of torque: N m, or N of a linear axis.
     settings : ReplaySettings
-        What the adaptive controller was told.
+        Settings of the adaptive controller.
     band : float or None
         Band in which is judged, Hz; None for all frequencies.
     samples, used : int
@@ -93,8 +94,6 @@ class Replay:
 
     def state_to_json(self) -> str:
         """Return settings and state at the end, for the next log; of the run from a saved state where there is one."""
-        from adaptive_ff.replay.state import state_to_json
-
         return state_to_json(self.settings, self.controllers.get(SAVED, self.controllers[COLD]))
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,34 +1,40 @@
-"""What the controller of a replay is told: the numbers that its designer would have typed in on the machine."""
+"""Settings of a replayed controller: the numbers that its designer would have typed in on the machine.
+
+This is the only place that lists them: the arguments of :func:`adaptive_ff.replay.replay.replay_log`, the options of
+the command line and the saved state are read from the fields of :class:`ReplaySettings`.
+"""
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Self
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from adaptive_ff.model.friction import IDENTIFIED
 from controllers import difference_velocity, direct_velocity, low_pass_velocity, pi_gains
-
-IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
-"""What may be identified, by the name that a user gives."""
 
 LOOP, LOOP_PERIODS = 10.0, 0.1
 """Crossover of the loop that is assumed, Hz, and the most that it may be times the sample time."""
 
 SLOW = 0.05
-"""Stribeck velocity where none is told, over the largest speed of the reference."""
+"""Assumed Stribeck velocity where none is given, over the largest speed of the reference."""
 
 RESTING = 0.005
-"""Speed up to which the reference counts as resting where none is told, over its largest."""
+"""Speed up to which the reference counts as resting where none is given, over its largest."""
 
 SAME_PERIOD = 0.01
 """Relative difference of sample times up to which a saved state belongs to a log."""
 
 
+def _setting(help_text: str, **default: Any) -> Any:
+    """Return a field with the text that a command line shows."""
+    return field(metadata={"help": help_text}, **default)
+
+
 @dataclass(frozen=True)
 class ReplaySettings:
-    """What the adaptive controller is told before the log begins; rad and N m, or m and N.
+    """Assumptions of the adaptive controller before the log begins; rad and N m, or m and N.
 
     Attributes
     ----------
@@ -43,7 +49,7 @@ class ReplaySettings:
         pole of its filters and the first guess of the friction lag.
     rest_speed : float
         A reference that slows down counts as standstill below this speed, rad/s. A machine that should stand may push
-        either way; the sign of what is left of the reference there says nothing. See ``replay_parts.with_rest``.
+        either way; the sign of what is left of the reference there says nothing. See ``replay.parts.with_rest``.
     memory : float
         Memory of the estimator, s of sliding motion.
     identify : str
@@ -56,14 +62,20 @@ class ReplaySettings:
     """
 
     period: float
-    inertia: float
-    stribeck_velocity: float
-    loop_bandwidth: float
-    rest_speed: float
-    memory: float = 5.0
-    identify: str = "offset"
-    torque_delay: float = 0.0
-    velocity_cutoff: float | None = None
+    inertia: float = _setting("Inertia that the controller assumes, kg m^2; that of the fixed model if not given.")
+    stribeck_velocity: float = _setting("Stribeck velocity that it assumes, rad/s.")
+    loop_bandwidth: float = _setting("Crossover of its loop, Hz; 10, or a tenth of the sampling frequency.")
+    rest_speed: float = _setting("The reference rests below this speed, rad/s; 0.005 of its largest.")
+    memory: float = _setting("Its memory, s of sliding motion; 5 if not given.", default=5.0)
+    identify: str = _setting(
+        "What it identifies: symmetric, offset (if not given) or directions (all friction by them).", default="offset"
+    )
+    torque_delay: float = _setting(
+        "Time after its stamp at which a torque acts, s; half a period where it is held.", default=0.0
+    )
+    velocity_cutoff: float | None = _setting(
+        "Low-pass behind differences of the position, Hz; none if not given.", default=None
+    )
 
     def __post_init__(self) -> None:
         for name in ("period", "inertia", "stribeck_velocity", "loop_bandwidth", "memory"):
@@ -120,7 +132,7 @@ class ReplaySettings:
         InputError
             They are not all there, unknown, or out of range.
         """
-        names = [field.name for field in fields(cls)]
+        names = ["period", *GIVEN]
         if set(content) != set(names):
             raise InputError(f"the settings {', '.join(map(str, content))} are not allowed: they must be {names}")
         values: dict[str, Any] = {}
@@ -134,26 +146,43 @@ class ReplaySettings:
             values[name] = value
         return cls(**values)
 
-    def check_fits(self, period: float, told: Mapping[str, Any]) -> None:
+    def check_fits(self, period: float, given: Mapping[str, Any]) -> None:
         """Refuse a log, or settings beside these, that a state saved with these does not belong to.
 
         Parameters
         ----------
         period : float
             Sample time of the log, s.
-        told : mapping
-            Settings by name; None where nothing is told.
+        given : mapping
+            Settings by name; None where nothing is given.
 
         Raises
         ------
         InputError
-            The sample time differs, or what is told beside the saved settings does.
+            The sample time differs, or a setting given beside the saved ones does.
         """
         if abs(period - self.period) > SAME_PERIOD * self.period:
             raise InputError(
                 f"the log has a sample time of {period:g} s; it must be {self.period:g} s, that of the saved state"
             )
-        for name, value in told.items():
+        for name, value in given.items():
             kept = getattr(self, name)
             if value is not None and value != kept:
                 raise InputError(f"{name} = {value} is not allowed beside a saved state: it was saved with {kept}")
+
+
+GIVEN = tuple(setting.name for setting in fields(ReplaySettings) if "help" in setting.metadata)
+"""Settings that a user may give; the sample time is the log's."""
+
+
+def check_names(given: Mapping[str, Any]) -> None:
+    """Refuse settings that there are not.
+
+    Raises
+    ------
+    InputError
+        A name is not known.
+    """
+    for name, value in given.items():
+        if name not in GIVEN:
+            raise InputError(f"{name} = {value!r} is no setting of a replay; allowed: {', '.join(GIVEN)}")

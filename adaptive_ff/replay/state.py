@@ -23,12 +23,12 @@ def state_from_json(text: str) -> tuple[ReplaySettings, AdaptiveController]:
     """
     try:
         content = json.loads(text)
-        told = content.pop("settings")
-        if not isinstance(told, dict):
+        table = content.pop("settings")
+        if not isinstance(table, dict):
             raise TypeError("settings is no table")
     except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{text[:40]!r} is no saved state of a replay: {error}") from error
-    settings = ReplaySettings.from_dict(told)
+    settings = ReplaySettings.from_dict(table)
     controller = settings.controller()
     try:
         controller.state_from_json(json.dumps(content))

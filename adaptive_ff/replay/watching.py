@@ -1,4 +1,4 @@
-"""A controller that watches a record: told what it would have been told on the machine, its torque goes nowhere.
+"""A controller that watches a record: it sees what it would have seen on the machine, and its torque goes nowhere.
 
 The step is the controller's own, compiled; so what it learns and feeds forward is what it would have learnt and fed
 forward at that moment of the record.
@@ -7,11 +7,11 @@ forward at that moment of the record.
 from typing import Any, NamedTuple
 
 from adaptive_ff.logs.derivatives import Array
-from controllers import Inputs, compiled_in_place, estimate_velocity, step, write_estimates
+from controllers import compiled_in_place, estimate_velocity, planned_inputs, step, write_estimates
 
 
 class Seen(NamedTuple):
-    """What a controller is told, sample by sample.
+    """What a controller sees, sample by sample.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ def _watch(
     for k in range(seen.reference.size):
         velocity, observed = estimate_velocity(observer, observed, seen.measurement[k], seen.elapsed[k])
         realised = seen.realised[k]
-        inputs = Inputs(seen.reference[k], velocity, seen.coming[k], realised, 0.0, seen.elapsed[k])
+        inputs = planned_inputs(seen.reference[k], velocity, seen.coming[k], realised, seen.elapsed[k])
         output, state = step(block, state, inputs)
         feedforward[k] = output.feedforward
         write_estimates(block, state, estimates[k])
@@ -57,7 +57,7 @@ block, state : NamedTuple
 observer, observed : NamedTuple
     Parameters and state of what makes a velocity of the measurement.
 seen : Seen
-    What it is told.
+    What it sees.
 feedforward : ndarray, shape (n,)
     Filled in: its feedforward for the period that begins at the sample, N m.
 estimates : ndarray, shape (n, parameters)

@@ -32,7 +32,7 @@ from adaptive_ff.report.drawing import (
     write_figure,
 )
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.loop import scale_joint
+from adaptive_ff.simulation.loop import joint_in_phase
 from adaptive_ff.simulation.metrics import settled_start
 from plant import sliding_friction
 
@@ -142,7 +142,7 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     first = next(iter(runs.values()))
     part = _close_up(first)
     time, reference = first.solver_time[part], first.reference[part]
-    shown = {name: runs[name].velocity[part] for name in _telling(runs)}
+    shown = {name: runs[name].velocity[part] for name in _most_different(runs)}
     near, window = {}, 0.0
     draw_series(tracking, time, reference, REFERENCE)
     for name, velocity in shown.items():
@@ -193,7 +193,7 @@ def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     figure, panels = make_panels(len(names), 0.8 + 1.2 * len(names))
     first = next(iter(runs.values()))
     plan, end = first.scenario.plan, float(first.solver_time[-1])
-    joints = [scale_joint(first.scenario.joint.parameters, scale) for scale in plan.scales]
+    joints = [joint_in_phase(first.scenario.joint.parameters, plan, phase) for phase in range(plan.starts.size)]
     starts = [*(plan.starts * first.scenario.joint.solver_period), end]
     for axes, name in zip(panels, names, strict=True):
         known = {key: run for key, run in runs.items() if name in run.estimates}
@@ -219,7 +219,7 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
     if "fixed" in runs:
         models = {"fixed": scenario.fixed.model, **models}
     curves = {name: np.array([model_friction(model, speed) for speed in speeds]) for name, model in models.items()}
-    friction = scale_joint(scenario.joint.parameters, scenario.plan.scales[-1]).friction
+    friction = joint_in_phase(scenario.joint.parameters, scenario.plan, -1).friction
     truth = np.array([sliding_friction(friction, speed) for speed in speeds])
     for name, curve in curves.items():
         axes.plot(speeds, curve, **looks[name])
@@ -232,14 +232,14 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
 
 
 def _identified(run: Run) -> TorqueModel:
-    """Return the model at the end of a run; what is not estimated is what the controller was told."""
-    told = run.scenario.adaptation
+    """Return the model at the end of a run; what is not estimated is as the controller assumes it."""
+    assumed = run.scenario.adaptation
     known = {name: value for name, value in run.final_estimates.items() if name in TorqueModel._fields}
-    return TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, told.stribeck_velocity, told.stribeck_shape)._replace(**known)
+    return TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, assumed.stribeck_velocity, assumed.stribeck_shape)._replace(**known)
 
 
-def _telling(runs: Mapping[str, Run]) -> list[str]:
-    """Choose controllers whose velocities tell most: baseline, two of the user's own, adaptive; or best and worst."""
+def _most_different(runs: Mapping[str, Run]) -> list[str]:
+    """Choose controllers whose velocities differ most: baseline, two of the user's own, adaptive; or best and worst."""
     own = [name for name in runs if name not in LOOKS][:2]
     chosen = [name for name in (BASELINE, *own, "adaptive") if name in runs]
     ranked = sorted(runs, key=lambda name: runs[name].metrics.rms_error_settled)
@@ -288,14 +288,15 @@ def _draw_torques(axes: Axes, run: Run, part: slice, look: Look) -> list[Look]:
 
 
 def _mark_changes(panels: Sequence[Axes], scenario: Scenario) -> list[Look]:
-    """Mark the changes of friction; return what the legend shall explain."""
+    """Mark the changes of the joint; return what the legend shall explain."""
     for axes in panels:
         for change in scenario.change:
             axes.axvline(change.time, **CHANGE)
     if not scenario.change:
         return []
-    single = f"friction × {scenario.change[0].friction_scale:.3g}"
-    return [{**CHANGE, "label": single if len(scenario.change) == 1 else "friction changes"}]
+    kinds = {name for change in scenario.change for name in change.model_fields_set}
+    several = "friction changes" if kinds <= {"time", "friction_scale"} else "the joint changes"
+    return [{**CHANGE, "label": scenario.change[0].text if len(scenario.change) == 1 else several}]
 
 
 def _peak(values: Series) -> float:

@@ -16,10 +16,11 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from adaptive_ff.adaptive.controller import AdaptiveController, AdaptiveParameters, AdaptiveState
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import UNITS
-from adaptive_ff.report.diagnosis_warnings import NOT_TOLD, find_warnings
+from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings
 
 WIDTH = 120
 """Width of the text, characters."""
@@ -53,10 +54,10 @@ class ParameterDiagnosis:
         The estimate that is fed forward.
     uncertainty : float
         How far it may be off, as a standard deviation; see ``confidence`` for what that is not.
-    told : bool
-        Whether the recent data tell it.
+    identifiable : bool
+        Whether the recent motion excites it, so that the data determine it.
     apart : bool
-        Whether they tell it apart from the others; False where only a combination with others is told.
+        Whether it is identifiable, or not at all; False where only a combination with other parameters is.
     pace : float
         Time constant with which it follows a change of the joint, s of sliding motion; infinite where it does not.
     """
@@ -65,16 +66,16 @@ class ParameterDiagnosis:
     unit: str
     estimate: float
     uncertainty: float
-    told: bool
+    identifiable: bool
     apart: bool
     pace: float
 
     @property
     def verdict(self) -> str:
-        """Whether the recent motion tells it, in a word or three."""
-        if self.told:
-            return "told"
-        return "not told" if self.apart else "not told apart"
+        """Whether the recent motion identifies it, in a few words."""
+        if self.identifiable:
+            return "identifiable"
+        return "not identifiable" if self.apart else "only in combination"
 
 
 @dataclass(frozen=True)
@@ -124,8 +125,8 @@ class Diagnosis:
 
     @property
     def excited(self) -> bool:
-        """Whether the recent motion tells every parameter."""
-        return all(parameter.told for parameter in self.parameters)
+        """Whether every parameter is identifiable from the recent motion: persistent excitation."""
+        return all(parameter.identifiable for parameter in self.parameters)
 
     def table(self) -> Table:
         """Return the parameters as a table for a terminal."""
@@ -162,16 +163,17 @@ class Diagnosis:
         if self.learnt == 0.0:
             return []
         if self.excited:
-            return ["The recent sliding motion tells every parameter."]
-        tangled = [one.name for one in self.parameters if not one.told and not one.apart]
-        silent = [one.name for one in self.parameters if not one.told and one.apart]
+            return ["The recent sliding motion excites every parameter: all are identifiable."]
+        tangled = [one.name for one in self.parameters if not one.identifiable and not one.apart]
+        silent = [one.name for one in self.parameters if not one.identifiable and one.apart]
         said = []
         if silent:
-            said.append(f"The recent sliding motion does not tell {_listed(silent)}: do not rely on these numbers.")
+            said.append(f"The recent sliding motion does not identify {_listed(silent)}: do not rely on these numbers.")
         if len(tangled) == 1:
-            said.append(f"The recent sliding motion does not tell {tangled[0]} apart from the others.")
+            said.append(f"The recent sliding motion identifies {tangled[0]} only in combination with the others.")
         elif tangled:
-            said.append(f"The recent sliding motion tells {_listed(tangled)} together, but not each of them.")
+            names = _listed(tangled)
+            said.append(f"The recent sliding motion identifies a combination of {names}, but not each of them.")
         return said
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
@@ -195,7 +197,7 @@ def diagnose(controller: AdaptiveController, run: Recorded | None = None) -> Dia
         The controller; it is left as it is.
     run : Run, optional
         A run of it, or any object with the recorded series ``torque`` and ``feedforward``: from it is computed what
-        share of the torque feedback still did. The state of a controller does not tell.
+        share of the torque feedback still did. The state of a controller does not hold it.
 
     Returns
     -------
@@ -217,10 +219,10 @@ def diagnose(controller: AdaptiveController, run: Recorded | None = None) -> Dia
     return Diagnosis(
         learning,
         words,
-        float(estimator.levels[3]),
+        float(estimator.levels.learnt),
         parameters,
         unexplained,
-        float(estimator.levels[1]),
+        float(estimator.levels.torque),
         controller.feedforward_lag,
         state.feedback.commands[0] - model_torque - state.known_torques[0],
         model_torque,
@@ -254,15 +256,16 @@ def _parameters(controller: AdaptiveController, confidence: Confidence) -> tuple
     memory = controller.parameters.estimator.memory
     found = []
     for i, (name, value) in enumerate(controller.estimates.items()):
-        told, share = bool(confidence.together[i] < NOT_TOLD), float(confidence.shares[i])
-        apart = told or bool(confidence.alone[i] >= NOT_TOLD)
+        identifiable, share = bool(confidence.together[i] < NOT_IDENTIFIABLE), float(confidence.shares[i])
+        apart = identifiable or bool(confidence.alone[i] >= NOT_IDENTIFIABLE)
         pace = memory / share if share > 0.0 else math.inf
-        found.append(ParameterDiagnosis(name, UNITS[name], value, float(confidence.errors[i]), told, apart, pace))
+        error = float(confidence.errors[i])
+        found.append(ParameterDiagnosis(name, UNITS[name], value, error, identifiable, apart, pace))
     return tuple(found)
 
 
 def _learning(block: AdaptiveParameters, state: AdaptiveState) -> tuple[bool, str]:
-    """Tell whether the last sample was learnt from, and why not."""
+    """Return whether the last sample was learnt from, and the reason in words."""
     if not state.enabled:
         return False, "Holds its estimates: enabled is False."
     if state.feedback.samples == 0:

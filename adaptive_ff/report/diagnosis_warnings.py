@@ -10,11 +10,11 @@ from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.uncertainty import Confidence
 from adaptive_ff.estimation.instruments import AGREEMENT
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, limit_friction
+from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, write_ranges
 from adaptive_ff.model.friction import UNITS
 
-NOT_TOLD = 0.5
-"""Standard deviation of a parameter, as a share of its scale, from which on the data do not tell it."""
+NOT_IDENTIFIABLE = 0.5
+"""Standard deviation of a parameter, as a share of its scale, from which on the data do not identify it."""
 
 SURE = 3.0
 """Uncertainties by which something must be wrong for a warning."""
@@ -37,7 +37,7 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
     controller : AdaptiveController
         The controller; it is left as it is.
     confidence : Confidence
-        What the recent data tell of its parameters.
+        How well the recent data determine its parameters.
     unexplained : float
         Root of the mean square of the torque that the model did not predict, N m.
     """
@@ -45,7 +45,7 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
     levels = state.estimator.levels
     if controller.rejected:
         yield f"{controller.rejected} measurements of {state.feedback.samples} were not finite and skipped."
-    if levels[3] == 0.0:
+    if levels.learnt == 0.0:
         running = state.feedback.samples * block.period
         if running > LONG_WITHOUT:
             yield (
@@ -55,20 +55,19 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
         return
     yield from _bounds(controller)
     yield from _implausible(controller, confidence)
-    if confidence.together[FRICTION_LAG] >= NOT_TOLD:
+    if confidence.together[FRICTION_LAG] >= NOT_IDENTIFIABLE:
         yield (
             "the recent motion hardly shows the friction lag (only reversals do, and noise hides it): its estimate is "
             "a guess, or an old one."
         )
-    if unexplained > POOR_FIT * levels[1]:
+    if unexplained > POOR_FIT * levels.torque:
         yield (
-            f"the model leaves {unexplained:.2g} N m (rms) unexplained, the largest torque was {levels[1]:.3g} N m: "
-            "the joint has changed lately, the measurement is loud, or the model does not suit the joint."
+            f"the model leaves {unexplained:.2g} N m (rms) unexplained, the largest torque was {levels.torque:.3g} N m"
+            ": the joint has changed lately, the measurement is loud, or the model does not suit the joint."
         )
     alike = _resembles(state.estimator.agreement)
-    strangers = [
-        name for i, name in enumerate(controller.estimate_names) if not alike[i] and confidence.together[i] < NOT_TOLD
-    ]
+    identified = confidence.together < NOT_IDENTIFIABLE
+    strangers = [name for i, name in enumerate(controller.estimate_names) if not alike[i] and identified[i]]
     if strangers:
         yield (
             f"measured and modelled motion differ in what shows {', '.join(strangers)} (poor tracking, saturation, or "
@@ -77,35 +76,35 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
 
 
 def _bounds(controller: AdaptiveController) -> Iterator[str]:
-    """Yield a sentence for each parameter at the end of what is believed."""
+    """Yield a sentence for each parameter at an end of its assumed range."""
     estimator, state = controller.parameters.estimator, controller.state.estimator
-    ranges = estimator.work.ranges.copy()
-    limit_friction(ranges, PEAK_FACTOR * state.levels[1], max(state.levels[2], 1e-300))
-    for name, value, (least, most) in zip(controller.estimate_names, state.estimate, ranges, strict=True):
+    ranges = np.empty_like(estimator.ranges)
+    write_ranges(estimator.ranges, PEAK_FACTOR * state.levels.torque, max(state.levels.speed, 1e-300), ranges)
+    for name, value, (least, most) in zip(controller.estimate_names, state.recursion.estimate, ranges, strict=True):
         end = "least" if value <= least else "largest" if value >= most else ""
         if end:
-            yield f"{name} is at the {end} value that is believed, {value:.3g} {UNITS[name]}."
+            yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {UNITS[name]}."
 
 
 def _implausible(controller: AdaptiveController, confidence: Confidence) -> Iterator[str]:
-    estimate, errors = controller.state.estimator.estimate, confidence.errors
+    estimate, errors = controller.state.estimator.recursion.estimate, confidence.errors
     doubt = math.hypot(errors[COULOMB], errors[STICTION])
     if estimate[COULOMB] - estimate[STICTION] > SURE * doubt:
         yield (
             f"stiction came out as {estimate[STICTION]:.3g} N m, below Coulomb friction, {estimate[COULOMB]:.3g} N m, "
-            "and is taken as equal: the joint has no Stribeck peak, or the Stribeck velocity was told wrong."
+            "and is taken as equal: the joint has no Stribeck peak, or the assumed Stribeck velocity is wrong."
         )
-    told = float(controller.parameters.estimator.first[INERTIA])
-    ratio = float(estimate[INERTIA]) / told
-    if confidence.together[INERTIA] < NOT_TOLD and not 1.0 / FAR_INERTIA < ratio < FAR_INERTIA:
+    assumed = float(controller.parameters.estimator.first[INERTIA])
+    ratio = float(estimate[INERTIA]) / assumed
+    if confidence.together[INERTIA] < NOT_IDENTIFIABLE and not 1.0 / FAR_INERTIA < ratio < FAR_INERTIA:
         yield (
-            f"the inertia is {ratio:.2g} times the {told:.3g} kg m² that the feedback was designed for: so is its "
+            f"the inertia is {ratio:.2g} times the {assumed:.3g} kg m² that the feedback was designed for: so is its "
             f"bandwidth, divided by {ratio:.2g}."
         )
 
 
 def _resembles(agreement: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell for which parameters the model's gradient resembles the measured one, on the average."""
+    """Return for which parameters the model's gradient resembles the measured one, on the average."""
     squares, products = agreement[:, 0], agreement[:, 1]
     alike: NDArray[np.bool_] = (products >= AGREEMENT[0] * squares) & (products <= AGREEMENT[1] * squares)
     return alike

@@ -17,9 +17,11 @@ def parameters_table(found: LogIdentification) -> Table:
     table.add_column(f"{100.0 * found.confidence:g} % from", justify="right")
     table.add_column("to", justify="right")
     table.add_column("", no_wrap=True)
-    for name, (estimate, told, used) in found.parameters.items():
-        remark = "" if told and used else "not used" if told else "not told"
+    for name, (estimate, identifiable, used, confounded) in found.parameters.items():
+        remark = "" if identifiable and used else "not identifiable" if not used else "not apart from zero"
+        if confounded:
+            remark = f"confounded with {', '.join(confounded)}"
         ends = (f"{end:.3g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
-        style = None if told else "dim"
+        style = None if identifiable else "dim"
         table.add_row(f"{name}, {found.units[name]}", f"{estimate.value:.4g}", *ends, remark, style=style)
     return table

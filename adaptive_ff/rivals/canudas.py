@@ -18,7 +18,7 @@ friction by direction, a dead zone around zero velocity, deliberate under-compen
   The linear controller is the PI loop of the comparison, with feedforward of the identified inertia.
 - Equations with a velocity in the dead zone, or from one direction to the other, are left out.
 - Forgetting pauses while the covariance is larger than at the start.
-- Inertia is confined to the range that all controllers believe in, friction to no less than zero.
+- Inertia is confined to the range that all controllers assume, friction to no less than zero.
 
 Source: C. Canudas de Wit, K. J. Astrom, K. Braun, "Adaptive friction compensation in DC-motor drives" (IEEE Journal of
 Robotics and Automation, 1987).
@@ -31,7 +31,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimation.rls import update_rls_within
+from adaptive_ff.estimation.rls import RLSState, initial_rls_state, trace, update_rls_in_place
 from adaptive_ff.model.bounds import INERTIA_RANGE
 from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
@@ -46,6 +46,7 @@ from controllers import (
     check_gains,
     check_positive,
     initial_pi_state,
+    present_inertia,
     step_pi,
     with_feedforward,
 )
@@ -85,8 +86,6 @@ class CanudasParameters(NamedTuple):
         Memory, s of sliding motion.
     period : float
         Nominal period, s.
-    row, projected : ndarray, shape (5,)
-        Scratch, of its own for each controller.
     """
 
     feedback: PIParameters
@@ -97,8 +96,6 @@ class CanudasParameters(NamedTuple):
     share: float
     memory: float
     period: float
-    row: NDArray[np.float64]
-    projected: NDArray[np.float64]
 
 
 class CanudasMeasuredParameters(NamedTuple):
@@ -120,10 +117,8 @@ class CanudasState(NamedTuple):
     ----------
     feedback : PIState
         State of the PI loop.
-    coefficients : ndarray, shape (5,)
-        Scaled estimate of the coefficients; changed in place.
-    covariance : ndarray, shape (5, 5)
-        Its covariance; changed in place.
+    recursion : RLSState
+        Scaled estimate of the five coefficients and its covariance; changed in place.
     physical : ndarray, shape (5,)
         Physical parameters that it stands for; changed in place.
     velocity : float
@@ -136,17 +131,19 @@ class CanudasState(NamedTuple):
         Valid measurements without interruption.
     enabled : bool
         Whether the estimates adapt.
+    row : ndarray, shape (5,)
+        Scratch: regressors of the last equation; changed in place.
     """
 
     feedback: PIState
-    coefficients: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    recursion: RLSState
     physical: NDArray[np.float64]
     velocity: float
     reference: float
     known_torque: float
     valid: int
     enabled: bool
+    row: NDArray[np.float64]
 
 
 def initial_canudas_state(block: CanudasParameters) -> CanudasState:
@@ -155,14 +152,14 @@ def initial_canudas_state(block: CanudasParameters) -> CanudasState:
     known[INERTIA] = 1.0
     return CanudasState(
         initial_pi_state(block.feedback),
-        known,
-        INITIAL_COVARIANCE * np.eye(PARAMETERS),
+        initial_rls_state(known, INITIAL_COVARIANCE * np.eye(PARAMETERS)),
         known * block.inertia,
         0.0,
         0.0,
         0.0,
         0,
         True,
+        np.zeros(PARAMETERS),
     )
 
 
@@ -172,26 +169,25 @@ def initial_canudas_measured_state(block: CanudasMeasuredParameters) -> CanudasS
 
 
 @register_jitable
-def learn_canudas(
+def learn_canudas_in_place(
     block: CanudasParameters, state: CanudasState, torque: float, velocity: float, duration: float
 ) -> None:
     """Take a period into account: the torque (N m) in it, the velocity (rad/s) at its end, its length (s)."""
     backwards = 1 if state.velocity < 0.0 else 0
     gain = block.feedback.proportional * duration / (block.inertia * block.torque_scale)
-    block.row[:] = 0.0
-    block.row[INERTIA] = gain * torque
-    block.row[COULOMB + backwards] = -gain * math.copysign(block.scale[COULOMB], state.velocity)
-    block.row[VISCOUS + backwards] = -gain * state.velocity * block.scale[VISCOUS]
-    trace = 0.0
-    for i in range(PARAMETERS):
-        trace += state.covariance[i, i]
-    factor = math.exp(-duration / block.memory) if trace < PARAMETERS * INITIAL_COVARIANCE else 1.0
+    state.row[:] = 0.0
+    state.row[INERTIA] = gain * torque
+    state.row[COULOMB + backwards] = -gain * math.copysign(block.scale[COULOMB], state.velocity)
+    state.row[VISCOUS + backwards] = -gain * state.velocity * block.scale[VISCOUS]
+    excited = trace(state.recursion.covariance) < PARAMETERS * INITIAL_COVARIANCE
+    factor = math.exp(-duration / block.memory) if excited else 1.0  # without excitation it would wind up
     output = block.feedback.proportional * (velocity - state.velocity) / block.torque_scale
-    update_rls_within(state.coefficients, state.covariance, block.row, output, factor, block.projected)
-    mobility = min(max(state.coefficients[INERTIA], 1.0 / INERTIA_RANGE), INERTIA_RANGE)  # J0/J
+    update_rls_in_place(state.recursion, state.row, output, factor)
+    coefficients = state.recursion.estimate
+    mobility = min(max(coefficients[INERTIA], 1.0 / INERTIA_RANGE), INERTIA_RANGE)  # J0/J
     state.physical[INERTIA] = block.inertia / mobility
     for i in range(COULOMB, PARAMETERS):
-        state.physical[i] = max(state.coefficients[i], 0.0) * block.scale[i] / mobility
+        state.physical[i] = max(coefficients[i], 0.0) * block.scale[i] / mobility
 
 
 @register_jitable
@@ -221,12 +217,12 @@ def step_identified(block: CanudasParameters, state: CanudasState, inputs: Input
     slides = min(abs(velocity), abs(state.velocity)) >= block.dead_zone and velocity * state.velocity > 0.0
     if state.enabled and finite and state.valid > 0 and slides:
         torque = acting_torque(inputs, asked_torque(block.feedback, state.feedback), state.known_torque)
-        learn_canudas(block, state, torque, velocity, inputs.dt)
+        learn_canudas_in_place(block, state, torque, velocity, inputs.dt)
     following = inputs.next_reference
     if not math.isfinite(following):
         started = state.feedback.samples > 0
         following = 2.0 * inputs.reference - state.reference if started else inputs.reference
-    inertia_torque = state.physical[INERTIA] * (following - inputs.reference) / block.period
+    inertia_torque = present_inertia(inputs, state.physical[INERTIA]) * (following - inputs.reference) / block.period
     return velocity, following, inertia_torque
 
 
@@ -238,14 +234,14 @@ def finish_canudas(
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
     return output, CanudasState(
         feedback,
-        state.coefficients,
-        state.covariance,
+        state.recursion,
         state.physical,
         velocity,
         inputs.reference,
         inputs.feedforward,
         state.valid + 1 if math.isfinite(inputs.velocity) else 0,
         state.enabled,
+        state.row,
     )
 
 
@@ -318,13 +314,13 @@ def check_canudas(
         float(share),
         float(memory),
         float(period),
-        np.zeros(PARAMETERS),
-        np.zeros(PARAMETERS),
     )
 
 
 class CanudasController(IdentifyingController):
-    """PI loop with friction by direction identified by recursive least squares and fed forward along the reference.
+    """``u = PI(e) + J dr/dt + share (Fc+- sgn(r) + sigma+- r)``, identified by recursive least squares.
+
+    ``e = reference + correction - velocity``; friction by direction is fed forward along the plan ``r``.
 
     Dead zone and share were searched on twelve joints drawn around the built-in one (those of ``adaptive-ff sweep``,
     seed 101) at 100 Hz and 1 kHz. A dead zone of 0.3 Stribeck velocities, which the line-up sets, was best. All of the
@@ -368,13 +364,13 @@ class CanudasController(IdentifyingController):
         memory: float = 5.0,
         delay: float = 0.0,
     ) -> None:
-        told = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
-        parameters = check_canudas(proportional, integral, period, **told)
+        assumed = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
+        parameters = check_canudas(proportional, integral, period, **assumed)
         super().__init__(parameters, period, initial_canudas_state)
 
 
 class CanudasMeasuredController(IdentifyingController):
-    """The same, with friction compensated at the measured velocity.
+    """``u = PI(e) + J dr/dt + share (Fc+- sgn(w) + sigma+- w)``, compensated at the measured velocity ``w``.
 
     Parameters are those of ``CanudasController``. In the same search a share of 0.7 came within 2 % of the best mean,
     which 0.8 has, with a smaller worst case; on one joint at 1 kHz it is worse than ``pi`` all the same, as is any
@@ -395,6 +391,6 @@ class CanudasMeasuredController(IdentifyingController):
         memory: float = 5.0,
         delay: float = 0.0,
     ) -> None:
-        told = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
-        parameters = check_canudas(proportional, integral, period, **told)
+        assumed = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
+        parameters = check_canudas(proportional, integral, period, **assumed)
         super().__init__(CanudasMeasuredParameters(parameters), period, initial_canudas_measured_state)

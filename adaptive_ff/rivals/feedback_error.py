@@ -13,7 +13,7 @@ What the sources leave open, as chosen here:
   ``r``, whatever the features. It pauses where the reference stands, where the measurement failed, and where the
   drive did not give what was asked, because the feedback torque is no error of the model then. The feedback
   torque of a sample is paired with the features of the period that ends with it, which are what it answers to.
-- The inertia stays within the range that all controllers believe in; nothing else is bounded.
+- The inertia stays within the range that all controllers assume; nothing else is bounded.
 
 The theory asks that the transfer function from the error of the inverse model to the feedback torque be strictly
 positive real. For a PI loop around an inertia, ``(Kp s + Ki) / (J s^2 + Kp s + Ki)``, that is ``Kp^2 > J Ki``.
@@ -48,6 +48,7 @@ from controllers import (
     check_gains,
     check_positive,
     initial_pi_state,
+    present_inertia,
     step_pi,
     with_feedforward,
 )
@@ -95,8 +96,6 @@ class FeedbackErrorParameters(NamedTuple):
         Inertia that the feedback was designed for, kg m^2.
     period : float
         Nominal period, s.
-    row : ndarray, shape (3 + 2 l,)
-        Scratch, of its own for each controller.
     """
 
     feedback: PIParameters
@@ -108,7 +107,6 @@ class FeedbackErrorParameters(NamedTuple):
     slowest: float
     inertia: float
     period: float
-    row: NDArray[np.float64]
 
 
 class FeedbackErrorState(NamedTuple):
@@ -128,6 +126,8 @@ class FeedbackErrorState(NamedTuple):
         Last reference, rad/s.
     enabled : bool
         Whether the weights adapt.
+    row : ndarray, shape (3 + 2 l,)
+        Scratch: features of the coming period.
     """
 
     feedback: PIState
@@ -136,6 +136,7 @@ class FeedbackErrorState(NamedTuple):
     active: NDArray[np.float64]
     reference: float
     enabled: bool
+    row: NDArray[np.float64]
 
 
 def initial_feedback_error_state(block: FeedbackErrorParameters) -> FeedbackErrorState:
@@ -149,6 +150,7 @@ def initial_feedback_error_state(block: FeedbackErrorParameters) -> FeedbackErro
         np.zeros(block.scale.size),
         0.0,
         True,
+        np.zeros(block.scale.size),
     )
 
 
@@ -160,13 +162,13 @@ def write_features(block: FeedbackErrorParameters, state: FeedbackErrorState, in
         torque, after = step_feedforward(
             block.features[i], before, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
         )
-        block.row[i] = torque
+        state.row[i] = torque
         state.friction[i] = after.friction
-    block.row[OFFSET] = 1.0
+    state.row[OFFSET] = 1.0
 
 
 @register_jitable
-def learn_from_feedback(
+def learn_from_feedback_in_place(
     block: FeedbackErrorParameters, state: FeedbackErrorState, feedback_torque: float, duration: float
 ) -> None:
     """Move the weights along the features of the last period, times the feedback torque (N m) that they left over."""
@@ -191,14 +193,15 @@ def step_feedback_error(
     write_features(block, state, inputs)
     torque = 0.0
     for i in range(block.scale.size):
-        torque += state.weights[i] * block.row[i]
+        weight = present_inertia(inputs, state.weights[i]) if i == INERTIA else state.weights[i]
+        torque += weight * state.row[i]
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
     if state.enabled and state.feedback.samples > 0 and moving and not refused and math.isfinite(inputs.velocity):
-        learn_from_feedback(block, state, output.torque - output.feedforward, inputs.dt)
+        learn_from_feedback_in_place(block, state, output.torque - output.feedforward, inputs.dt)
     for i in range(block.scale.size):
-        state.active[i] = block.row[i]
+        state.active[i] = state.row[i]
     return output, FeedbackErrorState(
-        feedback, state.weights, state.friction, state.active, inputs.reference, state.enabled
+        feedback, state.weights, state.friction, state.active, inputs.reference, state.enabled, state.row
     )
 
 
@@ -225,7 +228,9 @@ ESTIMATES[FeedbackErrorParameters] = write_feedback_error
 
 
 class FeedbackErrorLearning(IdentifyingController):
-    """PI loop with an inverse model that learns from the feedback torque.
+    """``u = PI(e) + weights . features(r)``, ``d weights/dt`` along ``features * PI(e)``.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Learning rate and friction lags were searched on twelve joints drawn around the built-in one (those of
     ``adaptive-ff sweep``, seed 101) at 100 Hz and 1 kHz. Of the candidates that were worse than ``pi`` on none of them,
@@ -297,7 +302,6 @@ class FeedbackErrorLearning(IdentifyingController):
             STANDSTILL_SHARE * float(stribeck_velocity),
             float(inertia),
             float(period),
-            np.zeros(len(scale)),
         )
         super().__init__(parameters, period, initial_feedback_error_state)
 

@@ -1,9 +1,10 @@
-"""PI loop with a feedforward from a model that is told, not identified.
+"""PI loop with a feedforward from a model that is assumed, not identified.
 
 One kernel serves inertia feedforward (a model without friction), feedforward from fixed parameters (nominal, stale,
-true) and the oracle, which is told the true parameters of every moment.
+true) and the oracle, which assumes the true parameters of every moment.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -28,9 +29,11 @@ from controllers import (
     without_estimates,
 )
 
+FIELDS = len(TorqueModel._fields)
+
 
 class ModelBasedParameters(NamedTuple):
-    """Parameters of the loop with a told model.
+    """Parameters of the loop with an assumed model.
 
     Attributes
     ----------
@@ -38,26 +41,27 @@ class ModelBasedParameters(NamedTuple):
         The PI loop.
     model : TorqueModel
         The joint.
-    load : float
-        Part of the model's offset that is no friction, N m.
     times : ndarray, shape (changes,)
-        When the friction changes, s, ascending.
-    scales : ndarray, shape (changes,)
-        Factor on the model's friction from each of these times on.
+        When the model changes, s, ascending.
+    models : ndarray, shape (changes * fields,)
+        Fields of the model from each of these times on, one model after the other.
+    gravity, gravity_phase : float
+        Torque ``gravity sin(q + gravity_phase)`` of a weight along the planned position ``q``, N m and rad.
     period : float
         Nominal period, s.
     """
 
     feedback: PIParameters
     model: TorqueModel
-    load: float
     times: NDArray[np.float64]
-    scales: NDArray[np.float64]
+    models: NDArray[np.float64]
+    gravity: float
+    gravity_phase: float
     period: float
 
 
 class ModelBasedState(NamedTuple):
-    """State of the loop with a told model.
+    """State of the loop with an assumed model.
 
     Attributes
     ----------
@@ -67,16 +71,37 @@ class ModelBasedState(NamedTuple):
         State of the feedforward.
     time : float
         Time since the first sample, s.
+    position : float
+        Integral of the reference since then, rad.
     """
 
     feedback: PIState
     feedforward: FeedforwardState
     time: float
+    position: float
 
 
 def initial_model_based_state(parameters: ModelBasedParameters) -> ModelBasedState:
     """Return the state of the loop at rest."""
-    return ModelBasedState(initial_pi_state(parameters.feedback), initial_feedforward_state(), 0.0)
+    return ModelBasedState(initial_pi_state(parameters.feedback), initial_feedforward_state(), 0.0, 0.0)
+
+
+@register_jitable
+def model_in_row(models: NDArray[np.float64], row: int) -> TorqueModel:
+    """Return one of the models that stand one after the other in an array."""
+    first = FIELDS * row
+    return TorqueModel(
+        models[first],
+        models[first + 1],
+        models[first + 2],
+        models[first + 3],
+        models[first + 4],
+        models[first + 5],
+        models[first + 6],
+        models[first + 7],
+        models[first + 8],
+        models[first + 9],
+    )
 
 
 @register_jitable
@@ -84,30 +109,29 @@ def step_model_based(
     block: ModelBasedParameters, state: ModelBasedState, inputs: Inputs
 ) -> tuple[Output, ModelBasedState]:
     """Do one sample: feedforward of the model as it is now, then feedback."""
-    time = state.time + inputs.dt if state.feedback.samples > 0 else 0.0
+    time = position = 0.0
+    if state.feedback.samples > 0:
+        time = state.time + inputs.dt
+        position = state.position + 0.5 * inputs.dt * (state.feedforward.reference + inputs.reference)
     acting = time + block.feedback.delay * block.period
-    scale = 1.0
+    model = block.model
     for change in range(block.times.size):
         if acting >= block.times[change] - 0.5 * block.period:  # in force for most of the period to come
-            scale = block.scales[change]
-    told = block.model
-    model = TorqueModel(
-        told.inertia,
-        scale * told.coulomb,
-        scale * told.stiction,
-        scale * told.viscous,
-        told.friction_lag,
-        told.stribeck_velocity,
-        told.stribeck_shape,
-        block.load + scale * (told.offset - block.load),
-        scale * told.stiction_asymmetry,
-        scale * told.viscous_asymmetry,
-    )
+            model = model_in_row(block.models, change)
     torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
+        model,
+        state.feedforward,
+        inputs.reference,
+        inputs.next_reference,
+        block.period,
+        block.feedback.delay,
+        inputs.inertia,
     )
+    if block.gravity > 0.0:
+        middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference
+        torque += block.gravity * math.sin(middle + block.gravity_phase)
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
-    return output, ModelBasedState(feedback, feedforward, time)
+    return output, ModelBasedState(feedback, feedforward, time, position)
 
 
 STEPS[ModelBasedParameters] = step_model_based
@@ -115,7 +139,9 @@ ESTIMATES[ModelBasedParameters] = without_estimates
 
 
 class ModelBased(Controller):
-    """PI loop with feedforward from told parameters.
+    """``u = PI(e) + J dr/dt + f(r) + offset`` with a friction model of given parameters.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Parameters
     ----------
@@ -125,10 +151,10 @@ class ModelBased(Controller):
         Nominal sampling period, s.
     model : TorqueModel
         The joint that the feedforward assumes.
-    changes : sequence of (float, float), optional
-        Times (s) and factors on the model's friction from then on, in ascending order of time.
-    load : float, optional
-        Part of the model's offset that is no friction, N m: changes leave it as it is.
+    changes : sequence of (float, TorqueModel), optional
+        Times (s) and models from then on, in ascending order of time.
+    gravity : (float, float), optional
+        Amplitude (N m) and phase (rad) of the torque of a weight along the planned position, zero at the start.
     delay : float, optional
         Computation delay of the drive, sampling periods.
     """
@@ -139,17 +165,18 @@ class ModelBased(Controller):
         integral: float,
         period: float,
         model: TorqueModel,
-        changes: Sequence[tuple[float, float]] = (),
+        changes: Sequence[tuple[float, TorqueModel]] = (),
         *,
-        load: float = 0.0,
+        gravity: tuple[float, float] = (0.0, 0.0),
         delay: float = 0.0,
     ) -> None:
         parameters = ModelBasedParameters(
             check_gains(proportional, integral, delay),
             TorqueModel(*(float(value) for value in model)),
-            float(load),
             np.array([time for time, _ in changes], dtype=float),
-            np.array([scale for _, scale in changes], dtype=float),
+            np.array([value for _, changed in changes for value in changed], dtype=float),
+            float(gravity[0]),
+            float(gravity[1]),
             float(period),
         )
         super().__init__(parameters, period, initial_model_based_state)

@@ -1,6 +1,6 @@
 """The paper's identification in a closed loop: recursive least squares on (4), fed forward.
 
-The estimator is the paper's: all samples count, sliding or not; nothing is filtered; Vs and delta are told. The
+The estimator is the paper's: all samples count, sliding or not; nothing is filtered; Vs and delta are assumed. The
 torque ``u(k)`` is the one realised over the period that ends at ``k``, the newest that is known then. What the paper
 leaves open, how the model is fed forward, is done as in the adaptive controller, with the same bounds on the
 estimates. Where the covariance grows beyond a bound (standstill), forgetting pauses; the paper has no such bound.
@@ -13,8 +13,15 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimation.rls import update_rls_within
-from adaptive_ff.model.bounds import FRICTION_LAG, confine, largest_lag, possible_ranges, torque_model, write_model
+from adaptive_ff.estimation.rls import RLSState, initial_rls_state, trace, update_rls_in_place
+from adaptive_ff.model.bounds import (
+    FRICTION_LAG,
+    confine_in_place,
+    largest_lag,
+    possible_ranges,
+    torque_model,
+    write_model,
+)
 from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.model.friction import ESTIMATED, TorqueModel
 from adaptive_ff.model.identifying import IdentifyingController
@@ -59,8 +66,6 @@ class PaperParameters(NamedTuple):
         ``lambda``.
     period : float
         Sampling period, s.
-    row, projected : ndarray, shape (6,)
-        Scratch, of its own for each controller.
     """
 
     feedback: PIParameters
@@ -70,8 +75,6 @@ class PaperParameters(NamedTuple):
     ranges: NDArray[np.float64]
     forgetting_factor: float
     period: float
-    row: NDArray[np.float64]
-    projected: NDArray[np.float64]
 
 
 class PaperState(NamedTuple):
@@ -83,10 +86,8 @@ class PaperState(NamedTuple):
         State of the PI loop.
     feedforward : FeedforwardState
         State of the feedforward.
-    coefficients : ndarray, shape (6,)
-        Estimate ``P`` of the coefficients of (4); changed in place.
-    covariance : ndarray, shape (6, 6)
-        Covariance ``R``; changed in place.
+    recursion : RLSState
+        Estimate ``P`` of the six coefficients of (4) and covariance ``R``; changed in place.
     physical : ndarray, shape (5,)
         Physical parameters of the last estimate that has any; changed in place.
     last_velocity, velocity_before : float
@@ -99,12 +100,13 @@ class PaperState(NamedTuple):
         Valid measurements without interruption.
     enabled : bool
         Whether the estimates adapt.
+    row : ndarray, shape (6,)
+        Scratch: regressors of the last equation; changed in place.
     """
 
     feedback: PIState
     feedforward: FeedforwardState
-    coefficients: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    recursion: RLSState
     physical: NDArray[np.float64]
     last_velocity: float
     velocity_before: float
@@ -112,6 +114,7 @@ class PaperState(NamedTuple):
     known_torques: tuple[float, ...]
     valid: int
     enabled: bool
+    row: NDArray[np.float64]
 
 
 def initial_paper_state(block: PaperParameters) -> PaperState:
@@ -119,8 +122,7 @@ def initial_paper_state(block: PaperParameters) -> PaperState:
     return PaperState(
         initial_pi_state(block.feedback),
         initial_feedforward_state(),
-        np.zeros(len(COEFFICIENTS)),
-        INITIAL_COVARIANCE * np.eye(len(COEFFICIENTS)),
+        initial_rls_state(np.zeros(len(COEFFICIENTS)), INITIAL_COVARIANCE * np.eye(len(COEFFICIENTS))),
         np.array([block.inertia, 0.0, 0.0, 0.0, 0.0]),
         0.0,
         0.0,
@@ -128,6 +130,7 @@ def initial_paper_state(block: PaperParameters) -> PaperState:
         delay_line(block.feedback.delay),
         0,
         True,
+        np.zeros(len(COEFFICIENTS)),
     )
 
 
@@ -148,29 +151,26 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
     valid = state.valid + 1 if finite else 0
     if state.enabled and valid > 2:
         series_regressors(
-            block.row,
+            state.row,
             (state.last_velocity, state.velocity_before),
             (torque, state.torque),
             block.stribeck_velocity,
             block.stribeck_shape,
         )
-        trace = 0.0
-        for i in range(6):
-            trace += state.covariance[i, i]
-        factor = block.forgetting_factor if trace < LARGEST_COVARIANCE else 1.0
-        update_rls_within(state.coefficients, state.covariance, block.row, velocity, factor, block.projected)
-        if write_physical(state.coefficients, block.period, state.physical):
-            confine(state.physical, block.ranges)
+        # without excitation the covariance would grow without bound; the paper leaves this open
+        factor = block.forgetting_factor if trace(state.recursion.covariance) < LARGEST_COVARIANCE else 1.0
+        update_rls_in_place(state.recursion, state.row, velocity, factor)
+        if write_physical(state.recursion.estimate, block.period, state.physical):
+            confine_in_place(state.physical, block.ranges)
     model = identified_model(block, state)
     model_torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay
+        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay, inputs.inertia
     )
     output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, model_torque))
     return output, PaperState(
         feedback,
         feedforward,
-        state.coefficients,
-        state.covariance,
+        state.recursion,
         state.physical,
         velocity,
         state.last_velocity,
@@ -178,6 +178,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
         remember(state.known_torques, inputs.feedforward),
         valid,
         state.enabled,
+        state.row,
     )
 
 
@@ -192,7 +193,9 @@ ESTIMATES[PaperParameters] = write_paper
 
 
 class PaperController(IdentifyingController):
-    """PI loop with feedforward from the paper's recursive least squares on (4).
+    """``u = PI(e) + J dr/dt + f(r)`` with ``J`` and ``f`` from the paper's recursive least squares on (4).
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Parameters
     ----------
@@ -240,7 +243,5 @@ class PaperController(IdentifyingController):
             possible_ranges(inertia, largest_lag(inertia / proportional), len(ESTIMATED)),
             math.exp(-period / memory),
             float(period),
-            np.zeros(len(COEFFICIENTS)),
-            np.zeros(len(COEFFICIENTS)),
         )
         super().__init__(parameters, period, initial_paper_state)

@@ -2,25 +2,67 @@
 
 import json
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from adaptive_ff.scenario.scenario import Scenario
 
+COMMENTS_FROM = 34
+"""Column in which comments begin."""
+
 
 def to_toml(scenario: Scenario) -> str:
     """Return a scenario as the text of a scenario file that reads back equal."""
-    content = scenario.model_dump(mode="python", exclude_none=True)
-    plain = {name: value for name, value in content.items() if not isinstance(value, dict) and name != "change"}
-    lines = [f"{name} = {_value(value)}" for name, value in plain.items()]
-    for name, table in content.items():
-        if isinstance(table, dict):
-            lines += ["", f"[{name}]", *(f"{key} = {_value(value)}" for key, value in table.items())]
-    for change in content["change"]:
-        lines += ["", "[[change]]", *(f"{key} = {_value(value)}" for key, value in change.items())]
-    return "\n".join(lines) + "\n"
+    return toml_text(scenario.model_dump(mode="python", exclude_none=True))
+
+
+def toml_text(content: Mapping[str, Any], comments: Mapping[str, str] | None = None, head: Sequence[str] = ()) -> str:
+    """Return the content of a scenario as the text of a scenario file.
+
+    Parameters
+    ----------
+    content : mapping
+        Fields, tables (mappings) and lists of tables, by name.
+    comments : mapping, optional
+        A comment by the path of the field that it stands beside, such as ``joint.inertia``, or of a table.
+    head : sequence of str, optional
+        Lines of a comment at the top of the file.
+
+    Raises
+    ------
+    ValueError
+        A number is not finite.
+    """
+    said = comments or {}
+    blocks = [[f"# {line}" for line in head]]
+    blocks.append(list(_fields({key: value for key, value in content.items() if not _is_table(value)}, "", said)))
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            blocks.append([_with_comment(f"[{name}]", said.get(name)), *_fields(value, f"{name}.", said)])
+        elif _is_table(value):
+            blocks += [[f"[[{name}]]", *_fields(row, f"{name}.", said)] for row in value]
+    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+
+
+def _is_table(value: Any) -> bool:
+    """Whether a value is a table, or a list of tables, which in TOML must come after all plain fields."""
+    if isinstance(value, list):
+        return all(isinstance(item, Mapping) for item in value)
+    return isinstance(value, Mapping)
+
+
+def _fields(table: Mapping[str, Any], path: str, comments: Mapping[str, str]) -> Iterator[str]:
+    for key, value in table.items():
+        yield _with_comment(f"{key} = {_value(value)}", comments.get(path + key))
+
+
+def _with_comment(text: str, comment: str | None) -> str:
+    return f"{text:<{COMMENTS_FROM}}# {comment}" if comment else text
 
 
 def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
     if isinstance(value, list):
         return "[" + ", ".join(map(_value, value)) + "]"
     if isinstance(value, str):

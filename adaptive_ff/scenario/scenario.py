@@ -1,4 +1,4 @@
-"""Scenarios: what is simulated, and what each controller is told."""
+"""Scenarios: what is simulated, and what each controller assumes of it."""
 
 import math
 import tomllib
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Positive, Recorded
+from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
+from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
 from controllers import design_pi, direct_velocity
@@ -27,6 +28,7 @@ from plant import (
     steepest_fall,
     whole_multiple,
 )
+from plant.fields import Positive
 
 MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
 """The controllers of the main job."""
@@ -42,7 +44,7 @@ BUILT_IN = Path(__file__).with_name("reference_joint.toml")
 
 
 class Scenario(BaseModel):
-    """A simulated joint, its sensor and drive, the reference, and what each controller is told.
+    """A simulated joint, its sensor and drive, the reference, and what each controller assumes of them.
 
     The fields are those of the scenario file; see README. Use :func:`load_scenario` to read one, and ``modified`` to
     derive another.
@@ -65,6 +67,15 @@ class Scenario(BaseModel):
     change: list[FrictionChange] = []
     variation: FrictionVariation = FrictionVariation()
     sweep: Sweep = Sweep()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _choose_kind(cls, content: Any) -> Any:
+        """Take a reference without a kind for a recorded one where it has a path, else for a multisine."""
+        reference = content.get("reference") if isinstance(content, dict) else None
+        if not isinstance(reference, dict) or "kind" in reference:
+            return content
+        return {**content, "reference": {"kind": "csv" if "path" in reference else "multisine", **reference}}
 
     @model_validator(mode="after")
     def _check_relations(self) -> Self:
@@ -90,6 +101,11 @@ class Scenario(BaseModel):
                 raise ValueError(
                     f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {end:g} s"
                 )
+            if change.lag_scale != 1.0 and "friction_lag" not in type(self.joint).model_fields:
+                raise ValueError(
+                    f"change.{index}.lag_scale = {change.lag_scale:g} is not allowed: a joint of kind "
+                    f"{self.joint.kind!r} has no friction lag; lag_scale must be 1"
+                )
         if isinstance(self.reference, Multisine):
             for index, frequency in enumerate(self.reference.frequencies):
                 if frequency >= 0.5 / period:
@@ -99,7 +115,8 @@ class Scenario(BaseModel):
                     )
         if self.feedback.bandwidth is not None:
             try:
-                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=math.ceil(self.delay - 1e-6))
+                delay = math.ceil(self.assumed_delay - 1e-6)
+                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=delay)
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
         try:
@@ -150,6 +167,11 @@ class Scenario(BaseModel):
         """Computation delay, periods."""
         return self.actuator.delay / self.sampling.period
 
+    @property
+    def assumed_delay(self) -> float:
+        """Computation delay that the controllers reckon with, periods."""
+        return self.delay if self.feedback.delay is None else self.feedback.delay / self.sampling.period
+
     def times(self) -> NDArray[np.float64]:
         """Return the solver's grid, s, shape (steps + 1,)."""
         return np.arange(self.sample_steps[-1] + 1, dtype=float) * self.joint.solver_period
@@ -185,6 +207,9 @@ class Scenario(BaseModel):
         with np.errstate(over="ignore", invalid="ignore"):
             if isinstance(self.reference, Multisine):
                 velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
+                if self.reference.peak is None:
+                    limit, period = self.actuator.torque_limit, self.joint.solver_period
+                    velocity *= default_peak(self.joint, limit, velocity, period)
             else:
                 assert self.motion is not None
                 velocity = self.motion.velocity(time)
@@ -212,6 +237,7 @@ class Scenario(BaseModel):
                 f"actuator.torque_limit = {limit:g} N m is below joint.stiction = {self.joint.stiction:g} N m: "
                 "tracking is impossible, the joint cannot break away from rest"
             )
+        found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
         fall = steepest_fall(self.joint.friction)
         proportional = self.feedback.gains[0]
         if fall > proportional:

@@ -1,4 +1,4 @@
-"""The tables of a scenario file that are no part of the simulated joint: what is sampled, told and drawn."""
+"""The tables of a scenario file beside the simulated joint: sampling, what controllers assume, draws."""
 
 import math
 from typing import Annotated, Any, Literal, Self
@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET, TorqueModel
-from adaptive_ff.scenario.reference import NonNegative, Positive
-from controllers import difference_velocity, kalman_velocity, low_pass_velocity, pi_gains
+from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
+from controllers import difference_velocity, kalman_velocity, kalman_velocity_gains, low_pass_velocity, pi_gains
+from plant.fields import NonNegative, Positive
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -74,7 +74,8 @@ class VelocityEstimate(BaseModel):
             return difference_velocity(period)
         if self.method == "low_pass":
             return low_pass_velocity(self.cutoff, period)
-        return kalman_velocity(resolution / math.sqrt(12.0), self.acceleration_walk, period)
+        gains = kalman_velocity_gains(resolution / math.sqrt(12.0), self.acceleration_walk, period)
+        return kalman_velocity(*gains, period)
 
     def lag(self, period: float) -> float:
         """Return by how much the velocity lags behind the joint's, s; that of the Kalman filter is taken as none."""
@@ -105,6 +106,9 @@ class Feedback(BaseModel):
         Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows.
     proportional, integral : float, optional
         Gains given directly instead, N m s/rad and N m/rad; not checked.
+    delay : float, optional
+        Assumed computation delay of the drive, s; by default the true one of ``[actuator]``. All controllers but the
+        oracle reckon with it.
     """
 
     model_config = STRICT
@@ -112,6 +116,7 @@ class Feedback(BaseModel):
     bandwidth: Positive | None = None
     proportional: Positive | None = None
     integral: NonNegative | None = None
+    delay: NonNegative | None = None
 
     @model_validator(mode="after")
     def _check_choice(self) -> Self:
@@ -137,12 +142,8 @@ class Feedback(BaseModel):
         return pi_gains(self.inertia, self.bandwidth)
 
 
-IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
-"""What the adaptive controller may be asked to identify."""
-
-
 class Adaptation(BaseModel):
-    """What the adaptive controllers are told.
+    """What the adaptive controllers assume of the joint: prior knowledge that may be wrong.
 
     Parameters
     ----------
@@ -219,8 +220,8 @@ class Sweep(BaseModel):
         Stiction as a multiple of the drawn Coulomb friction, drawn evenly.
     friction_lag, velocity_noise : list of float
         Friction lag (s) and noise (rad/s), drawn evenly.
-    told_stribeck_velocity, told_inertia : list of float
-        What the controllers are told, as a multiple of the truth, drawn evenly on a logarithmic scale.
+    assumed_stribeck_velocity, assumed_inertia : list of float
+        What the controllers assume, as a multiple of the truth, drawn evenly on a logarithmic scale.
     """
 
     model_config = STRICT
@@ -230,5 +231,5 @@ class Sweep(BaseModel):
     stiction: RatioRange = [1.0, 2.0]
     friction_lag: Range = [0.0, 0.05]
     velocity_noise: Range = [0.0, 0.005]
-    told_stribeck_velocity: PositiveRange = [0.5, 2.0]
-    told_inertia: PositiveRange = [0.7, 1.3]
+    assumed_stribeck_velocity: PositiveRange = [0.5, 2.0]
+    assumed_inertia: PositiveRange = [0.7, 1.3]

@@ -1,4 +1,4 @@
-"""What is laid down before a run starts, and the series that it fills in."""
+"""What every controller of a run shares (joint, drive, reference, noise), and the series that the run fills in."""
 
 from typing import Any, NamedTuple
 
@@ -7,18 +7,18 @@ from numpy.typing import NDArray
 
 from adaptive_ff.scenario.scenario import Scenario
 from controllers import direct_velocity
-from plant import Actuator, ActuatorParameters, AnyJoint, FrictionSchedule, schedule
+from plant import Actuator, ActuatorParameters, AnyJoint, FrictionSchedule, Gravity, schedule
 
 
 class Course(NamedTuple):
-    """What is laid down before a run starts.
+    """Everything of a run that does not depend on the controller, computed before it starts.
 
     Attributes
     ----------
     joint : NamedTuple
-        Parameters of the joint, of a class in ``plant.STEP_JOINT``, before its friction changes.
+        Parameters of the joint, of a class in ``plant.STEP_JOINT``, before it changes.
     plan : FrictionSchedule
-        How its friction changes.
+        How it changes.
     actuator : ActuatorParameters
         The drive.
     delay : int
@@ -35,6 +35,8 @@ class Course(NamedTuple):
         Reference velocity on the solver's grid, rad/s.
     noise : ndarray, shape (n,)
         Noise of the measured velocity, rad/s.
+    gravity : Gravity
+        Weight on the joint.
     """
 
     joint: Any
@@ -47,6 +49,7 @@ class Course(NamedTuple):
     samples: NDArray[np.int64]
     reference: NDArray[np.float64]
     noise: NDArray[np.float64]
+    gravity: Gravity
 
 
 class Record(NamedTuple):
@@ -100,7 +103,7 @@ def lay_plain_course(
     noise: NDArray[np.float64],
     actuator: Actuator | None = None,
 ) -> Course:
-    """Lay a course by hand: a joint whose friction does not change, a velocity sensor, samples at will.
+    """Make a course by hand: a joint whose friction does not change, a velocity sensor, samples at will.
 
     Parameters
     ----------
@@ -124,11 +127,12 @@ def lay_plain_course(
         samples,
         reference,
         noise,
+        joint.weight,
     )
 
 
 def lay_course(scenario: Scenario) -> Course:
-    """Lay down everything of a scenario that does not depend on the controller."""
+    """Compute everything of a scenario that does not depend on the controller."""
     return Course(
         scenario.joint.parameters,
         scenario.plan,
@@ -140,4 +144,5 @@ def lay_course(scenario: Scenario) -> Course:
         scenario.sample_steps,
         scenario.reference_velocity(),
         scenario.noise(),
+        scenario.joint.weight,
     )

@@ -7,6 +7,8 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 import math
 from typing import Any, NamedTuple
 
+from numba.extending import register_jitable
+
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
     Inputs,
@@ -18,12 +20,18 @@ from controllers import (
     write_estimates,
 )
 from plant import (
+    CHANGE_JOINT,
     INITIAL_STATE,
     SCALE_JOINT,
     SENSED_VELOCITY,
     STEP_JOINT,
+    FrictionSchedule,
+    JointChange,
     encoder_reading,
     friction_factor,
+    gravity_torque,
+    lagged_torque,
+    phase_change,
     realise_torque,
     ripple_torque,
 )
@@ -37,6 +45,10 @@ def _scale_joint(joint: Any, factor: float) -> Any:
     return SCALE_JOINT[type(joint)](joint, factor)
 
 
+def _change_joint(joint: Any, change: JointChange) -> Any:
+    return CHANGE_JOINT[type(joint)](joint, change)
+
+
 def _sensed_velocity(state: Any) -> Any:
     return SENSED_VELOCITY[type(state)](state)
 
@@ -47,8 +59,26 @@ step_joint = dispatched(STEP_JOINT, _step_joint)
 scale_joint = dispatched(SCALE_JOINT, _scale_joint)
 """Any joint with its friction times a factor."""
 
+change_joint = dispatched(CHANGE_JOINT, _change_joint)
+"""Any joint with a change of its parameters."""
+
 sensed_velocity = dispatched(SENSED_VELOCITY, _sensed_velocity)
 """Velocity (rad/s) at the sensor of any joint."""
+
+
+POSITION_STEP = 1e-5
+"""Step to which the position that controllers are given is rounded where there is no encoder, rad."""
+
+
+@register_jitable
+def rounded_position(position: float) -> float:
+    """Return a true position (rad) as it is given to controllers where no encoder measures it."""
+    return math.floor(position / POSITION_STEP + 0.5) * POSITION_STEP
+
+
+def joint_in_phase(joint: Any, plan: FrictionSchedule, phase: int) -> Any:
+    """Return the parameters of a joint in a phase of its changes, in plain Python."""
+    return scale_joint(change_joint(joint, phase_change(plan, phase)), plan.scales[phase])
 
 
 class Position(NamedTuple):
@@ -70,6 +100,8 @@ class Position(NamedTuple):
         Torque that the drive gives for the last command, N m.
     realised_torque : float
         Mean torque that the drive gave over the last period, N m; not a number before the first.
+    current_torque : float
+        Torque that the drive's current makes, N m.
     """
 
     sample: int
@@ -79,6 +111,7 @@ class Position(NamedTuple):
     acting: int
     given_torque: float
     realised_torque: float
+    current_torque: float
 
 
 def run_plain(
@@ -91,7 +124,7 @@ def run_plain(
     block, state : NamedTuple
         Parameters and state of the controller.
     course : Course
-        What is laid down.
+        Joint, drive, reference and noise.
     position : Position
         Where to start.
     stop : int
@@ -107,20 +140,24 @@ def run_plain(
         Where the run has come to.
     """
     phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
-    given, realised = position.given_torque, position.realised_torque
+    given, realised, current = position.given_torque, position.realised_torque, position.current_torque
     actuator, plan, period = course.actuator, course.plan, course.solver_period
-    joint = scale_joint(course.joint, plan.scales[phase])
+    original = change_joint(course.joint, phase_change(plan, phase))
+    joint = scale_joint(original, plan.scales[phase])
     for k in range(position.sample, stop):
         first, last = course.samples[k], course.samples[k + 1]
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
         elapsed = (first - previous) * period
         record.velocity[first] = motion.velocity
         if course.resolution > 0.0:
-            reading = encoder_reading(course.resolution, motion.position)
+            reading = angle = encoder_reading(course.resolution, motion.position)
         else:
             reading = sensed_velocity(motion) + course.noise[k]
+            angle = rounded_position(motion.position)
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
-        inputs = Inputs(course.reference[first], measured, course.reference[last], realised, 0.0, elapsed)
+        inputs = Inputs(
+            course.reference[first], measured, course.reference[last], 0.0, angle, realised, 0.0, math.nan, elapsed
+        )
         output, state = step(block, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
         record.friction[k] = motion.friction_torque
@@ -133,19 +170,25 @@ def run_plain(
             while acting < k and course.samples[acting + 1] + course.delay <= i:
                 acting += 1
             torque = record.given[acting] if acting >= 0 else 0.0
+            if actuator.lag > 0.0:
+                torque, current = lagged_torque(actuator, torque, current, period)
             total += torque
             while phase + 1 < plan.starts.size and i >= plan.starts[phase + 1]:
                 phase += 1
-                joint = scale_joint(course.joint, plan.scales[phase])
+                original = change_joint(course.joint, phase_change(plan, phase))
+                joint = scale_joint(original, plan.scales[phase])
             if plan.varies:
-                joint = scale_joint(course.joint, friction_factor(plan, phase, i * period, motion.position))
+                joint = scale_joint(original, friction_factor(plan, phase, i * period, motion.position))
+            torque *= actuator.gain
             if actuator.ripple_amplitude > 0.0:
                 torque += ripple_torque(actuator, motion.position)
+            if course.gravity.amplitude > 0.0:
+                torque -= gravity_torque(course.gravity, motion.position)
             motion = step_joint(joint, motion, torque, period)
             record.velocity[i + 1] = motion.velocity
-        realised = given if course.delay == 0 else total / (last - first)
+        realised = given if course.delay == 0 and actuator.lag == 0.0 else total / (last - first)
         record.torque[k] = realised
-    return state, Position(stop, phase, motion, observer, acting, given, realised)
+    return state, Position(stop, phase, motion, observer, acting, given, realised, current)
 
 
 run_compiled = compiled_in_place(run_plain)
@@ -157,10 +200,10 @@ def start_position(course: Course, velocity: float | None = None) -> Position:
     Parameters
     ----------
     course : Course
-        What is laid down.
+        Joint, drive, reference and noise.
     velocity : float, optional
         Velocity of the joint, rad/s; that of the reference by default.
     """
     start = float(course.reference[0]) if velocity is None else velocity
     joint = INITIAL_STATE[type(course.joint)](course.joint, start)
-    return Position(0, 0, joint, initial_velocity_state(course.observer, joint.position, start), -1, 0.0, math.nan)
+    return Position(0, 0, joint, initial_velocity_state(course.observer, joint.position, start), -1, 0.0, math.nan, 0.0)

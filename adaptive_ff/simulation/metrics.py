@@ -12,6 +12,17 @@ CALM = 2.0
 """Time after which a joint whose reference stands still is expected to stand still, s."""
 
 
+METRIC_UNITS = {
+    "rms_error": "rad/s",
+    "max_error": "rad/s",
+    "rms_error_start": "rad/s",
+    "rms_error_settled": "rad/s",
+    "max_error_settled": "rad/s",
+    "torque_variation": "N m",
+}
+"""Units of the figures of merit that every run has."""
+
+
 @dataclass(frozen=True)
 class Metrics:
     """How well a run tracked. Errors are reference minus true velocity on the solver's grid, rad/s.

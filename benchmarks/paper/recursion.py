@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn
-from adaptive_ff.estimation.rls import update_rls
+from adaptive_ff.adaptive.estimator import EstimatorParameters, EstimatorState, initial_estimator_state, learn_in_place
+from adaptive_ff.estimation.rls import RLSState, update_rls_in_place
 from adaptive_ff.regression.sliding_gate import sliding_time
-from adaptive_ff.regression.torque_form import Signals, advance_signals, initial_signals
+from adaptive_ff.regression.torque_form import Signals, advance_signals_in_place, initial_signals
 from controllers import compiled
 
 Array = NDArray[np.float64]
@@ -88,8 +88,9 @@ def _rls_loop(
     estimates: Array,
     errors: Array,
 ) -> None:
+    state = RLSState(estimate, covariance, np.zeros(estimate.size))
     for k in range(outputs.size):
-        errors[k] = update_rls(estimate, covariance, regressors[k], outputs[k], forgetting_factor)
+        errors[k] = update_rls_in_place(state, regressors[k], outputs[k], forgetting_factor)
         estimates[k] = estimate
 
 
@@ -105,11 +106,11 @@ def _torque_form_loop(
 ) -> None:
     sliding = -gate[1]
     for k in range(1, velocity.size):
-        signals = advance_signals(estimator.form, signals, torque[k], velocity[k], period)
+        signals = advance_signals_in_place(estimator.form, signals, torque[k], velocity[k], period)
         sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], period)
         if sliding > gate[1]:
-            learn(estimator, state, signals, signals, period)
-        estimates[k] = state.estimate
+            state = learn_in_place(estimator, state, signals, signals, period)
+        estimates[k] = state.recursion.estimate
 
 
 rls_loop = compiled(_rls_loop)

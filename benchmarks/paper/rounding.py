@@ -6,7 +6,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from adaptive_ff.estimation.batch_least_squares import Array
-from adaptive_ff.estimation.rls import update_rls, update_rls_printed
+from adaptive_ff.estimation.rls import RLSState, update_rls_in_place, write_projection
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.identification_data import PERIOD, SEED, TRUE, simulate_noise
 from benchmarks.paper.prediction import regression, rms
@@ -52,6 +52,49 @@ class History(NamedTuple):
 
 
 @register_jitable
+def update_rls_printed(
+    estimate: Array,
+    covariance: Array,
+    regressors: Array,
+    output: float,
+    forgetting_factor: float,
+) -> float:
+    """Take one equation into account, (11)-(13) as the paper prints them, in some n^3 operations.
+
+    ``adaptive_ff.estimation.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations.
+
+    Parameters
+    ----------
+    estimate : ndarray, shape (n,)
+        Parameters ``P``; changed in place.
+    covariance : ndarray, shape (n, n)
+        Covariance ``R``; changed in place.
+    regressors : ndarray, shape (n,)
+        Regressors ``X(k)``.
+    output : float
+        Regressed output ``w(k)``.
+    forgetting_factor : float
+        ``lambda``, in (0, 1].
+    """
+    size = estimate.size
+    gain = np.empty(size)  # R(k-1) X(k), then gamma
+    error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, gain)
+    for i in range(size):
+        gain[i] /= denominator  # (12)
+        estimate[i] += gain[i] * error  # (11)
+    updated = np.empty((size, size))
+    for i in range(size):
+        for j in range(size):
+            total = 0.0
+            for k in range(size):
+                kept = 1.0 if i == k else 0.0
+                total += (kept - gain[i] * regressors[k]) * covariance[k, j]
+            updated[i, j] = total / forgetting_factor  # (13)
+    covariance[:, :] = updated
+    return error
+
+
+@register_jitable
 def update_rls_economical(
     estimate: Array, covariance: Array, regressors: Array, output: float, forgetting_factor: float
 ) -> float:
@@ -83,8 +126,9 @@ def _run_economical(p: Array, r: Array, rows: Array, outputs: Array, factor: flo
 
 
 def _run_symmetric(p: Array, r: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
+    state = RLSState(p, r, np.zeros(p.size))
     for k in range(outputs.size):
-        errors[k] = update_rls(p, r, rows[k], outputs[k], factor)
+        errors[k] = update_rls_in_place(state, rows[k], outputs[k], factor)
 
 
 FORMS = {

@@ -9,14 +9,12 @@ from numpy.typing import NDArray
 from adaptive_ff import Scenario, load_scenario
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.comparison.windows import WINDOW, window_slices
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
 from controllers import fastest_bandwidth
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
-
-WINDOW = 5.0
-"""Length of the windows in which a controller is compared with PI, s."""
 
 RECOVERY = 10.0
 """Time that a controller is given after a change of friction, s."""
@@ -100,7 +98,5 @@ def further_figures(run: Run, base: NDArray[np.float64]) -> Figures:
 
 def windows(run: Run) -> NDArray[np.float64]:
     """Return the rms error in each whole window of 5 s, rad/s."""
-    length = round(WINDOW / run.scenario.joint.solver_period)
     error = run.reference - run.velocity
-    count = max(1, error.size // length)
-    return np.array([rms(part) for part in np.array_split(error[: count * length], count)])
+    return np.array([rms(error[part]) for part in window_slices(error.size, run.scenario.joint.solver_period)])

@@ -26,9 +26,6 @@ from numpy.typing import NDArray
 
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 
-LARGEST_SENSITIVITY = 2.0
-"""Default bound on the maximum sensitivity of a loop with an observer, which needs more of it than PI alone."""
-
 SLOWEST = 0.1
 """Bandwidth from which the search for the fastest observer starts, as a share of the crossover of the feedback."""
 
@@ -97,7 +94,7 @@ class SampledLoop(NamedTuple):
 
 
 def on_measured_velocity(velocity_gain: float, disturbance_gain: float) -> Compensation:
-    """Return ``Q`` of an observer with gains free of units (see :mod:`controllers.inertia_observer`).
+    """Return ``Q`` of an observer with gains free of units (see :mod:`controllers.observers.inertia_observer`).
 
     With gains ``l1`` and ``l2``, ``Q = l2/((1 - q)(1 - (1 - l1) q) + l2 q)``; a disturbance observer has ``l1 = 1``.
     """

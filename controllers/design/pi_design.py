@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
+from controllers.sensitivity import PI_SENSITIVITY
 
 INTEGRAL_RATIO = 5.0
 """Ratio of the crossover of the proportional loop to the corner of the integral part."""
-
-LARGEST_SENSITIVITY = 1.7
-"""Default bound on the maximum sensitivity Ms."""
 
 SLOWEST = 1e-4
 """Bandwidth times period from which the search for the fastest loop starts."""
@@ -66,7 +64,7 @@ def design_pi(
     bandwidth: float | None = None,
     *,
     delay: int = 0,
-    maximum_sensitivity: float = LARGEST_SENSITIVITY,
+    maximum_sensitivity: float = PI_SENSITIVITY,
     friction: Callable[[float], float] | None = None,
 ) -> PIDesign:
     """Design a PI velocity loop for a sampled inertia.
@@ -137,7 +135,7 @@ def design_pi(
 
 
 @cache
-def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float = LARGEST_SENSITIVITY) -> float:
+def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float = PI_SENSITIVITY) -> float:
     """Return the largest bandwidth (Hz) for which the maximum sensitivity stays within a bound.
 
     Parameters

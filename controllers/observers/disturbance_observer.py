@@ -12,22 +12,27 @@ is missing: the observer then works with means over all the time since the last 
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.design.observer_design import (
-    LARGEST_SENSITIVITY,
-    Compensation,
-    ObserverDesign,
-    SampledLoop,
-    design_observer,
-    on_measured_velocity,
+from controllers.interface import (
+    ESTIMATES,
+    STEPS,
+    Controller,
+    Inputs,
+    Output,
+    present_inertia,
+    with_feedforward,
+    without_estimates,
 )
-from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, with_feedforward, without_estimates
 from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.sensitivity import OBSERVER_SENSITIVITY
 from controllers.torques import acting_torque, slope_torque
+
+if TYPE_CHECKING:
+    from controllers.design.observer_design import ObserverDesign
 
 
 class DisturbanceObserverParameters(NamedTuple):
@@ -94,7 +99,7 @@ def step_disturbance_observer(
     disturbance = state.disturbance
     if math.isfinite(inputs.velocity):
         if last.samples > last.rejected:  # there is a measurement to compare with
-            momentum = block.inertia * (inputs.velocity - last.velocity)
+            momentum = present_inertia(inputs, block.inertia) * (inputs.velocity - last.velocity)
             disturbance -= math.expm1(-block.pole * elapsed) * ((impulse - momentum) / elapsed - disturbance)
         impulse, elapsed = 0.0, 0.0
     ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
@@ -109,7 +114,9 @@ ESTIMATES[DisturbanceObserverParameters] = without_estimates
 
 
 class DisturbanceObserver(Controller):
-    """PI loop with a disturbance observer.
+    """``u = PI(e) + J dr/dt + d``, ``d = g/(s + g) (u - J dw/dt)``: PI loop with a disturbance observer.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     Parameters
     ----------
@@ -170,8 +177,8 @@ class DisturbanceObserver(Controller):
         bandwidth: float | None = None,
         *,
         delay: int = 0,
-        maximum_sensitivity: float = LARGEST_SENSITIVITY,
-    ) -> ObserverDesign:
+        maximum_sensitivity: float = OBSERVER_SENSITIVITY,
+    ) -> "ObserverDesign":
         """Return the margins of the loop with an observer, or the fastest observer that a margin allows.
 
         Parameters
@@ -194,10 +201,9 @@ class DisturbanceObserver(Controller):
         ValueError
             An argument is out of range, or no bandwidth meets the bound.
         """
+        from controllers.design.compensations import disturbance_observer_compensation as compensation
+        from controllers.design.observer_design import design_observer
+
         return design_observer(
-            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, _compensation
+            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, compensation
         )
-
-
-def _compensation(loop: SampledLoop, angle: float) -> Compensation:
-    return on_measured_velocity(1.0, -math.expm1(-angle))

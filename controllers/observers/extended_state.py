@@ -12,32 +12,29 @@ joint then follows the reference itself, not a filtered one, as it does with eve
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.design.observer_design import (
-    LARGEST_SENSITIVITY,
-    Compensation,
-    ObserverDesign,
-    SampledLoop,
-    design_observer,
-    on_observed_velocity,
-)
 from controllers.interface import (
     ESTIMATES,
     STEPS,
     Controller,
     Inputs,
     Output,
+    present_inertia,
     with_feedforward,
     with_velocity,
     without_estimates,
 )
-from controllers.observers.inertia_observer import ObserverState, correct, predict
+from controllers.observers.inertia_observer import ObserverState, correct, double_pole_gains, predict
 from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.sensitivity import OBSERVER_SENSITIVITY
 from controllers.torques import acting_torque, slope_torque
+
+if TYPE_CHECKING:
+    from controllers.design.observer_design import ObserverDesign
 
 
 class ExtendedStateParameters(NamedTuple):
@@ -88,24 +85,17 @@ def initial_extended_state_state(block: ExtendedStateParameters) -> ExtendedStat
 
 
 @register_jitable
-def extended_state_gains(inertia: float, pole: float, dt: float) -> tuple[float, float]:
-    """Return the gains of :func:`controllers.inertia_observer.correct` that put both poles at ``exp(-wo dt)``."""
-    kept = math.exp(-pole * dt)
-    return 1.0 - kept * kept, inertia * (1.0 - kept) ** 2 / dt
-
-
-@register_jitable
 def step_extended_state(
     block: ExtendedStateParameters, state: ExtendedStateState, inputs: Inputs
 ) -> tuple[Output, ExtendedStateState]:
     """Do one sample: observe the period that ends, add disturbance and inertia's torque, feed the velocity back."""
     last, observer = state.feedback, state.observer
-    valid = math.isfinite(inputs.velocity)
+    valid, inertia = math.isfinite(inputs.velocity), present_inertia(inputs, block.inertia)
     if last.samples > last.rejected:  # the observer has started
         torque = acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
-        observer = predict(block.inertia, observer, torque, inputs.dt)
+        observer = predict(inertia, observer, torque, inputs.dt)
         if valid:
-            velocity_gain, disturbance_gain = extended_state_gains(block.inertia, block.pole, inputs.dt)
+            velocity_gain, disturbance_gain = double_pole_gains(inertia, block.pole, inputs.dt)
             observer = correct(observer, inputs.velocity, velocity_gain, disturbance_gain)
     elif valid:
         observer = ObserverState(inputs.velocity, observer.disturbance)
@@ -122,7 +112,9 @@ ESTIMATES[ExtendedStateParameters] = without_estimates
 
 
 class ExtendedState(Controller):
-    """Proportional loop with an extended state observer (ADRC).
+    """``u = Kp (reference + correction - w^) + J dr/dt + d^``: loop with an extended state observer (ADRC).
+
+    ``w^`` and ``d^`` are the observed velocity and total disturbance, ``r`` is the plan alone.
 
     After a lost measurement the observer goes on with its prediction; the gains are always those for the last period.
 
@@ -173,8 +165,8 @@ class ExtendedState(Controller):
         bandwidth: float | None = None,
         *,
         delay: int = 0,
-        maximum_sensitivity: float = LARGEST_SENSITIVITY,
-    ) -> ObserverDesign:
+        maximum_sensitivity: float = OBSERVER_SENSITIVITY,
+    ) -> "ObserverDesign":
         """Return the margins of the loop with an observer, or the fastest observer that a margin allows.
 
         Parameters
@@ -197,10 +189,9 @@ class ExtendedState(Controller):
         ValueError
             An argument is out of range, or no bandwidth meets the bound.
         """
+        from controllers.design.compensations import extended_state_compensation as compensation
+        from controllers.design.observer_design import design_observer
+
         return design_observer(
-            inertia, period, (proportional, 0.0), bandwidth, delay, maximum_sensitivity, _compensation
+            inertia, period, (proportional, 0.0), bandwidth, delay, maximum_sensitivity, compensation
         )
-
-
-def _compensation(loop: SampledLoop, angle: float) -> Compensation:
-    return on_observed_velocity(loop, *extended_state_gains(1.0, angle, 1.0))

@@ -7,13 +7,14 @@ The extended state observer and the Kalman filter share it; they differ in their
 it is used.
 """
 
+import math
 from typing import NamedTuple
 
 from numba.extending import register_jitable
 
 
 class ObserverState(NamedTuple):
-    """What is believed of the joint.
+    """Estimated state of the joint.
 
     Attributes
     ----------
@@ -51,3 +52,20 @@ def correct(state: ObserverState, velocity: float, velocity_gain: float, disturb
     """
     innovation = velocity - state.velocity
     return ObserverState(state.velocity + velocity_gain * innovation, state.disturbance - disturbance_gain * innovation)
+
+
+@register_jitable
+def double_pole_gains(inertia: float, pole: float, dt: float) -> tuple[float, float]:
+    """Return the gains of :func:`correct` that put both poles at ``exp(-wo dt)``.
+
+    Parameters
+    ----------
+    inertia : float
+        Inertia, kg m^2.
+    pole : float
+        Both poles ``wo``, rad/s.
+    dt : float
+        Time since the last sample, s.
+    """
+    kept = math.exp(-pole * dt)
+    return 1.0 - kept * kept, inertia * (1.0 - kept) ** 2 / dt

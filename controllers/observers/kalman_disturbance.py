@@ -5,7 +5,7 @@ R. E. Kalman, "A new approach to linear filtering and prediction problems" (1960
     J dw/dt = u - d,    dd/dt = white noise,    measured velocity = w + white noise,
 
 which is sampled exactly: the disturbance is a random walk in continuous time, so that its intensity (N m/sqrt(s)) means
-the same at every sampling period. The settled gains are computed when the controller is made. While they are small
+the same at every sampling period. The controller takes the settled gains; ``gains`` computes them. While they are small
 against the sampling, the filter is a Butterworth one of second order with a natural frequency of
 
     w0^2 = walk / (J noise sqrt(Ts)),
@@ -18,26 +18,28 @@ own would add lag to the feedback.
 """
 
 import math
-from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.design.observer_design import (
-    LARGEST_SENSITIVITY,
-    Compensation,
-    ObserverDesign,
-    SampledLoop,
-    design_observer,
-    on_measured_velocity,
+from controllers.interface import (
+    ESTIMATES,
+    STEPS,
+    Controller,
+    Inputs,
+    Output,
+    present_inertia,
+    with_feedforward,
+    without_estimates,
 )
-from controllers.design.stationary import stationary_gain
-from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, with_feedforward, without_estimates
 from controllers.observers.inertia_observer import ObserverState, correct, predict
 from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.sensitivity import OBSERVER_SENSITIVITY
 from controllers.torques import acting_torque, slope_torque
+
+if TYPE_CHECKING:
+    from controllers.design.observer_design import ObserverDesign
 
 
 class KalmanDisturbanceParameters(NamedTuple):
@@ -96,12 +98,13 @@ def step_kalman_disturbance(
 ) -> tuple[Output, KalmanDisturbanceState]:
     """Do one sample: filter the period that ends, add the disturbance and the inertia's torque, then feedback."""
     last, observer = state.feedback, state.observer
-    valid = math.isfinite(inputs.velocity)
+    valid, inertia = math.isfinite(inputs.velocity), present_inertia(inputs, block.inertia)
     if last.samples > last.rejected:  # the filter has started
         torque = acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
-        observer = predict(block.inertia, observer, torque, inputs.dt)
+        observer = predict(inertia, observer, torque, inputs.dt)
         if valid:
-            observer = correct(observer, inputs.velocity, block.velocity_gain, block.disturbance_gain)
+            disturbance_gain = block.disturbance_gain * (inertia / block.inertia)  # times 1 where none is given
+            observer = correct(observer, inputs.velocity, block.velocity_gain, disturbance_gain)
     elif valid:
         observer = ObserverState(inputs.velocity, observer.disturbance)
     ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
@@ -115,18 +118,10 @@ STEPS[KalmanDisturbanceParameters] = step_kalman_disturbance
 ESTIMATES[KalmanDisturbanceParameters] = without_estimates
 
 
-@cache
-def kalman_disturbance_gains(angle: float) -> tuple[float, float]:
-    """Return the settled gains for an inertia and a period of 1 and a bandwidth in radians a sample."""
-    transition = np.array([[1.0, -1.0], [0.0, 1.0]])
-    # a random walk of unit intensity over a period, and what it adds to the velocity
-    walk = np.array([[1.0 / 3.0, -0.5], [-0.5, 1.0]])
-    gain = stationary_gain(transition, angle**4 * walk)
-    return float(gain[0]), -float(gain[1])
-
-
 class KalmanDisturbance(Controller):
-    """PI loop with a Kalman filter for velocity and disturbance.
+    """``u = PI(e) + J dr/dt + d^``, ``d^`` from a Kalman filter of velocity and disturbance.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
     The prediction takes the real time since the last call; the gains are the settled ones of the nominal period, also
     after lost measurements, which are skipped.
@@ -139,10 +134,10 @@ class KalmanDisturbance(Controller):
         Nominal sampling period, s.
     inertia : float
         Assumed inertia, kg m^2.
-    velocity_noise : float
-        Standard deviation of the measured velocity, rad/s.
-    disturbance_walk : float
-        Intensity of the random walk of the disturbance, N m/sqrt(s).
+    velocity_gain : float
+        Share of the innovation that goes to the velocity, above 0 and at most 1; see :meth:`gains`.
+    disturbance_gain : float
+        Torque that the disturbance loses for each unit of innovation, N m s/rad.
     delay : float, optional
         Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
 
@@ -157,7 +152,8 @@ class KalmanDisturbance(Controller):
     >>> gains = (1257.0, 15800.0)
     >>> observer = KalmanDisturbance.design(20.0, 0.01, *gains)
     >>> walk = KalmanDisturbance.walk(20.0, 0.01, velocity_noise=0.002, bandwidth=observer.bandwidth)
-    >>> controller = KalmanDisturbance(*gains, 0.01, inertia=20.0, velocity_noise=0.002, disturbance_walk=walk)
+    >>> first, second = KalmanDisturbance.gains(20.0, 0.01, velocity_noise=0.002, disturbance_walk=walk)
+    >>> controller = KalmanDisturbance(*gains, 0.01, inertia=20.0, velocity_gain=first, disturbance_gain=second)
     >>> torque = controller.step(0.1, 0.0, next_reference=0.101)
     """
 
@@ -168,16 +164,16 @@ class KalmanDisturbance(Controller):
         period: float,
         *,
         inertia: float,
-        velocity_noise: float,
-        disturbance_walk: float,
+        velocity_gain: float,
+        disturbance_gain: float,
         delay: float = 0.0,
     ) -> None:
         feedback = check_gains(proportional, integral, delay)
-        check_positive(period=period, inertia=inertia, velocity_noise=velocity_noise, disturbance_walk=disturbance_walk)
-        angle = math.sqrt(disturbance_walk * period**1.5 / (inertia * velocity_noise))
-        velocity_gain, disturbance_gain = kalman_disturbance_gains(angle)
+        check_positive(inertia=inertia, disturbance_gain=disturbance_gain)
+        if not 0.0 < velocity_gain <= 1.0:
+            raise ValueError(f"velocity_gain = {velocity_gain} is not allowed: it must be above 0 and at most 1")
         parameters = KalmanDisturbanceParameters(
-            feedback, float(inertia), velocity_gain, disturbance_gain * inertia / period, float(period)
+            feedback, float(inertia), float(velocity_gain), float(disturbance_gain), float(period)
         )
         super().__init__(parameters, period, initial_kalman_disturbance_state)
 
@@ -193,6 +189,16 @@ class KalmanDisturbance(Controller):
         return (2.0 * math.pi * bandwidth) ** 2 * inertia * velocity_noise * math.sqrt(period)
 
     @staticmethod
+    def gains(inertia: float, period: float, velocity_noise: float, disturbance_walk: float) -> tuple[float, float]:
+        """Return the settled gains, of velocity and disturbance, for a noise (rad/s) and a walk (N m/sqrt(s)).
+
+        Arguments and errors are those of :func:`controllers.kalman_disturbance_gains`.
+        """
+        from controllers.design.kalman_gains import kalman_disturbance_gains
+
+        return kalman_disturbance_gains(inertia, period, velocity_noise, disturbance_walk)
+
+    @staticmethod
     def design(
         inertia: float,
         period: float,
@@ -201,8 +207,8 @@ class KalmanDisturbance(Controller):
         bandwidth: float | None = None,
         *,
         delay: int = 0,
-        maximum_sensitivity: float = LARGEST_SENSITIVITY,
-    ) -> ObserverDesign:
+        maximum_sensitivity: float = OBSERVER_SENSITIVITY,
+    ) -> "ObserverDesign":
         """Return the margins of the loop with a filter, or the fastest filter that a margin allows.
 
         Parameters
@@ -225,10 +231,9 @@ class KalmanDisturbance(Controller):
         ValueError
             An argument is out of range, or no bandwidth meets the bound.
         """
+        from controllers.design.compensations import kalman_compensation as compensation
+        from controllers.design.observer_design import design_observer
+
         return design_observer(
-            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, _compensation
+            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, compensation
         )
-
-
-def _compensation(loop: SampledLoop, angle: float) -> Compensation:
-    return on_measured_velocity(*kalman_disturbance_gains(angle))

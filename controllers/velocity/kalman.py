@@ -2,19 +2,16 @@
 
 R. E. Kalman, "A new approach to linear filtering and prediction problems" (1960), for a joint whose acceleration is a
 random walk in continuous time (white jerk), sampled exactly. Such a filter does not lag behind a constant acceleration.
-The settled gains are those of the nominal period; where the real one differs, the prediction takes the real one and the
-gains stay. Over lost measurements the filter predicts.
+The gains are the settled ones of the nominal period; where the real one differs, the prediction takes the real one and
+the gains stay. Over lost measurements the filter predicts.
 """
 
 import math
-from functools import cache
 from typing import NamedTuple
 
-import numpy as np
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.design.stationary import stationary_gain
 from controllers.velocity.estimators import INITIAL_VELOCITY_STATES, VELOCITY_ESTIMATORS
 
 
@@ -40,7 +37,7 @@ class KalmanVelocity(NamedTuple):
 
 
 class KalmanVelocityState(NamedTuple):
-    """What the filter believes of the joint.
+    """Estimated motion of the joint.
 
     Attributes
     ----------
@@ -83,33 +80,27 @@ VELOCITY_ESTIMATORS[KalmanVelocity] = follow_positions
 INITIAL_VELOCITY_STATES[KalmanVelocity] = _initial_kalman
 
 
-@cache
-def _gains(index: float) -> tuple[float, float, float]:
-    """Return the settled gains for a period and a position noise of 1 and a walk of the acceleration."""
-    transition = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
-    # what white jerk of unit intensity adds over a period
-    walk = np.array([[1.0 / 20.0, 1.0 / 8.0, 1.0 / 6.0], [1.0 / 8.0, 1.0 / 3.0, 0.5], [1.0 / 6.0, 0.5, 1.0]])
-    gain = stationary_gain(transition, index**2 * walk)
-    return float(gain[0]), float(gain[1]), float(gain[2])
-
-
-def kalman_velocity(position_noise: float, acceleration_walk: float, period: float) -> KalmanVelocity:
+def kalman_velocity(
+    position_gain: float, velocity_gain: float, acceleration_gain: float, period: float
+) -> KalmanVelocity:
     """Return the estimator by a Kalman filter.
 
     Parameters
     ----------
-    position_noise : float
-        Standard deviation of the measured position, rad; for an encoder its resolution over ``sqrt(12)``.
-    acceleration_walk : float
-        Intensity of the random walk of the acceleration, rad/s^2 in a root of a second.
+    position_gain, velocity_gain, acceleration_gain : float
+        Settled shares of the innovation that go to position (at most 1), velocity (1/s) and acceleration (1/s^2), as
+        :func:`controllers.kalman_velocity_gains` computes them.
     period : float
         Nominal sampling period, s.
 
     Raises
     ------
     ValueError
-        A value is not positive.
+        A value is not positive, or the position's share above 1.
     """
-    check_positive(position_noise=position_noise, acceleration_walk=acceleration_walk, period=period)
-    gains = _gains(acceleration_walk * period**2.5 / position_noise)
-    return KalmanVelocity(gains[0], gains[1] / period, gains[2] / period**2, float(period))
+    check_positive(
+        position_gain=position_gain, velocity_gain=velocity_gain, acceleration_gain=acceleration_gain, period=period
+    )
+    if position_gain > 1.0:
+        raise ValueError(f"position_gain = {position_gain} is not allowed: it must be at most 1")
+    return KalmanVelocity(float(position_gain), float(velocity_gain), float(acceleration_gain), float(period))

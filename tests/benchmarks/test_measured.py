@@ -1,29 +1,24 @@
 """The benchmark over recorded machines: what it does without data, and with a long log."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from typer import Typer
+from typer.testing import CliRunner
 
 from adaptive_ff.logs.log import read_log
+from benchmarks.measured import __main__ as command
 from benchmarks.measured.long_log import replay_in_process, write_log
 from benchmarks.measured.machines import DATA, EMPS, JOBS, KUKA, STAUBLI
 from benchmarks.measured.results import measure, results_table
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-
 
 def test_absent_data_are_said_and_are_no_failure(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.measured", "--data", tmp_path, "--json", tmp_path / "out.json"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    app = Typer()
+    app.command()(command.main)
+    done = CliRunner().invoke(app, ["--data", str(tmp_path), "--json", str(tmp_path / "out.json")])
+    assert done.exit_code == 0
     text = " ".join(done.stdout.split())
     for machine in (EMPS, STAUBLI, KUKA):
         assert f"{machine.name} is left out" in text

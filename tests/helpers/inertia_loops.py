@@ -19,7 +19,13 @@ def make_observing(name, bandwidth, *, period=PERIOD, gains=GAINS, inertia=INERT
     if name == "ExtendedState":
         return ExtendedState(gains[0], period, inertia=inertia, bandwidth=bandwidth)
     walk = KalmanDisturbance.walk(inertia, period, NOISE, bandwidth)
-    return KalmanDisturbance(*gains, period, inertia=inertia, velocity_noise=NOISE, disturbance_walk=walk)
+    return make_kalman(walk, period=period, gains=gains, inertia=inertia)
+
+
+def make_kalman(walk, *, noise=NOISE, period=PERIOD, gains=GAINS, inertia=INERTIA):
+    """Loop with a Kalman filter for a walk of the disturbance in N m/sqrt(s)."""
+    first, second = KalmanDisturbance.gains(inertia, period, noise, walk)
+    return KalmanDisturbance(*gains, period, inertia=inertia, velocity_gain=first, disturbance_gain=second)
 
 
 OBSERVING = ("DisturbanceObserver", "ExtendedState", "KalmanDisturbance")

@@ -23,6 +23,19 @@ class Unequal(NamedTuple):
         """The joint as a model that may be fed forward."""
         return TorqueModel.from_directions(INERTIA, *self[:3], LAG, STRIBECK_VELOCITY, 1.0, self.load)
 
+    @property
+    def plant(self):
+        """The joint as the plant knows it."""
+        forward, backward = zip(*self[:3], strict=True)
+        return JointModel(
+            inertia=INERTIA,
+            friction_lag=LAG,
+            stribeck_velocity=STRIBECK_VELOCITY,
+            offset=self.load,
+            **dict(zip(("coulomb", "stiction", "viscous"), forward, strict=True)),
+            **dict(zip(("coulomb_backward", "stiction_backward", "viscous_backward"), backward, strict=True)),
+        )
+
 
 EQUAL = Unequal((60.0, 60.0), (90.0, 90.0), (80.0, 80.0), 0.0)
 

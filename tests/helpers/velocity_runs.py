@@ -9,6 +9,7 @@ from controllers import (
     estimate_velocity,
     initial_velocity_state,
     kalman_velocity,
+    kalman_velocity_gains,
     low_pass_velocity,
 )
 
@@ -18,7 +19,7 @@ RESOLUTION = 2.0 * np.pi / 20_000
 ON_POSITIONS = {
     "difference": difference_velocity(PERIOD),
     "low-pass": low_pass_velocity(40.0, PERIOD),
-    "Kalman": kalman_velocity(RESOLUTION / np.sqrt(12.0), 200.0, PERIOD),
+    "Kalman": kalman_velocity(*kalman_velocity_gains(RESOLUTION / np.sqrt(12.0), 200.0, PERIOD), PERIOD),
 }
 ESTIMATORS = {"direct": direct_velocity(PERIOD), **ON_POSITIONS}
 

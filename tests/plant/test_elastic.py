@@ -183,7 +183,8 @@ def test_step_solves_its_equations_balances_energy_and_is_odd(case):
     assert after.twist == pytest.approx(state.twist + h * (motor - link), abs=h * tiny + 1e-15)
     assert after.position == pytest.approx(state.position + h * motor, abs=h * tiny + 1e-15)
     static = after.friction_torque + joint.friction_lag * (after.friction_torque - state.friction_torque) / h
-    curve = joint.friction if static > 0.0 else joint.backward
+    forward = after.motor_velocity > 0.0 or (after.motor_velocity == 0.0 and static > 0.0)
+    curve = joint.friction if forward else joint.backward
     weight = h * h / (joint.motor_inertia * (joint.friction_lag + h))
     if after.motor_velocity == 0.0:
         assert weight * abs(static) <= weight * curve.stiction + 10.0 * tiny

@@ -14,6 +14,7 @@ from plant import (
     SENSED_VELOCITY,
     STEP_JOINT,
     AnyJoint,
+    BacklashJoint,
     ElasticJoint,
     Joint,
     JointModel,
@@ -30,7 +31,11 @@ MODELS = {
     "elastic": ElasticJoint(
         **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, offset=7.0, stiction_backward=70.0
     ),
+    "backlash": BacklashJoint(
+        **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, gap=0.002, hysteresis=10.0, offset=7.0
+    ),
 }
+KINDS = ("stribeck", "lugre", "elastic", "backlash")
 TORQUES = 150.0 * np.sin(0.01 * np.arange(2000)) + 30.0 * np.sin(0.037 * np.arange(2000))
 
 
@@ -133,7 +138,7 @@ def test_torque_that_is_not_a_number_does_not_look_like_rest(model):
 def test_model_is_read_back_from_its_content(model):
     content = model.model_dump()
     assert Table(joint=content).joint == Table(joint=model).joint == model
-    assert content["kind"] in ("stribeck", "lugre", "elastic")
+    assert content["kind"] in KINDS
 
 
 def test_joint_without_a_kind_is_the_rigid_one_with_lagged_friction():
@@ -146,7 +151,7 @@ def test_unknown_kind_is_refused_and_the_known_are_listed(kind):
         Table(joint={**FRICTION, "kind": kind})
     error = caught.value.errors()[0]
     assert error["type"] == "union_tag_invalid"
-    assert error["ctx"]["expected_tags"] == "'stribeck', 'lugre', 'elastic'"
+    assert error["ctx"]["expected_tags"] == ", ".join(map(repr, KINDS))
 
 
 @pytest.mark.parametrize("value", [3, "a", [1.0], None, True])
@@ -156,7 +161,7 @@ def test_joint_that_is_no_table_is_refused(value):
     assert caught.value.errors()[0]["type"] == "model_type"
 
 
-@pytest.mark.parametrize("field", ["stiffness", "damping", "link_share", "link_stiffness", "link_damping"])
+@pytest.mark.parametrize("field", ["stiffness", "damping", "link_share", "link_stiffness", "link_damping", "gap"])
 def test_field_of_another_kind_is_refused(field):
     with pytest.raises(ValidationError) as caught:
         Table(joint={**FRICTION, field: 1.0})

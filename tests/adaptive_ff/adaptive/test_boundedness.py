@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.estimator import FLOOR, PEAK_FACTOR, SMALLEST_FLOOR
-from adaptive_ff.estimation.resetting import update_resetting
+from adaptive_ff.estimation.resetting import initial_resetting_state, update_resetting_in_place
 from adaptive_ff.model.bounds import INERTIA_RANGE, largest_lag
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION
 from controllers import pi_gains
@@ -98,7 +98,7 @@ class Watch:
             self.learnt, self.speed = learnt, speed
         assert peak <= LIMIT * (1.0 + 1e-12)
         torque = PEAK_FACTOR * peak * (1.0 + 1e-9)
-        inertia, coulomb, stiction, viscous, lag, *one_sided = state.estimate
+        inertia, coulomb, stiction, viscous, lag, *one_sided = state.recursion.estimate
         assert INERTIA / INERTIA_RANGE <= inertia <= INERTIA * INERTIA_RANGE
         assert 0.0 <= coulomb <= torque
         assert 0.0 <= stiction <= torque
@@ -106,7 +106,7 @@ class Watch:
         assert 0.0 <= viscous * self.speed <= torque
         for value, unit in zip(one_sided, (1.0, 1.0, self.speed), strict=False):
             assert abs(value) * unit <= torque
-        information = state.information
+        information = state.recursion.information
         assert np.array_equal(information, information.T)
         assert np.linalg.eigvalsh(information)[0] >= SMALLEST_FLOOR * 0.5 - 1e-13 * np.max(information)
 
@@ -153,8 +153,10 @@ def test_the_inputs_are_wild_enough_to_reach_bounds_and_tame_enough_to_be_learnt
         controller = make(ESTIMATED, 0.01)
         feed(controller, kinds, seed, Watch(controller))
         state = controller.state.estimator
-        learnt += state.levels[3] > 0.5
-        at_bound += any(value in (0.0, INERTIA * INERTIA_RANGE, INERTIA / INERTIA_RANGE) for value in state.estimate)
+        learnt += state.levels.learnt > 0.5
+        at_bound += any(
+            value in (0.0, INERTIA * INERTIA_RANGE, INERTIA / INERTIA_RANGE) for value in state.recursion.estimate
+        )
         tuned += bool(np.any(controller.state.timing.evidence))
     assert learnt > 10
     assert at_bound > 5
@@ -171,6 +173,7 @@ def test_an_error_of_the_usual_size_moves_the_estimates_little_in_a_sample(direc
     """At most ``sqrt(period / memory / FLOOR) / 2`` of their units with the information at its floor, less above."""
     keep = math.exp(-period / 4.0)
     floor = FLOOR * usual * usual
-    information, correction = floor * np.eye(5), np.zeros(5)
-    update_resetting(information, floor, keep, np.array(direction), usual, correction, np.zeros((5, 5)))
-    assert np.linalg.norm(correction) <= 0.5 * math.sqrt(period / 4.0 / FLOOR) * 1.001
+    state = initial_resetting_state(np.zeros(5), floor * np.eye(5))
+    state.instrument[:] = direction
+    update_resetting_in_place(state, floor, keep, usual)
+    assert np.linalg.norm(state.gain) <= 0.5 * math.sqrt(period / 4.0 / FLOOR) * 1.001

@@ -24,7 +24,15 @@ from hypothesis import strategies as st
 
 from adaptive_ff import simulate
 from adaptive_ff.adaptive import estimator
-from adaptive_ff.adaptive.change_detection import JUMP, LEAST_ERROR, forget_friction, note_surprise, release
+from adaptive_ff.adaptive.change_detection import (
+    JUMP,
+    LEAST_ERROR,
+    Surprise,
+    explained_by_friction,
+    forget_friction_in_place,
+    note_surprise,
+    release_in_place,
+)
 from adaptive_ff.adaptive.estimator import add_friction
 from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION, VISCOUS
 from adaptive_ff.model.friction import PER_DIRECTION
@@ -44,7 +52,7 @@ def random_information(seed, size=5):
 
 def released(information, direction, known):
     result = information.copy()
-    release(result, direction, known, np.empty(direction.size))
+    release_in_place(result, direction, known, np.empty(direction.size))
     return result
 
 
@@ -98,7 +106,7 @@ def test_what_is_forgotten_is_the_factor_on_friction_and_the_offset(size):
     factor = estimate / scale
     factor[[i for i in range(size) if i not in (COULOMB, STICTION, VISCOUS) and i <= OFFSET]] = 0.0
     result = information.copy()
-    forget_friction(result, estimate, scale, mean, unit, share, np.empty((size, size)))
+    forget_friction_in_place(result, estimate, scale, mean, unit, share, np.empty((size, size)))
     expected = released(information, factor, share * mean)
     if size > OFFSET:
         expected = released(expected, np.eye(size)[OFFSET], share * (scale[OFFSET] / unit) ** 2)
@@ -118,13 +126,19 @@ def test_friction_is_predicted_without_inertia_lag_and_offset():
     assert add_friction(0.0, estimate, row) == pytest.approx(symmetric + 4.0 * 0.2 + 7.0 * 0.5, rel=1e-12)
 
 
+NONE = Surprise(0.0, 0.0)
+
+
 @seeds
 def test_surprise_compares_two_fading_means(seed):
     """Oracle: each sample's share times what later ones leave of it, summed, with samples of unequal length."""
-    rng, window, surprise = np.random.default_rng(seed), 0.06, np.zeros(2)
+    rng, window, surprise = np.random.default_rng(seed), 0.06, NONE
     friction, error = rng.uniform(-1.0, 1.0, 60), rng.uniform(-0.2, 0.2, 60)
     durations = rng.uniform(0.005, 0.015, 60)
-    found = [note_surprise(surprise, *values, window) for values in zip(friction, error, durations, strict=True)]
+    found = []
+    for values in zip(friction, error, durations, strict=True):
+        surprise = note_surprise(surprise, *values, window)
+        found.append(explained_by_friction(surprise))
     left = window / (window + durations)
     for count in (1, 10, 60):
         weights = np.array([(1.0 - left[i]) * np.prod(left[i + 1 : count]) for i in range(count)])
@@ -135,26 +149,25 @@ def test_surprise_compares_two_fading_means(seed):
 
 @pytest.mark.parametrize("factor", [-0.4, 0.5])
 def test_an_error_in_proportion_to_friction_is_explained_entirely(factor):
-    surprise, rng, squares = np.zeros(2), np.random.default_rng(1), 0.0
+    surprise, rng, squares = NONE, np.random.default_rng(1), 0.0
     for _ in range(200):
         friction = rng.uniform(-1.0, 1.0)
-        explained = note_surprise(surprise, friction, factor * friction, 0.01, 0.09)
+        surprise = note_surprise(surprise, friction, factor * friction, 0.01, 0.09)
         squares += 0.1 * (friction**2 - squares)
-        assert explained == pytest.approx(factor**2 * squares, rel=1e-9)
+        assert explained_by_friction(surprise) == pytest.approx(factor**2 * squares, rel=1e-9)
 
 
 def test_an_error_that_has_nothing_to_do_with_friction_is_not_explained():
-    surprise, sign = np.zeros(2), 1.0
+    surprise, sign = NONE, 1.0
     for _ in range(1000):
         sign = -sign
-        explained = note_surprise(surprise, 1.0, sign, 0.001, 0.1)
-    assert explained < 1e-4
+        surprise = note_surprise(surprise, 1.0, sign, 0.001, 0.1)
+    assert explained_by_friction(surprise) < 1e-4
 
 
 def test_without_friction_there_is_no_surprise():
-    surprise = np.zeros(2)
-    assert note_surprise(surprise, 0.0, 1.0, 0.01, 0.1) == 0.0
-    assert surprise.tolist() == [0.0, 0.0]
+    assert note_surprise(NONE, 0.0, 1.0, 0.01, 0.1) == NONE
+    assert explained_by_friction(NONE) == 0.0
 
 
 @functools.cache
@@ -196,9 +209,9 @@ def test_friction_is_forgotten_at_a_change_and_not_before(monkeypatch, seed, sca
 
     def count(*arguments):
         calls.append(position.sample)
-        forget_friction(*arguments)
+        forget_friction_in_place(*arguments)
 
-    monkeypatch.setattr(estimator, "forget_friction", count)
+    monkeypatch.setattr(estimator, "forget_friction_in_place", count)
     scenario = changed(seed, scale)["pi"].scenario
     course, controller = lay_course(scenario), make("adaptive", scenario)
     state, position = controller.state, begin(course)
@@ -217,9 +230,9 @@ def test_without_a_change_nothing_is_forgotten_in_a_minute(seed):
     def watch(_):
         nonlocal usual, largest
         (product, square), levels = controller.state.estimator.surprise, controller.state.estimator.levels
-        if levels[3] > memory:
+        if levels.learnt > memory:
             largest = max(largest, product**2 / square / (usual + LEAST_ERROR))
-        usual = levels[0]
+        usual = levels.squared_error
 
     own_loop(controller, lay_course(scenario), watch=watch)
     assert 0.1 < largest < JUMP

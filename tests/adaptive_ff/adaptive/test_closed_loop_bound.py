@@ -19,7 +19,7 @@ from scipy import signal
 
 from adaptive_ff.model.feedforward import exchange_model, initial_feedforward_state, step_feedforward
 from adaptive_ff.model.friction import TorqueModel
-from controllers import PI, Inputs, hand_over, pi_gains, step_pi, with_feedforward
+from controllers import PI, hand_over, pi_gains, planned_inputs, step_pi, with_feedforward
 from plant import Joint
 
 JOINT = SCENARIO.joint
@@ -86,7 +86,7 @@ def errors_and_bound(period, seed, hold):
             largest_change = max(largest_change, abs(after - before))
         torque, feedforward = step_feedforward(model, feedforward, now, following, period)
         start = joint.state.velocity
-        inputs = with_feedforward(Inputs(now, start, following, math.nan, 0.0, period), torque)
+        inputs = with_feedforward(planned_inputs(now, start, following, math.nan, period), torque)
         output, state = step_pi(pi, state, inputs)
         joint.step(output.torque, period)
         friction = output.torque - JOINT.inertia * (joint.state.velocity - start) / period

@@ -7,11 +7,11 @@ import pytest
 from closed_loops import drive
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.estimator import PEAK_FACTOR, correct
+from adaptive_ff.adaptive.estimator import PEAK_FACTOR, correct_in_place
 from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.estimation.instruments import AGREEMENT, gradients_agree
-from adaptive_ff.estimation.resetting import factor_in_place, move_parameter
-from adaptive_ff.model.bounds import confine, limit_friction, possible_ranges, torque_model
+from adaptive_ff.estimation.instruments import AGREEMENT, choose_instrument_in_place, gradients_agree
+from adaptive_ff.estimation.resetting import factor_in_place, move_parameter_in_place
+from adaptive_ff.model.bounds import confine_in_place, possible_ranges, torque_model, write_ranges
 from adaptive_ff.model.feedforward import FeedforwardState, exchange_model
 from adaptive_ff.model.friction import model_friction
 from adaptive_ff.scenario.truth import true_model
@@ -38,7 +38,7 @@ def test_moving_one_parameter_costs_least_fit(index):
     """Oracle: minimum of the quadratic form with one coordinate given, by numpy's solver."""
     information, distance = random_information(index), 0.7
     correction = np.zeros(5)
-    move_parameter(cholesky(information), index, distance, correction, np.empty(5))
+    move_parameter_in_place(cholesky(information), index, distance, correction, np.empty(5))
     others = [i for i in range(5) if i != index]
     expected = -np.linalg.solve(information[np.ix_(others, others)], information[others, index] * distance)
     assert correction[index] == pytest.approx(distance, rel=1e-12)
@@ -54,29 +54,31 @@ def test_correction_keeps_what_the_data_say_of_a_sum():
     correction = np.array([0.0, 0.0, -20.0, 0.0, 0.0]) / scale
     ranges = np.array([[2.0, 200.0], [0.0, 500.0], [0.0, 500.0], [0.0, 5000.0], [0.0, 0.1]])
     total = estimate[1] + estimate[2] - 20.0
-    correct(scale, estimate, correction, cholesky(information), ranges, np.empty(5))
+    correct_in_place(scale, estimate, correction, cholesky(information), ranges, np.empty(5))
     assert estimate[2] == 0.0
     assert estimate[1] + estimate[2] == pytest.approx(total, rel=1e-4)
 
 
 @pytest.mark.parametrize("size", [5, 6, 8])
-def test_friction_is_believed_as_far_as_torques_and_speeds_explain_it(size):
-    ranges = possible_ranges(20.0, 0.1, size)
-    limit_friction(ranges, 100.0, 0.2)
+def test_friction_is_possible_as_far_as_torques_and_speeds_explain_it(size):
+    possible, ranges = possible_ranges(20.0, 0.1, size), np.zeros((size, 2))
+    before = possible.copy()
+    write_ranges(possible, 100.0, 0.2, ranges)
+    assert np.array_equal(possible, before)
     expected = [[2.0, 200.0], [0.0, 100.0], [0.0, 100.0], [0.0, 500.0], [0.0, 0.1]]
     expected += [[-100.0, 100.0], [-100.0, 100.0], [-500.0, 500.0]]
     assert ranges == pytest.approx(np.array(expected[:size]))
     estimate = np.full(size, -1e9)
-    confine(estimate, ranges)
+    confine_in_place(estimate, ranges)
     assert np.array_equal(estimate, ranges[:, 0])
 
 
 def test_largest_torque_seen_bounds_the_friction_that_is_learnt():
     controller = make_controller(SCENARIO, "adaptive")
     drive(controller, lay_course(SCENARIO))
-    levels, ranges = controller.state.estimator.levels, controller.parameters.estimator.work.ranges
-    assert ranges[1].tolist() == ranges[2].tolist() == [0.0, PEAK_FACTOR * levels[1]]
-    assert ranges[3, 1] == PEAK_FACTOR * levels[1] / levels[2]
+    levels, ranges = controller.state.estimator.levels, controller.state.estimator.scratch.ranges
+    assert ranges[1].tolist() == ranges[2].tolist() == [0.0, PEAK_FACTOR * levels.torque]
+    assert ranges[3, 1] == PEAK_FACTOR * levels.torque / levels.speed
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -93,27 +95,43 @@ def test_model_of_an_estimate_is_possible_in_either_direction(sign):
 
 @pytest.mark.parametrize(("ratio", "alike"), [(1.0, True), (AGREEMENT[0] - 0.05, False), (AGREEMENT[1] + 0.05, False)])
 def test_instrument_must_resemble_the_measured_gradient(ratio, alike):
-    model = np.array([1.0, -0.5, 0.3, 0.2, 0.1])
-    assert gradients_agree(np.zeros((5, 2)), model, ratio * model, 0.99, 0.0) is alike
+    model, agreement = np.array([1.0, -0.5, 0.3, 0.2, 0.1]), np.zeros((5, 2))
+    instrument = chosen(agreement, model, ratio * model, 0.0)
+    assert gradients_agree(agreement, 0.0) is alike
+    assert np.array_equal(instrument, model if alike else ratio * model)
+
+
+def chosen(agreement, model, measured, unexcited):
+    """Instrument that is chosen; what is given stays as it is."""
+    instrument, given = np.zeros(model.size), (model.copy(), measured.copy())
+    choose_instrument_in_place(agreement, model, measured, 0.99, unexcited, instrument)
+    assert np.array_equal(given, (model, measured))
+    return instrument
+
+
+def test_asking_whether_gradients_agree_changes_nothing():
+    agreement = np.array([[1.0, 1.0], [1e-9, 1e-9]])
+    before = agreement.copy()
+    assert gradients_agree(agreement, 1e-4)
+    assert np.array_equal(agreement, before)
 
 
 def test_noise_without_excitation_is_no_disagreement():
-    generator, agreement = np.random.default_rng(0), np.zeros((5, 2))
+    generator, agreement, model = np.random.default_rng(0), np.zeros((5, 2)), 1e-6 * np.ones(5)
 
     def answers(unexcited):
-        noise = 1e-2 * generator.standard_normal((1000, 5))
-        return [gradients_agree(agreement, 1e-6 * np.ones(5), one, 0.99, unexcited) for one in noise]
+        for noise in 1e-2 * generator.standard_normal((1000, 5)):
+            chosen(agreement, model, noise, unexcited)
+            yield gradients_agree(agreement, unexcited)
 
     assert all(answers(1e-5))
     agreement[:] = 0.0
     assert not all(answers(0.0))
 
 
-def test_instrument_that_tells_nothing_of_a_parameter_moves_it_no_more():
-    agreement = np.array([[1.0, 1.0], [1e-9, 1e-9]])
-    model = np.array([0.5, 1e-4])
-    gradients_agree(agreement, model, model.copy(), 0.99, 1e-4)
-    assert model.tolist() == [0.5, 0.0]
+def test_instrument_that_does_not_excite_a_parameter_moves_it_no_more():
+    agreement, model = np.array([[1.0, 1.0], [1e-9, 1e-9]]), np.array([0.5, 1e-4])
+    assert chosen(agreement, model, model.copy(), 1e-4).tolist() == [0.5, 0.0]
 
 
 def test_exchanged_model_leaves_the_lagged_friction_of_the_new_one():

@@ -17,14 +17,15 @@ from scipy import signal
 from adaptive_ff import AdaptiveController, TorqueModel, simulate
 from adaptive_ff.adaptive.lag_tuning import (
     CLIP,
-    DISBELIEF,
     GROWTH,
     LEAST_LEFT,
     LONGEST,
     MOVED,
-    SINCE,
+    PRIOR_DEVIATION,
     advance_response,
     best_lag,
+    drop_stale_evidence,
+    empty_evidence,
     initial_timing_state,
     lag_torque,
     learn_timing,
@@ -114,7 +115,7 @@ def test_slope_is_what_a_change_of_the_lag_makes_of_the_error(coulomb, correlati
     assert found @ expected == pytest.approx(found @ found, rel=scale)
 
 
-class Evidence:
+class Samples:
     """Slopes and errors as they are taken into account, all kept."""
 
     def __init__(self, seed, *, spread=0.05, best=0.03, memory=2.0):
@@ -132,7 +133,7 @@ class Evidence:
         rows = zip(self.slopes, self.lags, self.errors, self.learnt, self.durations, strict=True)
         for slope, lag, error, learnt, duration in rows:
             state = state._replace(slope=float(slope), lag=float(lag))
-            learn_timing(state, float(error), float(learnt), self.memory, float(duration))
+            state = learn_timing(state, float(error), float(learnt), self.memory, float(duration))
         return state
 
     def fit(self, identified):
@@ -152,9 +153,9 @@ class Evidence:
         ages = self.durations / np.minimum(LONGEST * self.memory, GROWTH * self.learnt)
         fading = np.append(np.cumsum(ages[::-1])[::-1][1:], 0.0)
         roots = np.sqrt(weights * np.exp(-fading))
-        rows = np.append(roots * self.slopes, 1.0 / (DISBELIEF * PERIOD))
+        rows = np.append(roots * self.slopes, 1.0 / (PRIOR_DEVIATION * PERIOD))
         solution, *_ = np.linalg.lstsq(
-            rows[:, None], np.append(roots * targets, identified / (DISBELIEF * PERIOD)), rcond=None
+            rows[:, None], np.append(roots * targets, identified / (PRIOR_DEVIATION * PERIOD)), rcond=None
         )
         return float(solution[0])
 
@@ -163,34 +164,39 @@ class Evidence:
 @pytest.mark.parametrize("spread", [0.01, 0.5, 5.0])
 @pytest.mark.parametrize("seed", [201, 202])
 def test_best_lag_is_that_of_least_squares(seed, spread, memory):
-    evidence = Evidence(seed, spread=spread, memory=memory)
+    evidence = Samples(seed, spread=spread, memory=memory)
     state = evidence.learn()
     for identified in (0.0, LAG):
-        found = best_lag(state, identified, LARGEST, PERIOD, False)
+        found = best_lag(state, identified, LARGEST, PERIOD)
         assert found == pytest.approx(min(max(evidence.fit(identified), 0.0), LARGEST), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", [201, 202, 203, 204])
 def test_best_lag_is_found_among_errors_that_have_another_cause(seed):
-    state = Evidence(seed, spread=0.01).learn()
-    assert best_lag(state, LAG, LARGEST, 10.0 * PERIOD, True) == pytest.approx(0.03, abs=1.5e-3)
+    state = Samples(seed, spread=0.01).learn()
+    assert best_lag(state, LAG, LARGEST, 10.0 * PERIOD) == pytest.approx(0.03, abs=1.5e-3)
 
 
 def test_what_was_fitted_near_an_identified_lag_that_has_moved_far_is_dropped_while_young():
     near, far = LAG * (1.0 + 0.9 * MOVED) + PERIOD, LAG * (1.0 + 1.1 * MOVED) + PERIOD
-    state = Evidence(201, spread=0.5).learn()
-    expected = best_lag(state, far, LARGEST, PERIOD, False)
-    assert expected != far
-    assert best_lag(state, near, LARGEST, PERIOD, True) != near
-    assert best_lag(state, far, LARGEST, PERIOD, False) == expected
-    assert best_lag(state, far, LARGEST, PERIOD, True) == far
-    assert best_lag(state, near, LARGEST, PERIOD, False) == near  # nothing is left
+    state = Samples(201, spread=0.5).learn()
+    assert best_lag(state, far, LARGEST, PERIOD) != far
+    assert drop_stale_evidence(state, near, PERIOD, True) == state
+    assert drop_stale_evidence(state, far, PERIOD, False) == state
+    dropped = drop_stale_evidence(state, far, PERIOD, True)
+    assert dropped == state._replace(evidence=empty_evidence(far))
+    assert best_lag(dropped, near, LARGEST, PERIOD) == near  # nothing is left
+
+
+def test_asking_for_the_best_lag_drops_nothing():
+    state = Samples(201, spread=0.5).learn()
+    assert best_lag(state, LARGEST, LARGEST, PERIOD) == best_lag(state, LARGEST, LARGEST, PERIOD) != LARGEST
 
 
 @given(identified=st.floats(0.0, LARGEST), period=st.floats(1e-4, 0.1))
 def test_without_evidence_the_best_lag_is_the_identified_one_bit_for_bit(identified, period):
     state = initial_timing_state(check_gains(*GAINS), LAG)
-    assert best_lag(state, identified, LARGEST, period, True) == identified
+    assert best_lag(state, identified, LARGEST, period) == identified
 
 
 @given(
@@ -201,16 +207,17 @@ def test_without_evidence_the_best_lag_is_the_identified_one_bit_for_bit(identif
 def test_best_lag_is_possible_whatever_slopes_and_errors(samples):
     state = initial_timing_state(check_gains(*GAINS), LAG)
     for slope, error, duration in samples:
-        learn_timing(state._replace(slope=slope), error, 1.0, 4.0, duration)
-        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD, True) <= LARGEST
+        state = learn_timing(state._replace(slope=slope), error, 1.0, 4.0, duration)
+        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD) <= LARGEST
 
 
 def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
     """Of a joint that exists in a test bench only: the level of the error fades until it is no longer a number."""
     state = initial_timing_state(check_gains(*GAINS), LAG)._replace(slope=3.0)
     for k in range(4000):
-        learn_timing(state, 1e-17 if k == 0 else 0.0, 1.0 + k, 4.0, 1.0)
-        assert best_lag(state, 1.2 * LAG, LARGEST, PERIOD, True) == pytest.approx(LAG, rel=0.2001)
+        state = learn_timing(state, 1e-17 if k == 0 else 0.0, 1.0 + k, 4.0, 1.0)
+        state = drop_stale_evidence(state, 1.2 * LAG, PERIOD, True)
+        assert best_lag(state, 1.2 * LAG, LARGEST, PERIOD) == pytest.approx(LAG, rel=0.2001)
     assert np.all(np.isfinite(state.evidence))
 
 
@@ -223,8 +230,8 @@ def test_a_slope_that_grows_without_bounds_starts_anew():
         state = advance_response(state, feedback, 0.5, 0.0, PERIOD)
         assert all(map(math.isfinite, (state.velocity, state.integral, state.slope, *state.commands)))
         grown, anew = max(grown, abs(state.slope)), anew + (state.slope == 0.0 != before)
-        learn_timing(state, 0.01, 1.0 + k * PERIOD, 4.0, PERIOD)
-        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD, True) <= LARGEST
+        state = learn_timing(state, 0.01, 1.0 + k * PERIOD, 4.0, PERIOD)
+        assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD) <= LARGEST
         state = note_friction(state, 0.0, 60.0 if k % 50 == 0 else 0.0, LAG, PERIOD)
     assert grown > 1e20
     assert anew > 1
@@ -269,7 +276,7 @@ def test_at_100_hz_a_later_feedforward_than_the_true_lag_does_better_than_the_tr
     controller, run, oracle = tuned(seed)
     truth = SCENARIO.joint.friction_lag
     assert 1e-3 < controller.state.timing.lag - truth < 5e-3
-    assert run.final_estimates["friction_lag"] == controller.state.estimator.estimate[FRICTION_LAG]
+    assert run.final_estimates["friction_lag"] == controller.state.estimator.recursion.estimate[FRICTION_LAG]
     assert run.final_estimates["friction_lag"] == pytest.approx(truth, abs=2e-3)
     assert run.metrics.rms_error_settled < oracle.metrics.rms_error_settled
 
@@ -285,7 +292,7 @@ def test_tuned_lag_is_the_one_fed_forward():
     frozen.state = frozen.state._replace(
         estimator=estimates, timing=initial_timing_state(controller.parameters.feedback, timing.lag)
     )
-    told = TorqueModel(*estimates.estimate[:FRICTION_LAG], timing.lag, 0.05, 1.0)
+    told = TorqueModel(*estimates.recursion.estimate[:FRICTION_LAG], timing.lag, 0.05, 1.0)
     course = lay_course(SCENARIO.modified(duration=10.0, seed=203))
     found, _ = drive(frozen, course)
     expected, _ = drive(ModelBased(*SCENARIO.feedback.gains, PERIOD, told), course)
@@ -304,20 +311,19 @@ def test_lag_that_is_not_tuned_is_the_identified_one_bit_for_bit(seed):
         tunes_lag=False,
     )
     simulate(SCENARIO.modified(seed=seed, duration=20.0), controller)
-    assert controller.state.timing.lag == controller.state.estimator.estimate[FRICTION_LAG]
+    assert controller.state.timing.lag == controller.state.estimator.recursion.estimate[FRICTION_LAG]
     assert controller.state.timing.lag != controller.parameters.estimator.first[FRICTION_LAG]
-    assert not np.any(controller.state.timing.evidence[:SINCE])
+    assert not np.any(controller.state.timing.evidence[:-1])
 
 
 def test_switched_off_it_keeps_its_lag_and_evidence():
     controller, course = make("adaptive"), lay_course(SCENARIO.modified(duration=20.0, seed=204))
     drive(controller, course)
     timing = controller.state.timing
-    evidence = timing.evidence.copy()
     controller.enabled = False
     drive(controller, course)
     assert controller.state.timing.lag == timing.lag
-    assert np.array_equal(controller.state.timing.evidence, evidence)
+    assert controller.state.timing.evidence == timing.evidence
     controller.enabled = True
     drive(controller, course)
     assert controller.state.timing.lag != timing.lag
@@ -341,6 +347,6 @@ def test_plain_python_equals_compiled_while_the_lag_is_tuned():
     plain, fast = make("adaptive"), make("adaptive")
     drive(plain, course, run=run_plain)
     drive(fast, course)
-    assert fast.state.timing.lag != fast.state.estimator.estimate[FRICTION_LAG]
+    assert fast.state.timing.lag != fast.state.estimator.recursion.estimate[FRICTION_LAG]
     assert fast.state.timing.lag == pytest.approx(plain.state.timing.lag, rel=1e-12)
     assert fast.state.timing.evidence == pytest.approx(plain.state.timing.evidence, rel=1e-9)

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, lay_course, own_loop, run_plain
-from unequal_joint import EQUAL, LAG, Unequal, rms, unequal_loop
+from unequal_joint import EQUAL, LAG, Unequal, rms
 
 from adaptive_ff import AdaptiveController
 from adaptive_ff.comparison.registry import make_controller
@@ -29,16 +29,21 @@ def course():
     return lay_course(SCENARIO.modified(seed=103, duration=40.0))
 
 
+def error(controller, course, joint):
+    """Error over the last 15 s, mrad/s."""
+    record, _ = drive(controller, course._replace(joint=joint.plant.parameters))
+    return rms(record.velocity - course.reference, 15.0)
+
+
 @pytest.mark.parametrize(
     ("joint", "parameters"),
     [(EQUAL, WITH_OFFSET), (EQUAL, PER_DIRECTION), (LOADED, WITH_OFFSET), (UNEQUAL, PER_DIRECTION)],
 )
 def test_it_tracks_about_as_well_as_the_true_parameters(course, joint, parameters):
     adaptive = make(parameters)
-    error = rms(unequal_loop(adaptive, course, joint)[0], 15.0)
-    oracle = rms(unequal_loop(ModelBased(*GAINS, PERIOD, joint.model), course, joint)[0], 15.0)
-    assert error < 1.2 * oracle
-    assert rms(unequal_loop(PI(*GAINS, PERIOD), course, joint)[0], 15.0) > 4.0 * oracle
+    oracle = error(ModelBased(*GAINS, PERIOD, joint.model), course, joint)
+    assert error(adaptive, course, joint) < 1.2 * oracle
+    assert error(PI(*GAINS, PERIOD), course, joint) > 4.0 * oracle
     assert tuple(adaptive.estimates) == parameters
     found = joint.model._replace(offset=0.0, stiction_asymmetry=0.0, viscous_asymmetry=0.0)
     found = found._replace(**adaptive.estimates)
@@ -51,8 +56,8 @@ def test_it_tracks_about_as_well_as_the_true_parameters(course, joint, parameter
 @pytest.mark.parametrize(("joint", "parameters"), [(LOADED, ESTIMATED), (UNEQUAL, ESTIMATED)])
 def test_without_the_parameters_that_the_joint_has_it_tracks_worse(course, joint, parameters):
     """The counterpart of the last test."""
-    oracle = rms(unequal_loop(ModelBased(*GAINS, PERIOD, joint.model), course, joint)[0], 15.0)
-    assert rms(unequal_loop(make(parameters), course, joint)[0], 15.0) > 1.2 * oracle
+    oracle = error(ModelBased(*GAINS, PERIOD, joint.model), course, joint)
+    assert error(make(parameters), course, joint) > 1.2 * oracle
 
 
 @pytest.mark.parametrize("parameters", [WITH_OFFSET, PER_DIRECTION])
@@ -121,9 +126,9 @@ def test_other_choices_of_parameters_are_refused_with_those_there_are(parameters
 def unequal_log():
     """Time, velocity and torque over the period that ends, of a PI loop without noise at 1 kHz."""
     scenario = SCENARIO.modified(duration=30.0, sampling={"period": 0.001}, sensor={"velocity_noise": 0.0})
-    course = lay_course(scenario)
-    error, torques = unequal_loop(PI(*GAINS, 0.001), course, UNEQUAL)
-    return 0.001 * np.arange(error.size), error + course.reference, np.append(0.0, torques)
+    course = lay_course(scenario)._replace(joint=UNEQUAL.plant.parameters)
+    record, _ = drive(PI(*GAINS, 0.001), course)
+    return 0.001 * np.arange(record.velocity.size), record.velocity, np.append(0.0, record.torque)
 
 
 def identify(log, parameters):

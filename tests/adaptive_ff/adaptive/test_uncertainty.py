@@ -7,7 +7,7 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, make
 
 from adaptive_ff import simulate
-from adaptive_ff.adaptive.estimator import initial_estimator_state
+from adaptive_ff.adaptive.estimator import Levels, initial_estimator_state
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.friction import ESTIMATED
 from adaptive_ff.scenario.truth import true_model
@@ -21,13 +21,13 @@ def state_after(estimator, rows, variance, floor, keep):
     weights = (1.0 - keep) * keep ** np.arange(len(rows) - 1, -1, -1)
     filled = 1.0 - keep ** len(rows)
     data = (rows * weights[:, np.newaxis]).T @ rows
-    information = (1.0 - filled) * state.information + filled * floor * np.eye(size) + data
+    information = (1.0 - filled) * state.recursion.information + filled * floor * np.eye(size) + data
     agreement = np.column_stack([np.diag(data), np.diag(data)])
     period = -math.log(keep) * estimator.memory
     return state._replace(
-        information=information,
+        recursion=state.recursion._replace(information=information),
         agreement=agreement,
-        levels=np.array([filled * variance, 90.0, 0.3, period * len(rows)]),
+        levels=Levels(filled * variance, 90.0, 0.3, period * len(rows)),
     )
 
 

@@ -7,9 +7,10 @@ import pytest
 from command_line import content_of, refusal, run_command_line
 from scenario_files import changed, short, write_scenario
 
-import adaptive_ff.cli.main as cli
+import controllers
 from adaptive_ff import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.report import comparison_tables, files
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -34,7 +35,9 @@ def refused(tmp_path, monkeypatch):
 @pytest.mark.parametrize("known", [True, False])
 def test_unknown_controller(tmp_path, refused, out, known):
     path = write_scenario(tmp_path, {**short(), "controllers": ["pi", "pid"]})
-    with patch.object(cli, "is_cached", lambda _: known):  # where nothing is compiled yet, it still says one thing
+    with patch.object(
+        controllers, "is_cached", lambda _: known
+    ):  # where nothing is compiled yet, it still says one thing
         line = refused("compare", path, "--out", out, "--json", "new/copy.json")
     assert line == f"{path}: controllers = 'pid' is not known; there are {', '.join(CONTROLLERS)}"
 
@@ -128,10 +131,10 @@ def fail_halfway(path, *_):
 @pytest.mark.parametrize(
     ("owner", "name", "failure"),
     [
-        (cli, "write_csv", fail),
-        (cli, "write_csv", fail_halfway),
+        (files, "write_csv", fail),
+        (files, "write_csv", fail_halfway),
         (Comparison, "plot", fail),
-        (cli, "write_json", fail_halfway),
+        (files, "write_json", fail_halfway),
     ],
 )
 @pytest.mark.parametrize("out", ["out", "new/out"])
@@ -142,19 +145,19 @@ def test_disk_that_is_full(scenario, refused, owner, name, failure, out):
 
 
 def test_disk_that_is_full_when_the_copy_is_written(tmp_path, scenario, refused, without_pictures):
-    write = cli.write_json
+    write = files.write_json
 
     def write_first(path, content):
         if path.name == "copy.json":
             fail()
         write(path, content)
 
-    with patch.object(cli, "write_json", write_first):
+    with patch.object(files, "write_json", write_first):
         assert "No space left" in refused("compare", scenario, "--out", "out", "--json", "new/copy.json")
 
 
 def test_terminal_that_takes_no_more(tmp_path, scenario, without_pictures):
-    with patch.object(cli, "tracking_table", fail):
+    with patch.object(comparison_tables, "tracking_table", fail):
         line = refusal("compare", scenario, "--out", tmp_path / "out")
     assert line == "adaptive-ff: [Errno 28] No space left on device"
 
@@ -165,14 +168,14 @@ def test_interrupt_while_writing_leaves_nothing(tmp_path, scenario):
         raise KeyboardInterrupt
 
     before = content_of(tmp_path)
-    with patch.object(cli, "write_csv", interrupt):
+    with patch.object(files, "write_csv", interrupt):
         outcome = run_command_line("compare", scenario, "--out", tmp_path / "out", "--json", tmp_path / "copy.json")
     assert outcome.status == 130
     assert content_of(tmp_path) == before
 
 
 def test_first_run_says_that_it_compiles(tmp_path, scenario, without_pictures):
-    with patch.object(cli, "is_cached", lambda _: False):
+    with patch.object(controllers, "is_cached", lambda _: False):
         outcome = run_command_line("compare", scenario, "--out", tmp_path / "out")
     assert outcome.status == 0
     assert len(outcome.messages) == 1

@@ -44,7 +44,7 @@ def test_json_holds_values_with_intervals(result):
         entry = found[name]
         assert entry["value"] == pytest.approx(true, rel=0.02)
         assert entry["lower"] < entry["value"] < entry["upper"]
-        assert entry["told"]
+        assert entry["identifiable"]
         assert entry["used"]
     assert found["inertia"]["unit"] == "kg m²"
     assert found["scenario"] == "scenario.toml"
@@ -139,9 +139,9 @@ def test_joint_whose_inertia_is_not_told_gets_no_scenario(tmp_path):
     outcome = run_command_line("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
     assert outcome.status == 0, outcome
     found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
-    assert not found["inertia"]["told"]
+    assert not found["inertia"]["identifiable"]
     assert found["inertia"]["lower"] < 0.0 < found["inertia"]["upper"]
-    assert found["coulomb"]["told"]
+    assert found["coulomb"]["identifiable"]
     assert set(content_of(tmp_path / "out")) == FILES - {"scenario.toml", "reference.csv"}
     assert "No scenario is written" in outcome.out
     assert found["scenario"] is None

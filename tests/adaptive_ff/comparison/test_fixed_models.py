@@ -12,7 +12,7 @@ from adaptive_ff.comparison.fixed_models import SPREAD, fixed_model, nominal_sou
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
 from adaptive_ff.model.friction import model_friction
 from adaptive_ff.regression.rows import torque_form_rows
-from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, settle_signals
+from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, settle_signals_in_place
 from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.scenario.truth import true_model
 
@@ -124,7 +124,7 @@ def test_the_curve_is_the_least_squares_fit_of_the_torque_form_with_its_gate():
     form = TorqueForm(0.5 * SCENARIO.feedback.gains[0] / SCENARIO.feedback.inertia, 0.05, 1.0)
     rows, torques, used = np.zeros((12_000, 6)), np.zeros(12_000), np.zeros(12_000, dtype=bool)
     acted = np.append(0.0, run.torque[:-1])
-    signals = settle_signals(form, initial_signals(), run.measured[0])
+    signals = settle_signals_in_place(form, initial_signals(), run.measured[0])
     torque_form_rows(form, signals, run.time, run.measured, acted, (0.02, 3.0 / form.pole), rows, torques, used)
     _, inertia, coulomb, stiction, viscous, _ = rows[used].T
     curve = np.linalg.lstsq(np.column_stack([inertia, coulomb, stiction, viscous]), torques[used], rcond=None)[0]

@@ -57,10 +57,8 @@ def test_balance_is_the_bandwidth_of_the_kalman_filter_of_the_stated_walk():
     assert walk == pytest.approx(proportional * vs, rel=1e-12)
     assert balance(FAST.modified(sensor={"velocity_noise": 0.0})) == math.inf
     told = make_kalman_disturbance(FAST, share=1.0)
-    expected = KalmanDisturbance(
-        *FAST.feedback.gains, 0.001, inertia=20.0, velocity_noise=0.002, disturbance_walk=proportional * vs
-    )
-    assert told.parameters[1:] == pytest.approx(expected.parameters[1:], rel=1e-9)
+    expected = KalmanDisturbance.gains(20.0, 0.001, 0.002, proportional * vs)
+    assert told.parameters[2:4] == pytest.approx(expected, rel=1e-9)
     assert make_disturbance_observer(FAST, share=1.0).parameters.pole == pytest.approx(2.0 * math.pi * balance(FAST))
 
 

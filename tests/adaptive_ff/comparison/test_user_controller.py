@@ -31,8 +31,9 @@ class Faulty(Proportional):
         super().__init__(100.0)
         self.output = output
 
-    def step(self, reference, velocity, **others):
-        torque = super().step(reference, velocity, **others)
+    def step(self, reference, velocity, *, next_reference, realised_torque, feedforward, dt):
+        told = {"next_reference": next_reference, "realised_torque": realised_torque, "feedforward": feedforward}
+        torque = super().step(reference, velocity, **told, dt=dt)
         return self.output if len(self.told) == 50 else torque
 
 
@@ -60,6 +61,42 @@ def test_own_controller_is_told_the_preview_the_realised_torque_and_the_time_ste
     assert np.max(np.abs(run.torque)) == 30.0  # the torque of the drive, not what was asked
     assert set(feedforward) == {0.0}
     assert steps == pytest.approx([scenario.sampling.period] * scenario.samples, rel=1e-12)
+
+
+class Recording(Proportional):
+    """Takes everything, and remembers the positions."""
+
+    def step(self, reference, velocity, *, position, feedforward, dt, **others):
+        self.told.append((position, others))
+        return self.gain * (reference - velocity) + feedforward
+
+
+def test_own_controller_is_given_only_what_its_step_accepts():
+    class Least(Proportional):
+        def step(self, reference, velocity):
+            return self.gain * (reference - velocity)
+
+    gain = SHORT.feedback.gains[0]
+    assert np.array_equal(simulate(SHORT, Least(gain)).torque, simulate(SHORT, Proportional(gain)).torque)
+    recording = Recording(gain)
+    simulate(SHORT, recording)
+    others = recording.told[7][1]
+    assert (others["correction"], others["inertia"]) == (0.0, None)
+    assert set(others) == {"next_reference", "correction", "realised_torque", "inertia"}
+
+
+def test_position_is_the_true_one_rounded_or_the_reading_of_the_encoder():
+    resolution = 2e-4
+    encoder = {"encoder_resolution": resolution, "velocity_noise": 0.0}
+    for sensor, step in ({}, 1e-5), (encoder, resolution):
+        scenario = SHORT.modified(sensor=sensor)
+        controller = Recording(1000.0)
+        run = simulate(scenario, controller)
+        found = np.array([position for position, _ in controller.told])
+        assert np.ptp(found) > 0.1
+        assert found / step == pytest.approx(np.round(found / step), abs=1e-6)
+        travelled = np.append(0.0, np.cumsum(run.velocity[:-1]) * scenario.joint.solver_period)
+        assert found == pytest.approx(travelled[scenario.sample_steps[:-1]], abs=step + 1e-3)
 
 
 def test_own_controller_stands_beside_the_others_in_a_comparison():

@@ -46,7 +46,7 @@ def test_without_forgetting_the_covariance_is_that_of_the_recursion():
     rows, outputs = data(300, seed=22)
     estimator = LeastSquares(FIRST, PERIOD, first_deviation=DEVIATION, noise=0.5)
     estimator.run(rows, outputs)
-    assert estimator.state.progress.spread == pytest.approx(estimator.state.covariance, rel=1e-9, abs=1e-12)
+    assert estimator.state.spread == pytest.approx(estimator.state.recursion.covariance, rel=1e-9, abs=1e-12)
 
 
 def filterpy_walk(noise, walk):
@@ -95,12 +95,12 @@ def test_no_variance_of_a_random_walk_exceeds_the_largest_and_correlations_are_k
 def test_resetting_without_excitation_returns_to_the_first_gain_and_keeps_the_estimate():
     rows, outputs = data(2000, seed=26)
     estimator = ExponentialResetting(FIRST, PERIOD, first_deviation=DEVIATION, noise=0.3, memory=2.0)
-    fresh = estimator.state.information.copy()
+    fresh = estimator.state.recursion.information.copy()
     estimator.run(rows, outputs)
     learnt = estimator.estimate
-    assert np.min(np.diag(estimator.state.information)) > 3.0 * fresh[0, 0]
+    assert np.min(np.diag(estimator.state.recursion.information)) > 3.0 * fresh[0, 0]
     estimator.run(np.zeros((10_000, 3)), np.ones(10_000))
-    assert estimator.state.information == pytest.approx(fresh, rel=1e-9, abs=1e-15)
+    assert estimator.state.recursion.information == pytest.approx(fresh, rel=1e-9, abs=1e-15)
     assert np.array_equal(estimator.estimate, learnt)
 
 

@@ -7,28 +7,37 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from adaptive_ff.estimation.resetting import factor_in_place, move_parameter, solve_in_place, update_resetting
-from adaptive_ff.estimation.rls import update_rls
+from adaptive_ff.estimation.resetting import (
+    ResettingState,
+    factor_in_place,
+    move_parameter_in_place,
+    solve_in_place,
+    update_resetting_in_place,
+)
+from adaptive_ff.estimation.rls import initial_rls_state, update_rls_in_place
 
 SIZE = 5
 FLOOR = 3e-5
 
 
 def update(information, floor, keep, instrument, error):
-    correction = np.empty(instrument.size)
-    update_resetting(information, floor, keep, instrument, error, correction, np.empty_like(information))
-    return correction
+    gain = np.empty(instrument.size)
+    state = ResettingState(np.empty(instrument.size), information, instrument, gain, np.empty_like(information))
+    update_resetting_in_place(state, floor, keep, error)
+    return gain
 
 
 def run_in_python(information, floor, keep, regressors, instruments, outputs, estimate):
     """Go through the data; the smallest and the largest entry on the diagonal, and the largest correction seen."""
-    correction, work = np.empty(estimate.size), np.empty_like(information)
+    correction, instrument = np.empty(estimate.size), np.empty(estimate.size)
+    state = ResettingState(estimate, information, instrument, correction, np.empty_like(information))
     least, most, largest = math.inf, 0.0, 0.0
     for k in range(outputs.size):
         error = outputs[k]
         for i in range(estimate.size):
             error -= regressors[k, i] * estimate[i]
-        update_resetting(information, floor, keep, instruments[k], error, correction, work)
+        instrument[:] = instruments[k]
+        update_resetting_in_place(state, floor, keep, error)
         for i in range(estimate.size):
             estimate[i] += correction[i]
             largest = max(largest, abs(correction[i]))
@@ -43,15 +52,15 @@ run = numba.njit(run_in_python)
 def test_without_floor_and_with_the_regressors_as_instruments_it_is_least_squares(keep, prior):
     """The information is that of least squares per unit of memory, ``M = (1 - lambda) R^-1``."""
     rng = np.random.default_rng(11)
-    estimate, covariance = np.zeros(SIZE), prior * np.eye(SIZE)
+    state = initial_rls_state(np.zeros(SIZE), prior * np.eye(SIZE))
     other, information = np.zeros(SIZE), (1.0 - keep) / prior * np.eye(SIZE)
     for _ in range(2000):
         row = rng.standard_normal(SIZE)
         output = row @ np.array([3.0, -1.0, 0.5, 2.0, 10.0]) + 0.1 * rng.standard_normal()
-        update_rls(estimate, covariance, row, output, keep)
+        update_rls_in_place(state, row, output, keep)
         other += update(information, 0.0, keep, row, output - row @ other)
-        assert np.linalg.norm(other - estimate) <= 1e-9 * np.linalg.norm(estimate)
-    assert information == pytest.approx((1.0 - keep) * np.linalg.inv(covariance), rel=1e-9, abs=1e-10)
+        assert np.linalg.norm(other - state.estimate) <= 1e-9 * np.linalg.norm(state.estimate)
+    assert information == pytest.approx((1.0 - keep) * np.linalg.inv(state.covariance), rel=1e-9, abs=1e-10)
 
 
 def test_information_is_the_fading_mean_of_what_the_instruments_saw_above_the_floor():
@@ -174,6 +183,6 @@ def test_a_parameter_that_is_moved_takes_the_others_along_as_constrained_least_s
     expected = np.linalg.solve(conditions, np.append(np.zeros(size), distance))[:size]
     factor, moved = matrix.copy(), correction.copy()
     factor_in_place(factor)
-    move_parameter(factor, index, distance, moved, np.empty(size))
+    move_parameter_in_place(factor, index, distance, moved, np.empty(size))
     assert moved[index] - correction[index] == pytest.approx(distance, rel=1e-9, abs=1e-12)
     assert_near(moved, correction + expected, 10.0 * np.linalg.cond(matrix) * (1.0 + np.linalg.norm(expected)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import FadingKalmanFilter
 
-from adaptive_ff.estimation.rls import update_rls
+from adaptive_ff.estimation.rls import initial_rls_state, update_rls_in_place
 
 SIZE = 6
 TRUE = np.array([1.6, 0.7, 2e-2, 1e-2, -0.5, 0.3])
@@ -32,17 +32,17 @@ def assert_near(found, expected, tolerance):
 
 @pytest.mark.parametrize(("forgetting_factor", "prior"), [(0.998, 1e4), (0.99, 100.0), (1.0, 1.0)])
 def test_it_is_the_fading_memory_kalman_filter_of_filterpy(forgetting_factor, prior):
-    rows, outputs = exciting_data(10_000, seed=8)
-    estimate, covariance = np.zeros(SIZE), prior * np.eye(SIZE)
+    rows, outputs = exciting_data(3000, seed=8)
+    state = initial_rls_state(np.zeros(SIZE), prior * np.eye(SIZE))
     kalman = fading_filter(forgetting_factor, prior)
     for row, output in zip(rows, outputs, strict=True):
-        error = update_rls(estimate, covariance, row, output, forgetting_factor)
+        error = update_rls_in_place(state, row, output, forgetting_factor)
         kalman.predict()  # the division by lambda comes before the update
         kalman.H = row[np.newaxis, :]
         kalman.update(output)
         assert error == pytest.approx(kalman.y.item(), rel=1e-6, abs=1e-9)
-        assert_near(estimate, kalman.x[:, 0], 1e-9)
-        assert_near(covariance, kalman.P, 1e-9)
+        assert_near(state.estimate, kalman.x[:, 0], 1e-9)
+        assert_near(state.covariance, kalman.P, 1e-9)
 
 
 @pytest.mark.parametrize(("forgetting_factor", "prior"), [(0.995, 1e4), (0.9, 10.0), (1.0, 1.0)])
@@ -50,30 +50,36 @@ def test_it_is_the_fading_memory_kalman_filter_of_filterpy(forgetting_factor, pr
 def test_it_is_one_weighted_batch_solution_with_the_fading_prior(forgetting_factor, prior, steps):
     rows, outputs = exciting_data(steps, seed=9)
     start = np.array([1.0, 0.0, 0.1, 0.0, 0.0, 1.0])
-    estimate, covariance = start.copy(), prior * np.eye(SIZE)
+    state = initial_rls_state(start, prior * np.eye(SIZE))
     for row, output in zip(rows, outputs, strict=True):
-        update_rls(estimate, covariance, row, output, forgetting_factor)
+        update_rls_in_place(state, row, output, forgetting_factor)
     weights = forgetting_factor ** np.arange(steps - 1, -1, -1)
     fading = forgetting_factor**steps / prior * np.eye(SIZE)
     information = rows.T @ (weights[:, np.newaxis] * rows) + fading
     expected = np.linalg.solve(information, rows.T @ (weights * outputs) + fading @ start)
-    assert_near(estimate, expected, 1e-8)
-    assert_near(covariance, np.linalg.inv(information), 1e-8)
+    assert_near(state.estimate, expected, 1e-8)
+    assert_near(state.covariance, np.linalg.inv(information), 1e-8)
 
 
 def test_covariance_stays_exactly_symmetric_and_positive_definite():
     rows, outputs = exciting_data(3000, seed=10)
     rows[:, 1] = rows[:, 0] + 1e-3 * rows[:, 1]  # nearly collinear
-    estimate, covariance = np.zeros(SIZE), 1e4 * np.eye(SIZE)
+    state = initial_rls_state(np.zeros(SIZE), 1e4 * np.eye(SIZE))
     for row, output in zip(rows, outputs, strict=True):
-        update_rls(estimate, covariance, row, output, 0.99)
-        assert np.array_equal(covariance, covariance.T)
-    assert np.min(np.linalg.eigvalsh(covariance)) > 0.0
+        update_rls_in_place(state, row, output, 0.99)
+        assert np.array_equal(state.covariance, state.covariance.T)
+    assert np.min(np.linalg.eigvalsh(state.covariance)) > 0.0
 
 
 def test_it_returns_the_error_of_the_prediction_before_the_update():
-    estimate, covariance = np.array([1.0, 2.0]), np.eye(2)
-    error = update_rls(estimate, covariance, np.array([3.0, 1.0]), 7.0, 0.5)
+    state = initial_rls_state(np.array([1.0, 2.0]), np.eye(2))
+    error = update_rls_in_place(state, np.array([3.0, 1.0]), 7.0, 0.5)
     assert error == 2.0
-    assert estimate == pytest.approx([1.0 + 3.0 / 10.5 * 2.0, 2.0 + 1.0 / 10.5 * 2.0], rel=1e-14)
-    assert covariance == pytest.approx(2.0 * np.array([[1.5, -3.0], [-3.0, 9.5]]) / 10.5, rel=1e-14)
+    assert state.estimate == pytest.approx([1.0 + 3.0 / 10.5 * 2.0, 2.0 + 1.0 / 10.5 * 2.0], rel=1e-14)
+    assert state.covariance == pytest.approx(2.0 * np.array([[1.5, -3.0], [-3.0, 9.5]]) / 10.5, rel=1e-14)
+
+
+def test_gain_that_is_left_is_that_of_12():
+    state = initial_rls_state(np.array([1.0, 2.0]), np.eye(2))
+    update_rls_in_place(state, np.array([3.0, 1.0]), 7.0, 0.5)
+    assert state.gain == pytest.approx([3.0 / 10.5, 1.0 / 10.5], rel=1e-14)

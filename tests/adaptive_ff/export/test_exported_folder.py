@@ -12,7 +12,7 @@ from adaptive_ff.errors import InputError
 pytestmark = needs_gcc
 
 ALLOWED = {"exp", "expm1", "log", "pow", "sqrt", "memcpy", "memset", "memcmp"}
-"""What the object may need from elsewhere."""
+"""What the object may need from elsewhere; the oracle's weight needs a sine as well."""
 
 MADE = {
     "pi": lambda: made("pi"),
@@ -54,7 +54,7 @@ def test_the_example_runs(folder):
 def test_it_needs_nothing_but_mathematics_and_copying(folder):
     subprocess.run(["gcc", "-std=c99", "-O2", "-fno-pie", "-c", "drive.c"], cwd=folder, check=True)
     needed = {line.split()[-1] for line in printed("nm", "-u", "drive.o", cwd=folder).splitlines()}
-    assert needed <= ALLOWED
+    assert needed <= ALLOWED | ({"sin"} if "step_model_based" in (folder / "drive.c").read_text() else set())
     writable = [line for line in printed("nm", "drive.o", cwd=folder).splitlines() if line.split()[-2] in "dDbBC"]
     assert writable == []  # no global variables
 

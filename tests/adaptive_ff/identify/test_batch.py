@@ -9,7 +9,7 @@ from adaptive_ff.identify.batch import identify_series, identify_torque_form, sl
 from adaptive_ff.model.friction import ESTIMATED, TorqueModel
 from adaptive_ff.regression import rows as batch_rows
 from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients
-from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, settle_signals
+from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, settle_signals_in_place
 from plant import JointParameters, JointState, Stribeck, step_joint
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
@@ -283,7 +283,7 @@ def test_compiled_rows_are_those_of_the_plain_kernels(jittered_log):
     form, found = TorqueForm(60.0, 0.05, 1.0), []
     for function in (batch_rows.torque_form_rows, batch_rows.torque_form_rows.py_func):
         rows, outputs, used = np.zeros((300, 6)), np.zeros(300), np.zeros(300, dtype=bool)
-        signals = settle_signals(form, initial_signals(), 0.0)
+        signals = settle_signals_in_place(form, initial_signals(), 0.0)
         function(form, signals, time, velocity, torque, (0.01, 0.05), rows, outputs, used)
         found.append((rows, outputs, used))
     assert found[0][0] == pytest.approx(found[1][0], rel=1e-12, abs=1e-12)

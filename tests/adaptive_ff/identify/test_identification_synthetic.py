@@ -47,7 +47,7 @@ def test_friction_lag_is_found_within_its_interval(lag):
     torque = 2.0 * acceleration + friction + 0.05 * generator.standard_normal(log.time.size)
     found = identify_log(Log("log", log.time, torque, position=log.position))
     estimate = found.parameters["friction_lag"].estimate
-    assert found.parameters["friction_lag"].told
+    assert found.parameters["friction_lag"].identifiable
     assert estimate.value == pytest.approx(lag, abs=0.0004)
     assert estimate.lower < lag < estimate.upper
     for name, true in (("inertia", 2.0), ("coulomb", 3.0), ("viscous", 4.0)):
@@ -56,7 +56,7 @@ def test_friction_lag_is_found_within_its_interval(lag):
     assert abs(best - lag) <= found.lags[1] - found.lags[0]
 
 
-def test_torque_that_is_recorded_early_looks_like_a_lag_unless_its_delay_is_told():
+def test_torque_that_is_recorded_early_looks_like_a_lag_unless_its_delay_is_identifiable():
     log = make_log(period=0.001, noise=0.02)
     shift = 8
     early = Log("log", log.time[:-shift], log.torque[shift:], position=log.position[:-shift])
@@ -72,14 +72,14 @@ def test_torque_that_is_recorded_early_looks_like_a_lag_unless_its_delay_is_told
 def test_direction_asymmetry_is_reported_beside_the_model():
     found = identify_log(make_log(noise=0.1, asymmetry=0.6, seed=103))
     reported = found.parameters["viscous_asymmetry"]
-    assert reported.told
+    assert reported.identifiable
     assert not reported.used
     assert reported.estimate.lower < 0.6 < reported.estimate.upper
     offset = found.selection.tried["viscous_asymmetry"].estimate("offset")
     assert offset.lower < JOINT["offset"] < offset.upper
     assert any("Viscous friction differs by direction: 4.6" in sentence for sentence in found.verdict)
     same = identify_log(make_log(noise=0.1, seed=106))
-    assert not same.parameters["viscous_asymmetry"].told
+    assert not same.parameters["viscous_asymmetry"].identifiable
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say_though_errors_are_correlated():
@@ -99,7 +99,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say_though_errors_are_correla
     assert 0.89 * len(seeds) * len(truth) <= sum(held.values()) <= 0.985 * len(seeds) * len(truth), held
 
 
-def test_motion_one_way_says_that_an_offset_is_not_told():
+def test_motion_one_way_says_that_an_offset_is_not_identifiable():
     time = 0.002 * np.arange(15000)
     velocity = 2.0 + np.sin(2.0 * np.pi * 0.4 * time) + 0.5 * np.sin(2.0 * np.pi * 1.1 * time)
     acceleration = 2.0 * np.pi * (0.4 * np.cos(2.0 * np.pi * 0.4 * time) + 0.55 * np.cos(2.0 * np.pi * 1.1 * time))
@@ -128,7 +128,7 @@ def test_joint_of_the_simulation_is_found_with_stiction_lag_and_stribeck_velocit
     joint = scenario.joint
     for name in ("inertia", "coulomb", "viscous", "friction_lag", "stiction", "stribeck_velocity"):
         reported = found.parameters[name]
-        assert reported.told, name
+        assert reported.identifiable, name
         assert reported.estimate.value == pytest.approx(getattr(joint, name), rel=0.1), name
         half = reported.estimate.upper - reported.estimate.value
         assert abs(reported.estimate.value - getattr(joint, name)) < 1.5 * half, name
@@ -137,13 +137,13 @@ def test_joint_of_the_simulation_is_found_with_stiction_lag_and_stribeck_velocit
 
 
 @pytest.mark.parametrize(("later", "told"), [(2.0, True), (-1.0, False)])
-def test_stiction_that_one_half_of_the_log_does_not_foretell_of_the_other_is_not_told(later, told):
+def test_stiction_that_one_half_of_the_log_does_not_foretell_of_the_other_is_not_identifiable(later, told):
     log = make_log(noise=0.02)
     _, velocity, _ = motion(log.time)
     excess = np.where(log.time < 0.65 * log.time[-1], 2.0, later)
     torque = log.torque + excess * np.sign(velocity) * np.exp(-np.abs(velocity) / 0.2)
     found = identify_log(Log("log", log.time, torque, position=log.position), held_out=0.0)
-    assert found.parameters["stiction"].told == told
+    assert found.parameters["stiction"].identifiable == told
     holding = found.selection.chosen if told else found.selection.tried["stiction_excess"]
     assert holding.estimate("stiction_excess").lower > 0.0
     if told:

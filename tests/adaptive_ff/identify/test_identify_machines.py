@@ -79,10 +79,10 @@ def test_emps_is_validated_on_the_record_with_pulses(emps):
 
 def test_emps_has_a_lag_of_some_milliseconds_and_no_stribeck_peak(emps):
     lag = emps.parameters["friction_lag"]
-    assert lag.told
+    assert lag.identifiable
     assert lag.estimate.lower < 0.003 < lag.estimate.upper
     assert 0.001 < lag.estimate.value < 0.005
-    assert not emps.parameters["stiction"].told
+    assert not emps.parameters["stiction"].identifiable
     assert emps.curve.points.velocity.size == 6  # plateaus near 0.042, 0.083 and 0.125 m/s, both ways
     assert np.abs(emps.curve.points.velocity[3:]) == pytest.approx([0.042, 0.083, 0.125], rel=0.02)
     assert emps.curve.fit is None

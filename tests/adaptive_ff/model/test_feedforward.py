@@ -156,7 +156,9 @@ def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, pre
 
 @pytest.mark.parametrize(("delay", "first"), [(0.0, 50), (1.0, 49), (2.0, 48)])
 def test_model_that_changes_is_fed_forward_for_the_period_in_which_it_acts(delay, first):
-    controller = ModelBased(0.0, 0.0, PERIOD, MODEL._replace(friction_lag=0.0), [(0.5, 0.5)], delay=delay)
+    model = MODEL._replace(friction_lag=0.0)
+    changes = [(0.5, model._replace(coulomb=0.5 * model.coulomb))]
+    controller = ModelBased(0.0, 0.0, PERIOD, model, changes, delay=delay)
     torques = [controller.step(0.2, 0.2, next_reference=0.2) for _ in range(60)]
     assert np.flatnonzero(np.diff(torques)).tolist() == [first - 1]
 
@@ -231,11 +233,11 @@ def test_the_offset_is_fed_forward_at_rest_as_well_and_at_once():
     assert state.friction == 0.0
 
 
-def test_friction_that_changes_leaves_the_load_as_it_is():
+def test_model_in_force_is_the_one_of_the_moment():
     times = np.arange(0.0, 1.0, PERIOD)
     reference = 0.2 * np.sin(10.0 * times)
     halved = TorqueModel.from_directions(20.0, (35.0, 25.0), (52.5, 30.0), (47.5, 30.0), 0.02, 0.05, 1.0, LOAD)
-    controller, state = ModelBased(0.0, 0.0, PERIOD, UNEQUAL, [(0.495, 0.5)], load=LOAD), initial_feedforward_state()
+    controller, state = ModelBased(0.0, 0.0, PERIOD, UNEQUAL, [(0.495, halved)]), initial_feedforward_state()
     for time, (now, following) in zip(times, itertools.pairwise(reference), strict=False):
         found = controller.step(now, 0.0, next_reference=following)
         expected, state = step_feedforward(halved if time > 0.485 else UNEQUAL, state, now, following, PERIOD)

@@ -10,18 +10,18 @@ from scipy.integrate import quad
 
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import (
-    ADHESION,
-    COULOMB,
+    FILTER_ADHESION,
+    FILTER_COULOMB,
+    FILTER_SHARE,
+    FILTER_SPEED,
+    FILTER_TORQUE,
+    FILTER_VELOCITY,
     REGRESSORS,
-    SHARE,
-    SPEED,
-    TORQUE,
-    VELOCITY,
     TorqueForm,
-    advance_signals,
+    advance_signals_in_place,
     initial_signals,
     regressor_names,
-    settle_signals,
+    settle_signals_in_place,
     write_regressors,
 )
 from controllers import PI, pi_gains
@@ -48,10 +48,10 @@ def log_of_a_run(reference, bandwidth):
 
 def parameters_by_least_squares(log, slowest, hold):
     torques, velocities, first = log
-    signals = settle_signals(FORM, initial_signals(), first)
+    signals = settle_signals_in_place(FORM, initial_signals(), first)
     sliding, rows, outputs = 0.0, [], []
     for torque, velocity in zip(torques, velocities, strict=True):
-        signals = advance_signals(FORM, signals, torque, velocity, 1e-3)
+        signals = advance_signals_in_place(FORM, signals, torque, velocity, 1e-3)
         sliding = sliding_time(sliding, velocity, velocity, True, slowest, 1e-3)
         if sliding * FORM.pole >= hold:
             rows.append(np.zeros(6))
@@ -133,7 +133,7 @@ def velocities_and_times(velocities, durations):
 def filters_after(velocities, durations):
     signals = initial_signals(8)._replace(velocity=velocities[0])
     for velocity, duration in zip(velocities[1:], durations, strict=True):
-        signals = advance_signals(FORM, signals, 0.0, velocity, duration)
+        signals = advance_signals_in_place(FORM, signals, 0.0, velocity, duration)
     return signals.filters
 
 
@@ -152,12 +152,12 @@ def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(st
         return math.copysign(1.0, np.interp(t, times, nodes))
 
     found = filters_after(velocities, durations)
-    for index, sizes in ((COULOMB, 1.0 - shares), (ADHESION, shares)):
+    for index, sizes in ((FILTER_COULOMB, 1.0 - shares), (FILTER_ADHESION, shares)):
         expected = impulse_response_integral(
             lambda t, sizes=sizes: direction(t) * np.interp(t, times, sizes), times[-1], list(times[1:-1])
         )
         assert found[index, 0] == pytest.approx(expected, abs=1e-9)
-    for index, sizes in ((SHARE, shares), (SPEED, np.abs(nodes))):  # these do not jump
+    for index, sizes in ((FILTER_SHARE, shares), (FILTER_SPEED, np.abs(nodes))):  # these do not jump
         expected = impulse_response_integral(
             lambda t, sizes=sizes: np.interp(t, times, sizes), times[-1], list(times[1:-1])
         )
@@ -168,7 +168,7 @@ def test_g_and_h_are_filtered_exactly_with_the_jump_at_the_moment_of_reversal(st
 def test_reversal_within_a_step_is_seen_where_it_happens(place):
     duration, swing = 0.004, 0.01  # slow against Vs: g and h are as good as linear
     start = swing * place
-    found = filters_after([start, start - swing], [duration])[ADHESION, 0]
+    found = filters_after([start, start - swing], [duration])[FILTER_ADHESION, 0]
     turn = place * duration
     exact = impulse_response_integral(lambda t: adhesion(start - swing * t / duration), duration, [turn])
     ends = adhesion(start), adhesion(start - swing)
@@ -178,20 +178,22 @@ def test_reversal_within_a_step_is_seen_where_it_happens(place):
 
 
 def test_joint_that_has_moved_for_long_starts_settled():
-    signals = settle_signals(FORM, initial_signals(), -0.08)
+    signals = settle_signals_in_place(FORM, initial_signals(), -0.08)
     before = signals.filters.copy()
-    signals = advance_signals(FORM, signals, 0.0, -0.08, 0.01)
+    signals = advance_signals_in_place(FORM, signals, 0.0, -0.08, 0.01)
     assert signals.filters == pytest.approx(before, abs=1e-15)
-    assert before[VELOCITY, 0] == -0.08
-    assert before[[COULOMB, ADHESION], 0] == pytest.approx([-(1.0 - math.exp(-1.6)), -math.exp(-1.6)], rel=1e-12)
-    resting = settle_signals(FORM, initial_signals(8), 0.0)
+    assert before[FILTER_VELOCITY, 0] == -0.08
+    assert before[[FILTER_COULOMB, FILTER_ADHESION], 0] == pytest.approx(
+        [-(1.0 - math.exp(-1.6)), -math.exp(-1.6)], rel=1e-12
+    )
+    resting = settle_signals_in_place(FORM, initial_signals(8), 0.0)
     assert not np.any(resting.filters)
 
 
 def test_columns_of_an_offset_and_of_directions_are_there_where_they_are_asked_for():
-    signals, row = settle_signals(FORM, initial_signals(8), -0.08), np.empty(9)
+    signals, row = settle_signals_in_place(FORM, initial_signals(8), -0.08), np.empty(9)
     before = signals.filters.copy()
-    signals = advance_signals(FORM, signals, 0.0, -0.08, 0.01)
+    signals = advance_signals_in_place(FORM, signals, 0.0, -0.08, 0.01)
     assert signals.filters == pytest.approx(before, abs=1e-15)
     write_regressors(FORM, signals, row)
     share = math.exp(-1.6)
@@ -203,8 +205,8 @@ def test_columns_of_an_offset_and_of_directions_are_there_where_they_are_asked_f
 
 def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_with_a_minus():
     signals, row = initial_signals(), np.empty(6)
-    signals = advance_signals(FORM, signals, 7.0, 0.0, 0.02)  # p t = 1
+    signals = advance_signals_in_place(FORM, signals, 7.0, 0.0, 0.02)  # p t = 1
     torque = write_regressors(FORM, signals, row)
     assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)
     assert row == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, -7.0 * 50.0 * math.exp(-1.0)], rel=1e-12)
-    assert signals.filters[TORQUE, 0] == torque
+    assert signals.filters[FILTER_TORQUE, 0] == torque

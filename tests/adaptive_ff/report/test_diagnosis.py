@@ -33,7 +33,7 @@ def test_settled_on_the_built_in_joint_all_is_well():
     assert found.learning
     assert found.excited
     assert found.warnings == ()
-    assert found.learnt == controller.state.estimator.levels[3] > 40.0
+    assert found.learnt == controller.state.estimator.levels.learnt > 40.0
     assert [one.name for one in found.parameters] == list(ESTIMATED)
     assert {one.name: one.estimate for one in found.parameters} == controller.estimates
     assert {one.name: one.uncertainty for one in found.parameters} == controller.uncertainties
@@ -61,10 +61,10 @@ def test_asking_changes_nothing_and_is_possible_at_any_time():
     controller, course = make("adaptive"), lay_course(SCENARIO.modified(duration=3.0))
     for k, first in enumerate(course.samples[:-1]):
         if k % 10 == 0:
-            before, ranges = controller.state_to_json(), controller.parameters.estimator.work.ranges.copy()
+            before, ranges = controller.state_to_json(), controller.parameters.estimator.ranges.copy()
             controller.diagnose().sentences()
             assert controller.state_to_json() == before
-            assert np.array_equal(controller.parameters.estimator.work.ranges, ranges)
+            assert np.array_equal(controller.parameters.estimator.ranges, ranges)
         controller.step(course.reference[first], course.reference[first] + course.noise[k])
 
 
@@ -75,7 +75,7 @@ def test_a_new_controller_knows_nothing():
     assert found.learnt == found.unexplained == 0.0
     assert found.feedback_share is None
     assert found.warnings == ()
-    assert all(one.verdict == "not told" and one.pace == math.inf for one in found.parameters)
+    assert all(one.verdict == "not identifiable" and one.pace == math.inf for one in found.parameters)
     assert "Has not made a step yet" in str(found)
 
 
@@ -96,15 +96,15 @@ def test_at_standstill_it_warns_that_there_is_nothing_to_learn_from_only_after_a
     assert warning.startswith("in 20 s there was nothing to learn from: the joint never slid faster than 0.01 rad/s")
 
 
-def test_constant_speed_tells_friction_as_a_whole_only():
+def test_constant_speed_identifies_friction_as_a_whole_only():
     found = along(np.concatenate([np.linspace(0.0, 0.2, 1000), np.full(60_001, 0.2)])).diagnose()
     verdicts = {one.name: one.verdict for one in found.parameters}
-    assert verdicts["inertia"] == verdicts["friction_lag"] == "not told"
-    assert verdicts["coulomb"] == verdicts["viscous"] == "not told apart"
+    assert verdicts["inertia"] == verdicts["friction_lag"] == "not identifiable"
+    assert verdicts["coulomb"] == verdicts["viscous"] == "only in combination"
     assert not found.excited
     text = str(found)
-    assert "does not tell inertia and friction_lag: do not rely on these numbers." in text
-    assert "tells coulomb, stiction and viscous together, but not each of them." in text
+    assert "does not identify inertia and friction_lag: do not rely on these numbers." in text
+    assert "identifies a combination of coulomb, stiction and viscous, but not each of them." in text
     assert any("hardly shows the friction lag" in warning for warning in found.warnings)
 
 
@@ -134,7 +134,7 @@ def altered(**estimates):
     """A settled controller with other estimates."""
     controller, _ = worked()
     for name, value in estimates.items():
-        controller.state.estimator.estimate[ESTIMATED.index(name)] = value
+        controller.state.estimator.recursion.estimate[ESTIMATED.index(name)] = value
     return controller.diagnose().warnings
 
 
@@ -147,16 +147,19 @@ def test_stiction_clearly_below_coulomb_friction_is_implausible():
 @pytest.mark.parametrize(
     ("estimates", "said"),
     [
-        ({"viscous": 0.0}, "viscous is at the least value that is believed, 0 N m s/rad."),
-        ({"friction_lag": 1.0 / (2.0 * math.pi)}, "friction_lag is at the largest value that is believed, 0.159 s."),
-        ({"inertia": 2.0}, "inertia is at the least value that is believed, 2 kg m²."),
+        ({"viscous": 0.0}, "viscous is at the least value that is assumed possible, 0 N m s/rad."),
+        (
+            {"friction_lag": 1.0 / (2.0 * math.pi)},
+            "friction_lag is at the largest value that is assumed possible, 0.159 s.",
+        ),
+        ({"inertia": 2.0}, "inertia is at the least value that is assumed possible, 2 kg m²."),
     ],
 )
 def test_a_parameter_at_its_bound_is_reported_also_after_a_restart(estimates, said):
     assert said in altered(**estimates)
     old, _ = worked()
     for name, value in estimates.items():
-        old.state.estimator.estimate[ESTIMATED.index(name)] = value
+        old.state.estimator.recursion.estimate[ESTIMATED.index(name)] = value
     new = make("adaptive")
     new.state_from_json(old.state_to_json())
     assert new.diagnose() == old.diagnose()

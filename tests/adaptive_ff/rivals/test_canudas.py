@@ -149,7 +149,7 @@ def test_covariance_stays_within_that_of_the_start_at_constant_speed():
     course = course_along(np.full(200_001, 0.2), noise=0.002, seed=4)
     controller = CanudasController(*GAINS, 0.001, inertia=20.0, dead_zone=0.01, memory=1.0)
     drive(controller, course)
-    assert np.trace(controller.state.covariance) < 1.01 * 5 * INITIAL_COVARIANCE
+    assert np.trace(controller.state.recursion.covariance) < 1.01 * 5 * INITIAL_COVARIANCE
     assert np.all(np.isfinite(estimates_of(controller)))
 
 

@@ -80,7 +80,7 @@ def test_learning_hands_over_the_feedback_torque_at_its_rate(rate, reference):
     learning.step(reference, 0.8 * reference, next_reference=reference, dt=0.02)
     proportional, integral = GAINS
     feedback = (proportional + integral * 0.02) * 0.2 * reference
-    gained = (learning.state.weights - before) @ learning.parameters.row
+    gained = (learning.state.weights - before) @ learning.state.row
     assert gained == pytest.approx(-math.expm1(-rate * 0.02) * feedback, rel=1e-12)
 
 

@@ -18,9 +18,10 @@ RANGES = {
     "stiction": [1.0, 2.0],
     "friction_lag": [0.0, 0.05],
     "velocity_noise": [0.0, 0.005],
-    "told_stribeck_velocity": [0.5, 2.0],
-    "told_inertia": [0.7, 1.3],
+    "assumed_stribeck_velocity": [0.5, 2.0],
+    "assumed_inertia": [0.7, 1.3],
 }
+SCALES = ("friction_scale", "coulomb_scale", "viscous_scale", "inertia_scale", "lag_scale")
 POSITIVE = [
     "duration",
     *(f"joint.{name}" for name in ("inertia", "stribeck_velocity", "stribeck_shape", "solver_period")),
@@ -29,22 +30,25 @@ POSITIVE = [
     *(f"actuator.{name}" for name in ("torque_limit", "rate_limit", "ripple_period")),
     *(f"variation.{name}" for name in ("warm_up_time", "position_period")),
     *(f"velocity.{name}" for name in ("cutoff", "acceleration_walk")),
-    *(f"joint.{name}" for name in ("stiffness", "link_stiffness")),
+    *(f"joint.{name}" for name in ("stiffness", "link_stiffness", "hysteresis_reach")),
     "reference.frequencies.0",
     "reference.peak",
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
     *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
     *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
-    "change.0.friction_scale",
-    *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "told_stribeck_velocity", "told_inertia")),
+    *(f"change.0.{name}" for name in SCALES),
+    "actuator.gain",
+    *(f"sweep.{name}.0" for name in ("inertia", "coulomb", "viscous", "assumed_stribeck_velocity", "assumed_inertia")),
 ]
 NOT_NEGATIVE = [
     *(f"joint.{name}" for name in ("coulomb", "stiction", "viscous", "friction_lag")),
     *(f"joint.{name}_backward" for name in ("coulomb", "stiction", "viscous")),
-    *(f"joint.{name}" for name in ("damping", "link_damping")),
+    *(f"joint.{name}" for name in ("damping", "link_damping", "gap", "hysteresis")),
     "sampling.jitter",
     "sensor.velocity_noise",
-    *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay")),
+    *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay", "lag")),
+    "feedback.delay",
+    "joint.gravity",
     "variation.position_amplitude",
     "reference.fade_in",
     "reference.pause.0",
@@ -57,6 +61,7 @@ NUMBERS = [
     *POSITIVE,
     *NOT_NEGATIVE,
     "joint.link_share",
+    *("joint.gravity_phase", "change.0.load"),
     *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
 ]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
@@ -82,11 +87,11 @@ TABLES = [
     "variation",
     "sweep",
 ]
-OTHERS = ["seed", "joint.kind", "reference.kind", "velocity.method", "adaptation.identify"]
+OTHERS = ["joint.axis", "seed", "joint.kind", "reference.kind", "velocity.method", "adaptation.identify"]
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
     *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
-    *("feedback.inertia", "adaptation.stribeck_velocity", "change.0.time", "change.0.friction_scale"),
+    *("feedback.inertia", "adaptation.stribeck_velocity", "change.0.time"),
 ]
 
 TOP = (
@@ -98,17 +103,17 @@ KNOWN = {
     "": TOP,
     "joint": (
         f"kind, {FRICTION}, stribeck_velocity, stribeck_shape, coulomb_backward, stiction_backward, viscous_backward, "
-        "offset, friction_lag, solver_period"
+        "offset, axis, gravity, gravity_phase, friction_lag, solver_period"
     ),
     "sampling": "period, jitter",
     "sensor": "velocity_noise, encoder_resolution",
     "velocity": "method, cutoff, acceleration_walk",
-    "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay",
+    "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay, lag, gain",
     "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
-    "feedback": "inertia, bandwidth, proportional, integral",
+    "feedback": "inertia, bandwidth, proportional, integral, delay",
     "adaptation": "stribeck_velocity, stribeck_shape, memory, identify",
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
-    "change.0": "time, friction_scale",
+    "change.0": "time, friction_scale, coulomb_scale, viscous_scale, inertia_scale, lag_scale, load",
     "variation": "warm_up_excess, warm_up_time, position_amplitude, position_period",
     "sweep": ", ".join(RANGES),
 }
@@ -132,6 +137,15 @@ def complete(path=""):
         content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
     if path in ("joint.stiffness", "joint.damping"):
         content["joint"] = {**without_lag(content["joint"]), "kind": "lugre", "stiffness": 1e5}
+    if path in ("joint.gap", "joint.hysteresis", "joint.hysteresis_reach"):
+        content["joint"] = {
+            **content["joint"],
+            "kind": "backlash",
+            "link_share": 0.5,
+            "link_stiffness": 1e4,
+            "gap": 0.1,
+        }
+        content["joint"] |= {"hysteresis": 1.0, "hysteresis_reach": 0.01}
     if path.startswith("joint.link"):
         content["joint"] = {**content["joint"], "kind": "elastic", "link_share": 0.5, "link_stiffness": 1e4}
     if path.startswith("reference.pause"):
@@ -209,7 +223,7 @@ def test_negative_value_is_refused(tmp_path, path, value):
 @pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith(("period", "link_share"))])
 def test_whole_number_is_a_number(tmp_path, path):
     whole = {"joint.stiffness": 100000, "feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
-    whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0}
+    whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0, "feedback.delay": 0}
     whole |= {f"sweep.{name}.0": math.ceil(low) for name, (low, _) in RANGES.items()}
     value = whole.get(path, 90)
     content = changed(changed(complete(path), "joint.stiction", 100.0), path, value)
@@ -277,7 +291,8 @@ def test_unknown_key_is_refused_and_the_known_are_listed(tmp_path, table, key):
     place[key] = 1.0
     shown = key if key.isalpha() else repr(key)
     path = f"{table}.{shown}" if table else shown
-    assert refusal(tmp_path, content) == f"{path} = 1.0 is not known; allowed there: {KNOWN[table]}"
+    hint = "did you mean inertia? " if key == "inertai" and "inertia" in KNOWN[table].split(", ") else ""
+    assert refusal(tmp_path, content) == f"{path} = 1.0 is not known; {hint}allowed there: {KNOWN[table]}"
 
 
 def test_unknown_key_of_a_recorded_reference_is_answered_with_the_keys_of_its_kind(tmp_path):
@@ -285,9 +300,22 @@ def test_unknown_key_of_a_recorded_reference_is_answered_with_the_keys_of_its_ki
     assert message == "reference.peak = 1.0 is not known; allowed there: kind, path, time, velocity, position"
 
 
-def test_further_findings_are_counted(tmp_path):
+def test_all_that_is_missing_or_wrong_is_named_at_once(tmp_path):
     content = changed(changed(complete(), "joint.inertia", -1.0), "fixed.viscous", "x")
-    assert refusal(tmp_path, content).endswith("joint.inertia = -1.0 is not allowed: it must be positive (and 1 more)")
+    for path in ("joint.coulomb", "feedback.inertia", "adaptation"):
+        content = changed(content, path, REMOVED)
+    assert refusal(tmp_path, content) == (
+        "joint.coulomb, feedback.inertia and adaptation are missing; they must be given; "
+        "joint.inertia = -1.0 is not allowed: it must be positive; "
+        "fixed.viscous = 'x' is not allowed: it must be a finite number"
+    )
+
+
+def test_many_wrong_fields_are_counted_beyond_what_a_person_reads(tmp_path):
+    content = changed(complete(), "reference.frequencies", [-1.0] * 20)
+    message = refusal(tmp_path, content)
+    assert message.count("is not allowed: it must be positive") == 12
+    assert message.endswith("; and 8 more")
 
 
 def test_value_too_large_to_be_shown_is_refused_all_the_same(tmp_path):
@@ -314,4 +342,6 @@ def test_share_of_the_link_is_between_none_and_all(tmp_path, share):
 @pytest.mark.parametrize("kind", ["lugr", "", 3])
 def test_unknown_kind_of_joint_is_refused_and_the_known_are_listed(tmp_path, kind):
     message = refusal(tmp_path, changed(complete(), "joint.kind", kind))
-    assert message == f"joint.kind = {str(kind)!r} is not allowed: it must be 'stribeck', 'lugre' or 'elastic'"
+    assert (
+        message == f"joint.kind = {str(kind)!r} is not allowed: it must be 'stribeck', 'lugre', 'elastic' or 'backlash'"
+    )

@@ -7,7 +7,7 @@ import pytest
 from closed_loops import SCENARIO, drive, make
 
 from adaptive_ff import compare, simulate
-from adaptive_ff.comparison.run import Foreign
+from adaptive_ff.comparison.run import own_controller
 from adaptive_ff.simulation.experiment import empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
 from plant import Actuator, Joint, ripple_torque
@@ -29,7 +29,7 @@ class Script:
 def run_script(course, torques):
     """Run a list of torques; return the record and what the controller was told of the drive."""
     script, record = Script(torques), empty_record(course, 0)
-    run_plain(Foreign(script), None, course, start_position(course), course.noise.size, record)
+    run_plain(own_controller(script), None, course, start_position(course), course.noise.size, record)
     return record, script.told
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from inertia_loops import GAINS, INERTIA, PERIOD, make_observing, response, run_inertia, z_transform
 
-from controllers.observers.extended_state import extended_state_gains
+from controllers.observers.inertia_observer import double_pole_gains
 
 BANDWIDTH = 8.0
 KEPT = math.exp(-2.0 * math.pi * BANDWIDTH * PERIOD)
@@ -13,7 +13,7 @@ KEPT = math.exp(-2.0 * math.pi * BANDWIDTH * PERIOD)
 def observer_matrices():
     """Error dynamics ``(I - L c) F`` of a current observer of velocity and disturbance."""
     transition = np.array([[1.0, -PERIOD / INERTIA], [0.0, 1.0]])
-    velocity_gain, disturbance_gain = extended_state_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
+    velocity_gain, disturbance_gain = double_pole_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
     gain = np.array([[velocity_gain], [-disturbance_gain]])
     return transition, gain
 
@@ -50,7 +50,7 @@ def test_load_that_rises_steadily_leaves_the_offset_that_two_poles_predict():
     assert load[-1] - disturbance[-1] == pytest.approx(lag, rel=1e-9)
     # the torque must be the load: Kp (0 - observed velocity) + estimate = load
     observed = -lag / GAINS[0]
-    velocity_gain, disturbance_gain = extended_state_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
+    velocity_gain, disturbance_gain = double_pole_gains(INERTIA, 2.0 * math.pi * BANDWIDTH, PERIOD)
     innovation = -slope / disturbance_gain
     assert velocity[-1] == pytest.approx(observed + (1.0 - velocity_gain) * innovation, rel=1e-9)
 

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
-from inertia_loops import GAINS, INERTIA, NOISE, PERIOD, make_observing, response, run_inertia, z_transform
+from inertia_loops import GAINS, INERTIA, NOISE, PERIOD, make_kalman, make_observing, response, run_inertia, z_transform
 from scipy.integrate import quad_vec
 from scipy.linalg import solve_discrete_are
 
@@ -29,7 +29,7 @@ def process_noise(walk):
 
 
 def make_filter(walk):
-    controller = KalmanDisturbance(*GAINS, PERIOD, inertia=INERTIA, velocity_noise=NOISE, disturbance_walk=walk)
+    controller = make_kalman(walk)
     return controller, np.array([controller.parameters.velocity_gain, -controller.parameters.disturbance_gain])
 
 
@@ -135,7 +135,7 @@ def test_loads_reach_the_velocity_through_what_the_filter_leaves():
 
 
 def test_only_the_ratio_of_walk_to_noise_matters_and_its_unit_holds_at_every_period():
-    loud = KalmanDisturbance(*GAINS, PERIOD, inertia=INERTIA, velocity_noise=0.02, disturbance_walk=600.0)
+    loud = make_kalman(600.0, noise=0.02)
     assert loud.parameters == make_filter(60.0)[0].parameters
     rates = [KalmanDisturbance.walk(INERTIA, period, NOISE * math.sqrt(0.01 / period), 6.0) for period in (0.01, 0.001)]
     assert rates[0] == pytest.approx(rates[1], rel=1e-12)  # the same noise density, the same walk
@@ -145,6 +145,14 @@ def test_only_the_ratio_of_walk_to_noise_matters_and_its_unit_holds_at_every_per
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_bad_noise_is_refused_by_name(setting, value):
     settings = {"velocity_noise": NOISE, "disturbance_walk": 60.0, setting: value}
+    with pytest.raises(ValueError, match=rf"^{setting} = {value} is not allowed"):
+        KalmanDisturbance.gains(INERTIA, PERIOD, **settings)
+
+
+@pytest.mark.parametrize("setting", ["velocity_gain", "disturbance_gain"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_bad_gain_is_refused_by_name(setting, value):
+    settings = {"velocity_gain": 0.5, "disturbance_gain": 60.0, setting: value}
     with pytest.raises(ValueError, match=rf"^{setting} = {value} is not allowed"):
         KalmanDisturbance(*GAINS, PERIOD, inertia=INERTIA, **settings)
 

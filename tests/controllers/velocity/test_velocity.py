@@ -10,6 +10,7 @@ from controllers import (
     direct_velocity,
     initial_velocity_state,
     kalman_velocity,
+    kalman_velocity_gains,
     low_pass_velocity,
 )
 
@@ -138,7 +139,11 @@ def test_low_pass_leaves_the_noise_that_its_pole_predicts():
         (direct_velocity, {"period": PERIOD}),
         (difference_velocity, {"period": PERIOD}),
         (low_pass_velocity, {"cutoff": 40.0, "period": PERIOD}),
-        (kalman_velocity, {"position_noise": 1e-4, "acceleration_walk": 100.0, "period": PERIOD}),
+        (kalman_velocity_gains, {"position_noise": 1e-4, "acceleration_walk": 100.0, "period": PERIOD}),
+        (
+            kalman_velocity,
+            {"position_gain": 0.5, "velocity_gain": 10.0, "acceleration_gain": 100.0, "period": PERIOD},
+        ),
     ],
 )
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])

@@ -7,9 +7,13 @@ from filterpy.kalman import KalmanFilter
 from scipy.linalg import solve_discrete_are
 from velocity_runs import PERIOD, estimate, run_compiled
 
-from controllers import kalman_velocity
+from controllers import kalman_velocity, kalman_velocity_gains
 
 NOISE, WALK = 1e-4, 300.0
+
+
+def make_kalman(noise=NOISE, walk=WALK, period=PERIOD):
+    return kalman_velocity(*kalman_velocity_gains(noise, walk, period), period)
 
 
 def settled_filterpy(noise=NOISE, walk=WALK, period=PERIOD):
@@ -27,7 +31,7 @@ def settled_filterpy(noise=NOISE, walk=WALK, period=PERIOD):
 
 @pytest.mark.parametrize(("noise", "walk", "period"), [(1e-4, 300.0, 0.001), (1e-3, 20.0, 0.01), (1e-5, 1e4, 0.001)])
 def test_gains_are_those_at_which_filterpy_settles_and_solve_scipys_riccati_equation(noise, walk, period):
-    block, kalman = kalman_velocity(noise, walk, period), settled_filterpy(noise, walk, period)
+    block, kalman = make_kalman(noise, walk, period), settled_filterpy(noise, walk, period)
     found = np.array([block.position_gain, block.velocity_gain, block.acceleration_gain])
     assert found == pytest.approx(kalman.K[:, 0], rel=1e-8)
     units = np.array([noise, noise / period, noise / period**2])  # without units, for scipy's sake
@@ -40,7 +44,7 @@ def test_velocities_are_those_of_settled_filterpy_step_by_step():
     kalman = settled_filterpy()
     generator = np.random.default_rng(4)
     position = 0.3 * np.sin(5.0 * PERIOD * np.arange(500)) + NOISE * generator.standard_normal(500)
-    found, _ = estimate(kalman_velocity(NOISE, WALK, PERIOD), position, velocity=1.5)
+    found, _ = estimate(make_kalman(), position, velocity=1.5)
     kalman.x = np.array([[position[0] - 1.5 * PERIOD], [1.5], [0.0]])
     expected = []
     for measured in position:
@@ -59,7 +63,7 @@ def test_noise_of_the_velocity_is_the_one_that_the_covariance_predicts():
         state = kalman.F @ state + steps[k]
         states[k] = state
     measured = states[:, 0] + NOISE * generator.standard_normal(samples)
-    found, _ = estimate(kalman_velocity(NOISE, WALK, PERIOD), measured, run=run_compiled)
+    found, _ = estimate(make_kalman(), measured, run=run_compiled)
     error = (found - states[:, 1])[1000:]
     assert np.std(error) == pytest.approx(math.sqrt(kalman.P[1, 1]), rel=0.03)
 
@@ -69,12 +73,12 @@ def test_constant_acceleration_is_followed_without_lag(jitter):
     """The prediction takes the real time, so jitter does not matter either."""
     dt = PERIOD * (1.0 + jitter * np.random.default_rng(6).uniform(-1.0, 1.0, 3000))
     time = np.cumsum(dt) - dt[0]
-    found, _ = estimate(kalman_velocity(NOISE, WALK, PERIOD), 0.5 * 2.0 * time**2, dt=dt)
+    found, _ = estimate(make_kalman(), 0.5 * 2.0 * time**2, dt=dt)
     assert found[-1000:] == pytest.approx(2.0 * time[-1000:], abs=1e-8)
 
 
 def test_step_of_velocity_is_reached_with_the_overshoot_of_a_filter_without_lag():
-    found, _ = estimate(kalman_velocity(NOISE, WALK, PERIOD), 0.5 * PERIOD * np.arange(3000))
+    found, _ = estimate(make_kalman(), 0.5 * PERIOD * np.arange(3000))
     assert found[0] == 0.0
     assert 0.5 < np.max(found) < 0.75
     assert found[-1] == pytest.approx(0.5, rel=1e-6)

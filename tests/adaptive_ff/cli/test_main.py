@@ -13,7 +13,6 @@ import pytest
 from command_line import content_of, refusal, run_command_line
 from scenario_files import changed, short, to_toml, write_scenario
 
-import adaptive_ff.cli.main as cli
 from adaptive_ff import compare, load_scenario
 
 pytestmark = pytest.mark.usefixtures("compiled")
@@ -45,7 +44,8 @@ def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path):
     assert set(content_of(copy.parent)) == {"copy.json"}
     assert copy.read_bytes() == (out / "result.json").read_bytes()
     result = json.loads(copy.read_text(encoding="utf-8"))
-    assert set(result) == {"scenario", "controllers", "improvement"}
+    assert set(result) == {"version", "scenario", "controllers", "improvement"}
+    assert result.pop("version") == version("adaptive-ff")
     assert set(result["controllers"]["pi"]) == METRICS
     assert set(result["controllers"]["adaptive"]) == {*METRICS, "estimates"}
     assert set(result["controllers"]["adaptive"]["estimates"]) == ESTIMATED
@@ -97,7 +97,11 @@ def test_files_of_a_former_run_are_replaced_and_others_stay(tmp_path, scenario, 
 
 def test_without_a_file_it_runs_the_built_in_scenario_into_the_folder_results(tmp_path, monkeypatch, without_pictures):
     monkeypatch.chdir(tmp_path)
-    with patch.object(cli, "compare", lambda scenario, progress: compare(scenario.modified(duration=0.1))):
+
+    def brief(scenario, **options):
+        return compare(scenario.modified(duration=0.1))
+
+    with patch("adaptive_ff.comparison.comparison.compare", brief):
         outcome = run_command_line("compare")
     assert outcome.status == 0
     result = json.loads((tmp_path / "results" / "result.json").read_text(encoding="utf-8"))
@@ -172,14 +176,14 @@ def test_interrupt_ends_with_its_own_status_and_leaves_nothing(tmp_path, scenari
         raise KeyboardInterrupt
 
     before = content_of(tmp_path)
-    with patch.object(cli, "compare", interrupt):
+    with patch("adaptive_ff.comparison.comparison.compare", interrupt):
         outcome = run_command_line("compare", scenario, "--out", tmp_path / "new" / "out")
     assert (outcome.status, outcome.out) == (130, "")
     assert content_of(tmp_path) == before
 
 
 def test_defect_of_the_program_is_not_taken_for_bad_input(tmp_path, scenario):
-    with patch.object(cli, "compare", lambda *_, **__: 1 + None), pytest.raises(TypeError):
+    with patch("adaptive_ff.comparison.comparison.compare", lambda *_, **__: 1 + None), pytest.raises(TypeError):
         run_command_line("compare", scenario, "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

@@ -96,39 +96,42 @@ def multisine(duration, seed):
     return FAST.modified(duration=duration, seed=seed).reference_velocity()
 
 
-def error_over_work(controller, position, speed):
+def error_over_work(controller, position, speed, laid):
     """Error over 20 s of multisine, after half a second from a speed to rest."""
     ramp = speed * (1.0 - np.arange(500) / 500.0)
-    course = course_along(np.concatenate([ramp, multisine(20.0, seed=21)]), noise=0.002, seed=21)
+    course = laid(np.concatenate([ramp, multisine(20.0, seed=21)]), seed=21)
     record, _ = drive(controller, course, position=position)
     return float(np.sqrt(np.mean((record.velocity - course.reference)[1000:] ** 2)))
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.0], ids=["constant speed", "standstill"])
-def test_an_hour_without_excitation_neither_winds_up_nor_unlearns(speed):
-    controllers = {name: make_named(name, FAST) for name in ("adaptive", "oracle")}
-    work = course_along(multisine(60.0, seed=11), noise=0.002, seed=3)
-    ramp = course_along(np.linspace(work.reference[-1], speed, 1001), noise=0.002, seed=4)
+@pytest.mark.parametrize(("substeps", "minutes"), [(10, 60), (1, 10)], ids=["an hour at 100 Hz", "10 min at 1 kHz"])
+def test_long_rest_without_excitation_neither_winds_up_nor_unlearns(speed, substeps, minutes):
+    scenario = FAST if substeps == 1 else SCENARIO
+    laid = functools.partial(course_along, noise=0.002, substeps=substeps)
+    controllers = {name: make_named(name, scenario) for name in ("adaptive", "oracle")}
+    work = laid(multisine(60.0, seed=11), seed=3)
+    ramp = laid(np.linspace(work.reference[-1], speed, 1001), seed=4)
     positions = {}
     for name, controller in controllers.items():
         _, position = drive(controller, work)
         _, positions[name] = drive(controller, ramp, position=position)
-    rested = make_named("adaptive", FAST)
+    rested = make_named("adaptive", scenario)
     rested.state_from_json(controllers["adaptive"].state_to_json())
     position = positions["adaptive"]
-    for minute in range(60):
-        course = course_along(np.full(60_001, speed), noise=0.002, seed=minute)
+    for minute in range(minutes):
+        course = laid(np.full(60_001, speed), seed=minute)
         record, position = drive(rested, course, position=position)
         assert np.all(np.isfinite(record.torque))
-        assert_possible(record.estimates[::100])
-        information = rested.state.estimator.information
+        assert_possible(record.estimates[:: 1000 // (10 * substeps)])
+        information = rested.state.estimator.recursion.information
         assert np.array_equal(information, information.T)
         eigenvalues = np.linalg.eigvalsh(information)
         assert eigenvalues[0] > 0.9e-9
         assert eigenvalues[-1] < 100.0
-    oracle = error_over_work(controllers["oracle"], positions["oracle"], speed)
-    assert error_over_work(controllers["adaptive"], positions["adaptive"], speed) < 2.0 * oracle
-    assert error_over_work(rested, position, speed) < 2.0 * oracle
+    oracle = error_over_work(controllers["oracle"], positions["oracle"], speed, laid)
+    assert error_over_work(controllers["adaptive"], positions["adaptive"], speed, laid) < 2.0 * oracle
+    assert error_over_work(rested, position, speed, laid) < 2.0 * oracle
 
 
 def make(**changes):

@@ -1,0 +1,93 @@
+"""Command ``adaptive-ff compare``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from adaptive_ff.cli.gate import Gate
+from adaptive_ff.cli.options import OUT, JsonCopy, ScenarioFile
+from adaptive_ff.cli.places import places
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
+from adaptive_ff.errors import InputError
+
+if TYPE_CHECKING:
+    from adaptive_ff.comparison.comparison import Comparison
+    from adaptive_ff.scenario.scenario import Scenario
+
+
+def compare_command(
+    scenario: ScenarioFile = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="Recorded reference (CSV: time and velocity or position), instead of the file's."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for plots (PNG), time series (CSV) and result.json.")] = OUT,
+    json: JsonCopy = None,
+    baseline: Annotated[
+        Path | None, typer.Option(help="Earlier result (JSON); status 1 where tracking got worse than it.")
+    ] = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="How much worse figures may be: 5% (the default) or 0.05 for all; METRIC=10%, CONTROLLER=2% or "
+            "CONTROLLER.METRIC=20% for some. May be given several times."
+        ),
+    ] = None,
+    guard: Annotated[
+        list[str] | None,
+        typer.Option(help="Controller to guard; by default all of the baseline but the oracle and the rivals."),
+    ] = None,
+    metric: Annotated[list[str] | None, typer.Option(help="Figure to guard, such as rms_error_settled; all.")] = None,
+) -> int:
+    """Run a joint with each controller and show by how much friction feedforward improves tracking."""
+    from adaptive_ff.comparison.registry import make_controller
+    from adaptive_ff.report.files import write_csv, write_result
+    from adaptive_ff.scenario.scenario import load_scenario
+
+    errors = error_console()
+    loaded = load_scenario(scenario, reference=reference)
+    gate = None if baseline is None else Gate(baseline, loaded, tolerance, guard, metric)
+    if gate is None and (tolerance or guard or metric):
+        raise InputError("--tolerance, --guard and --metric need a --baseline to compare with")
+    source = scenario or "built-in scenario"
+    try:
+        for name in loaded.controllers:
+            make_controller(loaded, name)
+    except ValueError as error:
+        raise InputError(f"{source}: {error}") from error
+    warn(errors, loaded.cautions())
+    with places(out, json) as (stage, beside):
+        try:
+            comparison = _run(loaded, errors)
+        except ArithmeticError as error:
+            raise InputError(f"{source}: the simulation fails: {error}") from error
+        for name, run in comparison.runs.items():
+            write_csv(stage / f"{name}.csv", run.columns())
+        comparison.plot(stage)
+        for file in (stage / "result.json", *beside.values()):
+            write_result(file, comparison.to_dict())
+    _print(comparison, out)
+    return 0 if gate is None else gate.judge(comparison, errors)
+
+
+def _run(scenario: "Scenario", errors: Console) -> "Comparison":
+    from adaptive_ff.comparison.comparison import compare
+    from adaptive_ff.simulation.loop import run_compiled
+
+    announce_compilation(errors, run_compiled)
+    with progress_bars(errors) as progress:
+        tasks = {name: progress.add_task(name, total=1.0) for name in scenario.controllers}
+        return compare(scenario, progress=lambda name, share: progress.update(tasks[name], completed=share))
+
+
+def _print(comparison: "Comparison", out: Path) -> None:
+    from adaptive_ff.report.comparison_tables import estimates_table, tracking_table
+
+    console = Printer()
+    console.print(tracking_table(comparison))
+    estimates = estimates_table(comparison)
+    if estimates is not None:
+        console.print(estimates)
+    console.say(f"Plots, time series and result.json are in {out}")

@@ -1,0 +1,74 @@
+"""The regression gate of ``adaptive-ff compare``: options checked before the run, the verdict after it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from adaptive_ff.cli.terminal import Printer
+
+if TYPE_CHECKING:
+    from adaptive_ff.comparison.comparison import Comparison
+    from adaptive_ff.scenario.scenario import Scenario
+
+WORSE = 1
+"""Exit status where a regression gate fails."""
+
+
+class Gate:
+    """A baseline and what may be worse than it, checked before anything runs.
+
+    Parameters
+    ----------
+    path : Path
+        The baseline.
+    scenario : Scenario
+        The scenario that is to be run.
+    tolerance, controllers, metrics : list of str or None
+        What ``--tolerance``, ``--guard`` and ``--metric`` were given.
+
+    Raises
+    ------
+    InputError
+        The baseline cannot be read or is of another scenario, or an option is not allowed.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        scenario: "Scenario",
+        tolerance: list[str] | None,
+        controllers: list[str] | None,
+        metrics: list[str] | None,
+    ) -> None:
+        from adaptive_ff.comparison.baseline import check_same_scenario, read_baseline
+        from adaptive_ff.comparison.gate import Tolerances, guarded_controllers, guarded_metrics
+
+        self._path, self._baseline = path, read_baseline(path)
+        check_same_scenario(scenario, self._baseline, str(path))
+        self._tolerance = _by_name(tolerance or [])
+        Tolerances(self._tolerance, self._baseline["controllers"])
+        self._controllers = guarded_controllers(self._baseline, controllers)
+        self._metrics = guarded_metrics(metrics)
+
+    def judge(self, comparison: "Comparison", errors: Console) -> int:
+        """Print what got worse, or that nothing did, and return the exit status."""
+        from adaptive_ff.comparison.gate import regressions
+
+        options = {"controllers": self._controllers, "metrics": self._metrics}
+        worse = regressions(comparison, self._baseline, self._tolerance, **options)
+        for sentence in worse:
+            errors.print(f"worse than {self._path}: {sentence}", markup=False)
+        if not worse:
+            figures = f"{len(self._metrics)} figures of {', '.join(self._controllers)}"
+            Printer().say(f"Nothing is worse than in {self._path}, within the tolerances: {figures}")
+        return WORSE if worse else 0
+
+
+def _by_name(tolerances: list[str]) -> dict[str, str]:
+    """Return tolerances by what they are for."""
+    found = {}
+    for text in tolerances:
+        name, equals, share = text.rpartition("=")
+        found[name.strip() if equals else "default"] = share
+    return found

@@ -1,0 +1,24 @@
+"""Arguments and options that several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+SCENARIO_HELP = "Scenario file (TOML); the built-in one by default."
+OUT = Path("results")
+"""Default of ``--out``."""
+
+ScenarioFile = Annotated[Path | None, typer.Argument(help=SCENARIO_HELP)]
+JsonCopy = Annotated[Path | None, typer.Option("--json", help="Write the result there, too.")]
+
+LogFile = Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5 or Parquet file.", show_default=False)]
+Time = Annotated[str | None, typer.Option(help="Column of the time, s.")]
+Period = Annotated[float | None, typer.Option(help="Constant sample time, s, instead of a column.")]
+Position = Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")]
+Velocity = Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")]
+Torque = Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")]
+Scale = Annotated[
+    list[str] | None, typer.Option(help="NAME=FACTOR for a column in other units, such as q=pi/180 or u=-1/48.")
+]
+Linear = Annotated[bool, typer.Option("--linear", help="A linear axis: units are m, N and kg.")]

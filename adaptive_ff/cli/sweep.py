@@ -1,0 +1,47 @@
+"""Command ``adaptive-ff sweep``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from adaptive_ff.cli.options import OUT, JsonCopy, ScenarioFile
+from adaptive_ff.cli.places import places
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
+
+
+def sweep_command(
+    scenario: ScenarioFile = None,
+    runs: Annotated[int, typer.Option(min=1, help="Number of joints to draw.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 1,
+    out: Annotated[Path, typer.Option(help="Folder for sweep.json and the worst cases as scenario files.")] = OUT,
+    json: JsonCopy = None,
+) -> None:
+    """Draw joints at random, and show how pi, oracle and adaptive fare on them."""
+    from adaptive_ff.comparison.drawn_joints import draw_scenario, summary, sweep
+    from adaptive_ff.report.comparison_tables import classes_table, sweep_table
+    from adaptive_ff.report.files import write_result
+    from adaptive_ff.scenario.file import to_toml
+    from adaptive_ff.scenario.scenario import load_scenario
+    from adaptive_ff.simulation.loop import run_compiled
+
+    errors = error_console()
+    loaded = load_scenario(scenario)
+    with places(out, json) as (stage, beside):
+        announce_compilation(errors, run_compiled)
+        with progress_bars(errors) as progress:
+            task = progress.add_task("joints", total=1.0)
+            outcomes = sweep(loaded, runs, seed, progress=lambda share: progress.update(task, completed=share))
+        result = summary(outcomes, seed)
+        for rank, case in enumerate(result["worst"], start=1):
+            text = to_toml(draw_scenario(loaded, seed, case["draw"]))
+            (stage / f"worst-{rank}.toml").write_text(text, encoding="utf-8")
+        for file in (stage / "sweep.json", *beside.values()):
+            write_result(file, result)
+    console = Printer()
+    console.print(sweep_table(result))
+    console.print(classes_table(result))
+    console.print(
+        f"Whole run more than 5 % worse than pi: {100 * result['worse_than_pi']:.2g} % of the joints that ran"
+    )
+    console.say(f"sweep.json and the worst cases are in {out}")

@@ -1,0 +1,224 @@
+"""Regression gate: tracking must stay as good as it was."""
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from adaptive_ff.comparison.baseline import GATED, check_same_scenario, read_baseline
+from adaptive_ff.comparison.comparison import Comparison
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.errors import InputError
+from adaptive_ff.simulation.metrics import METRIC_UNITS
+
+TOLERANCE = 0.05
+"""Default tolerance, relative."""
+
+GUARDED = frozenset({"pi", "pi_inertia", "fixed", "adaptive"})
+"""Controllers of this package that are guarded where none are chosen; the oracle and the rivals are yardsticks."""
+
+Share = float | str
+Tolerance = Share | Mapping[str, Share]
+
+
+def read_share(name: str, value: Share) -> float:
+    """Return a share such as ``"5%"``, ``"0.05"`` or 0.05 as a number.
+
+    Parameters
+    ----------
+    name : str
+        What it is called in messages.
+    value : float or str
+        The share; above one only as a percentage, since a bare 5 is more likely meant as 5 % than as 500 %.
+
+    Raises
+    ------
+    InputError
+        It is no share; the message names both spellings.
+    """
+    text = str(value).strip()
+    try:
+        share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+    except ValueError:
+        share = math.nan
+    if not (math.isfinite(share) and share >= 0.0):
+        raise InputError(f"{name} = {value!r} is not allowed: it must be a share such as 5% or 0.05, zero or more")
+    if share > 1.0 and not text.endswith("%"):
+        raise InputError(
+            f"{name} = {value!r} is not allowed: as a number it would mean {100.0 * share:g} %; "
+            f"write {text}% or {0.01 * share:g} for {text} %, or {100.0 * share:g}% if that is meant"
+        )
+    return share
+
+
+class Tolerances:
+    """How much worse each figure of each controller may be.
+
+    Parameters
+    ----------
+    tolerance : float, str or mapping
+        A share for all, or shares by metric, controller or ``CONTROLLER.METRIC`` beside a ``default``; the most
+        particular one counts.
+    controllers : iterable of str
+        Controllers that may be named.
+
+    Raises
+    ------
+    InputError
+        A share or a name is not allowed.
+    """
+
+    def __init__(self, tolerance: Tolerance, controllers: Iterable[str]) -> None:
+        given = dict(tolerance) if isinstance(tolerance, Mapping) else {"default": tolerance}
+        names = list(controllers)
+        allowed = {"default", *GATED, *names, *(f"{name}.{metric}" for name in names for metric in GATED)}
+        for key in given:
+            if key not in allowed:
+                raise InputError(
+                    f"tolerance {key!r} is not known; there are the metrics {', '.join(GATED)}, the controllers "
+                    f"{', '.join(names)} and CONTROLLER.METRIC"
+                )
+        self._shares = {
+            key: read_share("tolerance" if key == "default" else f"tolerance of {key}", value)
+            for key, value in given.items()
+        }
+
+    def of(self, controller: str, metric: str) -> float:
+        """Return how much worse a figure of a controller may be, relative."""
+        for key in (f"{controller}.{metric}", metric, controller, "default"):
+            if key in self._shares:
+                return self._shares[key]
+        return TOLERANCE
+
+
+def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | None = None) -> list[str]:
+    """Return the controllers that a gate looks at.
+
+    Parameters
+    ----------
+    baseline : mapping
+        The earlier result.
+    chosen : iterable of str, optional
+        Controllers; by default all of the baseline but the oracle and the rivals.
+
+    Raises
+    ------
+    InputError
+        One is not in the baseline, or none is left.
+    """
+    there = list(baseline["controllers"])
+    if chosen is None:
+        names = [name for name in there if name in GUARDED or name not in CONTROLLERS]
+        if not names:
+            raise InputError(
+                f"the baseline has only controllers that are not guarded by default ({', '.join(there)}); choose "
+                "which to guard"
+            )
+        return names
+    names = list(chosen)
+    for name in names:
+        if name not in there:
+            raise InputError(f"guarded controller {name!r} is not in the baseline; there are {', '.join(there)}")
+    return names
+
+
+def guarded_metrics(chosen: Iterable[str] | None = None) -> list[str]:
+    """Return the metrics that a gate looks at; all by default.
+
+    Raises
+    ------
+    InputError
+        One is not known.
+    """
+    names = list(GATED if chosen is None else chosen)
+    for name in names:
+        if name not in GATED:
+            raise InputError(f"metric {name!r} is not known; there are {', '.join(GATED)}")
+    return names
+
+
+def regressions(
+    comparison: Comparison,
+    baseline: Mapping[str, Any],
+    tolerance: Tolerance = TOLERANCE,
+    *,
+    controllers: Iterable[str] | None = None,
+    metrics: Iterable[str] | None = None,
+) -> list[str]:
+    """Return what got worse than a baseline, a sentence each; empty where nothing did.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The result now.
+    baseline : mapping
+        The earlier result, see :func:`read_baseline`.
+    tolerance : float, str or mapping, optional
+        How much worse a figure may be, as 0.05 or ``"5%"``; or a mapping from metrics, controllers or
+        ``CONTROLLER.METRIC`` to such shares, with ``default`` for the others.
+    controllers : iterable of str, optional
+        Which to guard; by default all of the baseline but the oracle and the rivals.
+    metrics : iterable of str, optional
+        Which figures to guard; all by default.
+
+    Raises
+    ------
+    InputError
+        The baseline is of another scenario, or a tolerance, a controller or a metric is not allowed.
+    """
+    check_same_scenario(comparison.scenario, baseline, "baseline")
+    names, figures = guarded_controllers(baseline, controllers), guarded_metrics(metrics)
+    tolerances = Tolerances(tolerance, baseline["controllers"])
+    now = comparison.to_dict()["controllers"]
+    found = []
+    for name in names:
+        if name not in now:
+            found.append(f"{name}: is in the baseline, but was not run")
+            continue
+        for figure in figures:
+            old, new = baseline["controllers"][name][figure], now[name][figure]
+            allowed = tolerances.of(name, figure)
+            if new > old * (1.0 + allowed):
+                found.append(f"{name}: {_growth(figure, old, new)}, allowed {100.0 * allowed:g} %)")
+    return found
+
+
+def _growth(figure: str, old: float, new: float) -> str:
+    unit, factor = METRIC_UNITS[figure], 1.0
+    if unit == "rad/s":
+        unit, factor = "mrad/s", 1e3
+    share = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
+    return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {unit} ({share}"
+
+
+def assert_no_regression(
+    comparison: Comparison,
+    baseline: str | Path,
+    tolerance: Tolerance = TOLERANCE,
+    *,
+    controllers: Iterable[str] | None = None,
+    metrics: Iterable[str] | None = None,
+) -> None:
+    """Fail a test where tracking got worse than a stored result.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The result now.
+    baseline : str or Path
+        A file that ``adaptive-ff compare --json`` or ``comparison.write`` wrote.
+    tolerance, controllers, metrics : optional
+        See :func:`regressions`.
+
+    Raises
+    ------
+    AssertionError
+        Something got worse; the message says what.
+    InputError
+        The baseline cannot be read or is of another scenario, or an argument is not allowed.
+    """
+    earlier = read_baseline(baseline)
+    check_same_scenario(comparison.scenario, earlier, str(baseline))
+    found = regressions(comparison, earlier, tolerance, controllers=controllers, metrics=metrics)
+    if found:
+        raise AssertionError("\n".join([f"tracking got worse than in {baseline}:", *found]))

@@ -1,0 +1,102 @@
+"""Plug-in of pytest: the fixture ``tracking_baseline`` and the option ``--update-tracking-baseline``.
+
+It is loaded by every run of pytest where the package is installed, so it imports nothing heavy before it is used.
+"""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from adaptive_ff.comparison.comparison import Comparison
+    from adaptive_ff.comparison.gate import Tolerance
+
+OPTION = "--update-tracking-baseline"
+
+FOLDER = "tracking_baselines"
+"""Folder beside the test file in which baselines are stored."""
+
+WRITTEN = pytest.StashKey[list[str]]()
+
+
+class TrackingBaseline:
+    """The stored baseline of one test.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is stored.
+    update : bool
+        Whether to store what is checked instead of comparing it.
+    written : list of str
+        Gets the paths of the files that are stored.
+    """
+
+    def __init__(self, path: Path, update: bool, written: list[str]) -> None:
+        self.path = path
+        self._update, self._written = update, written
+
+    def check(
+        self,
+        comparison: "Comparison",
+        tolerance: "Tolerance" = 0.05,
+        *,
+        controllers: Iterable[str] | None = None,
+        metrics: Iterable[str] | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Fail where tracking got worse than in the stored baseline; with the option, store it anew.
+
+        Parameters
+        ----------
+        comparison : Comparison
+            The result now.
+        tolerance, controllers, metrics : optional
+            See ``adaptive_ff.assert_no_regression``.
+        name : str, optional
+            Name of the baseline, where a test checks several.
+        """
+        __tracebackhide__ = True
+        from adaptive_ff.comparison.gate import assert_no_regression
+
+        path = self.path if name is None else self.path.with_name(f"{self.path.stem}-{_file_name(name)}.json")
+        if self._update:
+            comparison.write(path)
+            self._written.append(str(path))
+        elif not path.exists():
+            pytest.fail(f"there is no baseline {path}; run pytest once with {OPTION}, look at it and store it")
+        else:
+            assert_no_regression(comparison, path, tolerance, controllers=controllers, metrics=metrics)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option."""
+    group = parser.getgroup("adaptive-ff")
+    group.addoption(OPTION, action="store_true", help="store the results that tracking_baseline checks as baselines")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Prepare the list of stored files."""
+    config.stash[WRITTEN] = []
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Say which baselines were stored."""
+    for path in config.stash[WRITTEN]:
+        terminalreporter.write_line(f"tracking baseline stored: {path}")
+
+
+@pytest.fixture
+def tracking_baseline(request: pytest.FixtureRequest) -> TrackingBaseline:
+    """Return the stored tracking baseline of this test, to ``check`` a comparison against."""
+    name = _file_name(f"{request.path.stem}-{request.node.name}")
+    path = request.path.parent / FOLDER / f"{name}.json"
+    return TrackingBaseline(path, bool(request.config.getoption(OPTION)), request.config.stash[WRITTEN])
+
+
+def _file_name(text: str) -> str:
+    """Return a text with nothing in it that a file name cannot have."""
+    return re.sub(r"[^\w.-]+", "_", text).strip("_")

@@ -1,0 +1,54 @@
+"""Whether a model of another family says what was held out, where the chosen one does not.
+
+Only where none does may the machine be blamed: a model with terms too many is worse on other motion, too.
+"""
+
+from adaptive_ff.identify.families import LAG, SATURATION, STICTION, Terms
+from adaptive_ff.identify.fit import fit_terms
+from adaptive_ff.identify.prediction import TorqueError, predict, torque_error
+from adaptive_ff.identify.regressors import BENT, Problem
+from adaptive_ff.identify.term_selection import Selection
+
+ENOUGH = 1.5
+"""Error on what was held out, over that of the fit, up to which a model carries over."""
+
+WITHIN = (LAG, STICTION, SATURATION)
+"""Terms that models of one family may differ by."""
+
+
+def carries_over(
+    problem: Problem, held: Problem, selection: Selection, confidence: float
+) -> tuple[Terms, TorqueError] | None:
+    """Return the model that is best on what was held out, if it is not much worse there; None where there is none.
+
+    Of each family the simplest model and the one that validates best on the fitted part are tried.
+
+    Parameters
+    ----------
+    problem, held : Problem
+        The rows that were fitted, and those that were held out.
+    selection : Selection
+        The models.
+    confidence : float
+        Probability that the intervals are meant to have.
+    """
+    tried: dict[Terms, None] = {}
+    families: dict[Terms, list[Terms]] = {}
+    for model in sorted(selection.validated, key=lambda model: model.error):
+        family = tuple(term for term in model.terms if term not in WITHIN)
+        families.setdefault(family, []).append(model.terms)
+    for members in families.values():
+        tried.update(dict.fromkeys((members[0], min(members, key=len))))
+    starts = {model.terms: model.start for model in selection.validated}
+    found = []
+    for terms in tried:
+        point = starts[terms]
+        try:
+            start = {LAG: point.lag, **dict.fromkeys(BENT.values(), point.speed)}
+            fitted = fit_terms(problem, terms, confidence, start=start)
+        except ValueError:
+            continue  # not determined by the rows
+        errors = torque_error(predict(problem, fitted)), torque_error(predict(held, fitted))
+        if errors[0] is not None and errors[1] is not None and errors[1].rms_error <= ENOUGH * errors[0].rms_error:
+            found.append((terms, errors[1]))
+    return min(found, key=lambda pair: pair[1].rms_error, default=None)

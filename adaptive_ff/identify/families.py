@@ -1,0 +1,61 @@
+"""Models that a log is compared with: which terms a family may have."""
+
+from itertools import product
+
+from adaptive_ff.errors import InputError
+
+BASE = ("inertia", "coulomb", "viscous")
+"""Terms of every model."""
+
+GRAVITY = ("gravity_sine", "gravity_cosine")
+"""Terms of gravity, which come together."""
+
+LAG, STICTION, SATURATION, ASYMMETRY = "friction_lag", "stiction_excess", "saturation", "viscous_asymmetry"
+"""Further terms; stiction and saturation exclude each other, as one log seldom determines both bends."""
+
+FAMILIES = {
+    "symmetric": (),
+    "offset": ("offset",),
+    "directions": ("offset", ASYMMETRY),
+    "gravity": ("offset", *GRAVITY),
+    "gravity-directions": ("offset", *GRAVITY, ASYMMETRY),
+}
+"""Terms beside the base and beside lag, stiction and saturation, by the name that a user gives."""
+
+AUTO = "auto"
+"""Name of the choice among all families."""
+
+Terms = tuple[str, ...]
+
+
+def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Terms]:
+    """Return the models that a log is compared with, the simplest first.
+
+    Parameters
+    ----------
+    family : str
+        Key of ``FAMILIES``, whose terms are then part of every model, or ``AUTO``.
+    both_ways : bool
+        Whether the joint moves both ways; else an offset is no term, as it cannot be separated from Coulomb friction,
+        and neither is friction by direction.
+    gravity : bool
+        Whether the log can have terms of gravity: a position of a rotary joint.
+
+    Raises
+    ------
+    InputError
+        There is no such family, or it has terms of gravity and the log cannot have them.
+    """
+    if family != AUTO and family not in FAMILIES:
+        raise InputError(f"model = {family!r} is not allowed: it must be {AUTO} or one of {', '.join(FAMILIES)}")
+    if family != AUTO and GRAVITY[0] in FAMILIES[family] and not gravity:
+        raise InputError(f"model = {family!r} is not allowed: gravity takes the position of a rotary joint")
+    if family == AUTO:
+        sides = [FAMILIES[name] for name in FAMILIES if name != "symmetric" and (gravity or "gravity" not in name)]
+    else:
+        sides = [FAMILIES[family]]
+    made: dict[Terms, None] = {}
+    for side, lag, bend in product(sides, ((), (LAG,)), ((), (STICTION,), (SATURATION,))):
+        kept = side if both_ways else tuple(term for term in side if term not in ("offset", ASYMMETRY))
+        made[(*BASE, *kept, *bend, *lag)] = None
+    return sorted(made, key=len)

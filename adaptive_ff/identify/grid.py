@@ -1,0 +1,193 @@
+"""Normal equations of a log over a grid of friction lags and speeds, block by block.
+
+Every model of a log is linear once its lag and its bend of the friction curve are given. So the products of all columns
+are summed once for each lag of a grid and each block of the rows; any model, fitted to any blocks and tried on others, is
+then a matter of small matrices. The lag is interpolated between the points of the grid, where the sum of squares is a
+parabola to good accuracy.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.identify.regressors import (
+    BENT,
+    DIRECT,
+    FRICTION,
+    Problem,
+    direct_column,
+    friction_column,
+    piece_torque,
+)
+from adaptive_ff.logs.derivatives import Array
+
+BLOCKS = 10
+"""Blocks of rows, one after the other, that are held out in turn."""
+
+LAG_STEP = 0.05
+"""Step of the grid of lags, in cycles of the band: a residual changes over a sixth of a cycle."""
+
+LEAD = "friction_lead"
+"""Term of a friction that leads the motion, as where the motion is recorded later than the torque."""
+
+EVERY = 2
+"""Every second speed of the log's grid is used: columns of neighbours are much alike."""
+
+SMEARED = 0.1
+"""Slowest speed at which friction may saturate, over the fastest of the grid; below that noise around a reversal, which
+smears the sign of the velocity, looks the same."""
+
+RIDGE = 1e-10
+"""Added to the diagonal of the scaled normal equations, so that dependent columns make no exception."""
+
+
+class Grid(NamedTuple):
+    """Products of columns.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Columns: linear terms, then the bent column for each speed of the grid, and the torque last.
+    lags : ndarray, shape (lags,)
+        Friction lags, s; zero is one of them.
+    speeds : ndarray, shape (speeds,)
+        Speeds of the bend, rad/s.
+    products : ndarray, shape (blocks, lags, columns, columns)
+        Products of the scaled columns over the rows of each block.
+    """
+
+    names: tuple[str, ...]
+    lags: Array
+    speeds: Array
+    products: Array
+
+    @property
+    def without_lag(self) -> int:
+        """Place of the lag of zero."""
+        return int(np.argmin(np.abs(self.lags)))
+
+
+class Point(NamedTuple):
+    """A model at its best point of the grid.
+
+    Attributes
+    ----------
+    squares : float
+        Sum of squares on the rows that were fitted, in units of that of the torque; infinite where there is no fit.
+    held : float
+        On the rows that were held out.
+    lag, speed : float
+        Friction lag, s, and speed of the bend, rad/s.
+    """
+
+    squares: float
+    held: float
+    lag: float
+    speed: float
+
+
+NOWHERE = Point(math.inf, math.inf, 0.0, 0.0)
+
+
+def make_grid(problem: Problem) -> Grid:
+    """Sum the products of all columns that a log has."""
+    with_position = all(piece.sine is not None for piece in problem.pieces)
+    direct = [term for term in DIRECT if with_position or not term.startswith("gravity")]
+    count = max(1, math.ceil(1.0 / LAG_STEP))
+    lags = problem.longest_lag * np.arange(-count, count + 1) / count
+    fixed, spectra, target = [], [], []
+    for piece in problem.pieces:
+        fixed.append(np.column_stack([direct_column(piece, term) for term in direct])[piece.slides])
+        bent = piece.stiction[::EVERY]
+        friction = [friction_column(piece, problem.stribeck, term, {}) for term in FRICTION]
+        spectra.append(_spectrum(np.vstack([friction, bent])))
+        target.append(piece_torque(piece, problem.torque_delay)[piece.slides])
+    names = (*direct, *FRICTION, *(f"bent {place}" for place in range(problem.stribeck[::EVERY].size)), "torque")
+    rows = sum(part.size for part in target)
+    edges = np.linspace(0, rows, BLOCKS + 1).round().astype(int)
+    products = np.empty((BLOCKS, lags.size, len(names), len(names)))
+    matrix = np.empty((rows, len(names)))
+    matrix[:, : len(direct)], matrix[:, -1] = np.concatenate(fixed), np.concatenate(target)
+    scale: Array | None = None
+    for place in sorted(range(lags.size), key=lambda place: abs(float(lags[place]))):
+        lagged = [_lagged(spectrum, piece.time.size, piece.period, float(lags[place]))[:, piece.slides].T
+                  for spectrum, piece in zip(spectra, problem.pieces, strict=True)]  # fmt: skip
+        matrix[:, len(direct) : -1] = np.concatenate(lagged)
+        if scale is None:  # of the friction that does not lag
+            scale = np.linalg.norm(matrix, axis=0)
+            scale[scale == 0.0] = 1.0
+        scaled = matrix / scale
+        for block in range(BLOCKS):
+            part = scaled[edges[block] : edges[block + 1]]
+            products[block, place] = part.T @ part
+    return Grid(names, lags, problem.stribeck[::EVERY], products)
+
+
+def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Point:
+    """Fit a model to some blocks, and try it on the others.
+
+    Parameters
+    ----------
+    grid : Grid
+        The products.
+    terms : sequence of str
+        Linear terms, and ``friction_lag`` or ``LEAD``; at most one of them is bent.
+    held : ndarray of bool, shape (blocks,)
+        Blocks that are held out.
+    """
+    bent = [term for term in terms if term in BENT]
+    straight = [grid.names.index(term) for term in terms if term in grid.names]
+    first = grid.names.index("bent 0")
+    slowest = SMEARED * float(grid.speeds[-1]) if bent == ["saturation"] else 0.0
+    speeds = np.flatnonzero(grid.speeds >= slowest)
+    ends = [[first + place] for place in speeds] if bent else [[]]
+    chosen = np.array([[*straight, *end, len(grid.names) - 1] for end in ends])
+    zero = grid.without_lag
+    lags = slice(0 if LEAD in terms else zero, None if "friction_lag" in terms else zero + 1)
+    places = (slice(None), chosen[:, :, np.newaxis], chosen[:, np.newaxis, :])
+    train, test = (np.sum(grid.products[part][:, lags], axis=0)[places] for part in (~held, held))
+    size = chosen.shape[1] - 1
+    matrix, vector = train[..., :size, :size] + RIDGE * np.eye(size), train[..., :size, size]
+    values = np.linalg.solve(matrix, vector[..., np.newaxis])[..., 0]
+    squares = train[..., size, size] - np.sum(values * vector, axis=-1)
+    if bent:  # stiction is above Coulomb friction, what saturates rises from it
+        sign = 1.0 if bent[0] == "stiction_excess" else -1.0
+        squares = np.where(sign * values[..., -1] > 0.0, squares, np.inf)
+    best = np.unravel_index(int(np.argmin(squares)), squares.shape)
+    if not np.isfinite(squares[best]):
+        return NOWHERE
+    full = np.concatenate([values, np.full((*values.shape[:-1], 1), -1.0)], axis=-1)
+    tried = np.einsum("...i,...ij,...j->...", full[:, best[1]], test[:, best[1]], full[:, best[1]])
+    share, weights = _between(squares[:, best[1]], int(best[0]))
+    lag = float(grid.lags[lags][best[0]] + share * (grid.lags[1] - grid.lags[0]))
+    around = slice(max(0, int(best[0]) - 1), int(best[0]) + 2)
+    if weights is None:
+        found, unseen = float(squares[best]), float(tried[best[0]])
+    else:
+        found, unseen = float(weights @ squares[around, best[1]]), float(weights @ tried[around])
+    return Point(max(found, 0.0), max(unseen, 0.0), lag, float(grid.speeds[speeds[best[1]]]) if bent else 0.0)
+
+
+def _between(squares: Array, place: int) -> tuple[float, Array | None]:
+    """Return how far beside a point of the grid a parabola has its minimum, in steps, and its weights."""
+    if not 0 < place < squares.size - 1 or not np.all(np.isfinite(squares[place - 1 : place + 2])):
+        return 0.0, None
+    before, here, after = (float(value) for value in squares[place - 1 : place + 2])
+    curvature = before - 2.0 * here + after
+    share = min(max(0.5 * (before - after) / curvature, -0.5), 0.5) if curvature > 0.0 else 0.0
+    return share, np.array([0.5 * share * (share - 1.0), 1.0 - share**2, 0.5 * share * (share + 1.0)])
+
+
+def _spectrum(series: Array) -> NDArray[np.complex128]:
+    """Return the spectra of series that are continued by their mirror images."""
+    return np.fft.rfft(np.concatenate([series, series[:, ::-1]], axis=1), axis=1)
+
+
+def _lagged(spectrum: NDArray[np.complex128], size: int, period: float, lag: float) -> Array:
+    """Return series of such spectra, lagged; a negative lag leads."""
+    response = 1.0 / (1.0 + lag * 2j * math.pi * np.fft.rfftfreq(2 * size, period))
+    lagged: Array = np.fft.irfft(spectrum * response, 2 * size, axis=1)[:, :size]
+    return lagged

@@ -1,0 +1,272 @@
+"""Never worse than PI: ``python -m benchmarks.never_worse [--scenario NAME] [--every] [--joints N]``.
+
+A controller against its own PI loop, as ``adaptive_ff.comparison.windows`` defines it, beside what is asked of it: in
+situations outside the controller's model (by default), in scenarios of the matrix (``--scenario``, ``--every``) and on
+joints drawn at random (``--joints``), the latter by how steeply their friction falls against the proportional gain.
+Where it falls by more than the gain, PI itself hunts. Reported are references of seeds from 1 on and the draws of seed
+1; whoever tunes takes ``--first-seed 101``.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor, ProcessPoolExecutor
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from adaptive_ff import Scenario, load_scenario
+from adaptive_ff.comparison.drawn_joints import CLASSES, class_of, draw_scenario, fall_over_gain
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
+from adaptive_ff.report.files import write_json
+from benchmarks.tracking.cells import SCENARIOS, scenario_names
+
+WIDTH = 150
+"""Width of the table where it is not printed to a terminal, characters."""
+
+WINDOW_LIMIT = 1.2
+"""Largest error in a window over what counts for PI there."""
+
+WORST_SETTLED = 0.95
+"""Least settled error of PI over the controller's for any reference."""
+
+STEEPEST_WITH_WINDOWS = 10.0
+"""Largest fall of friction over the proportional gain up to which windows are asked for."""
+
+
+class Asked(NamedTuple):
+    """What is asked of a situation.
+
+    Attributes
+    ----------
+    settled : float
+        Least settled error of PI over the controller's, median over references.
+    window : float
+        Largest ratio in any window, infinite where none is asked for.
+    start : float
+        Largest ratio in the first 5 s, median over references, infinite where none is asked for.
+    after : float
+        Largest ratio in the first 5 s after a change, median over references.
+    """
+
+    settled: float = 1.0
+    window: float = WINDOW_LIMIT
+    start: float = np.inf
+    after: float = np.inf
+
+
+SITUATIONS: dict[str, Asked] = {
+    "paper_100hz": Asked(start=0.36),
+    "noisy_1khz": Asked(start=0.15),
+    "load_step_30": Asked(settled=6.0, after=0.35),
+    "load_step_80": Asked(settled=6.0, after=0.5),
+    "friction_drops": Asked(after=0.28),
+    "friction_triples": Asked(after=0.25),
+    "payload_double": Asked(),
+    "payload_half": Asked(),
+    "gravity_40": Asked(),
+    "gravity_100": Asked(settled=3.5, window=1.5),
+    "lugre_1e3": Asked(settled=1.3),
+    "lugre_3e3": Asked(settled=1.9),
+    "lugre_1e4": Asked(settled=2.8),
+    "slow_010": Asked(),
+    "slow_025": Asked(),
+    "slow_050": Asked(),
+    "steep_2": Asked(),
+    "steep_5": Asked(),
+    "steep_10": Asked(),
+    "steep_20": Asked(window=np.inf),
+    "high_stiction": Asked(settled=3.5),
+    "high_stiction_vs_quarter": Asked(settled=3.5),
+    "high_stiction_vs_fourfold": Asked(settled=3.5),
+    "delay": Asked(start=0.25),
+    "elastic": Asked(start=0.25),
+}
+"""Situations by name of their scenario; other scenarios are asked for nothing but to be never worse."""
+
+
+class Case(NamedTuple):
+    """One reference on which a controller is judged.
+
+    Attributes
+    ----------
+    name : str
+        Situation or class of joints.
+    seed : int
+        Seed of the reference, or number of the draw of the joint.
+    scenario : Scenario
+        What is run.
+    """
+
+    name: str
+    seed: int
+    scenario: Scenario
+
+
+def named_cases(names: Iterable[str], first: int, references: int) -> list[Case]:
+    """Return the references of named scenarios."""
+    loaded = {name: load_scenario(SCENARIOS / f"{name}.toml") for name in names}
+    seeds = range(first, first + references)
+    return [Case(name, seed, scenario.modified(seed=seed)) for name, scenario in loaded.items() for seed in seeds]
+
+
+def drawn_cases(joints: int, seed: int) -> list[Case]:
+    """Return joints drawn around the built-in one, named by how steeply their friction falls."""
+    drawn = ((draw, draw_scenario(load_scenario(), seed, draw)) for draw in range(joints))
+    return [Case(class_of(fall_over_gain(scenario)), draw, scenario) for draw, scenario in drawn]
+
+
+def judge_case(case: Case, controller: str, draws: int) -> Judgement:
+    """Judge a controller on one reference."""
+    return judge(case.scenario, controller, draws=draws)
+
+
+def asked_of(name: str) -> Asked:
+    """Return what is asked of a situation or of a class of drawn joints."""
+    if name in CLASSES and CLASSES[name] >= STEEPEST_WITH_WINDOWS:
+        return Asked(window=np.inf)
+    return SITUATIONS.get(name, Asked())
+
+
+def row_of(name: str, found: list[Judgement]) -> dict[str, Any]:
+    """Return the figures of a situation over its references, and which of what is asked is missed."""
+    asked = asked_of(name)
+    settled = np.array([judgement.settled for judgement in found])
+    windows = np.array([judgement.worst_window for judgement in found])
+    start = np.array([judgement.start for judgement in found])
+    after = np.array([ratio for judgement in found for ratio in judgement.after])
+    row = {
+        "situation": name,
+        "references": len(found),
+        "pi": float(np.median([judgement.base.settled for judgement in found])),
+        "settled": float(np.median(settled)),
+        "settled_worst": float(np.min(settled)),
+        "worst_window": float(np.max(windows)),
+        "windows_over": int(np.sum(windows > asked.window)),
+        "start": float(np.median(start)),
+        "start_worst": float(np.max(start)),
+        "after": float(np.median(after)) if after.size else None,
+        "asked": asked._asdict(),
+    }
+    # of drawn joints the median is one of different joints; each is asked to be never worse all the same
+    checks = {
+        "settled": row["settled"] >= asked.settled and row["settled_worst"] >= WORST_SETTLED,
+        "window": row["worst_window"] <= asked.window,
+        "start": row["start"] <= asked.start and (asked.start == np.inf or row["start_worst"] <= 1.0),
+        "after": row["after"] is None or row["after"] <= asked.after,
+    }
+    return {**row, "missed": [check for check, met in checks.items() if not met]}
+
+
+HEADINGS = (
+    "situation",
+    "n",
+    "pi, mrad/s",
+    "pi / own (least)",
+    "worst window",
+    "start (worst)",
+    "after change",
+    "missed",
+)
+
+
+def table_of(rows: list[dict[str, Any]], title: str) -> Table:
+    """Return the rows as a table for a terminal; what is asked stands in brackets behind a semicolon."""
+    table = Table(title=title, box=SIMPLE, title_style="bold")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="left" if heading in ("situation", "missed") else "right", no_wrap=True)
+    for row in rows:
+        asked = row["asked"]
+        table.add_row(
+            row["situation"],
+            str(row["references"]),
+            f"{1e3 * row['pi']:.3g}",
+            f"{row['settled']:.2f} ({row['settled_worst']:.2f}) >= {asked['settled']:g}",
+            f"{row['worst_window']:.2f}" + _limit(asked["window"]),
+            f"{row['start']:.2f} ({row['start_worst']:.2f})" + _limit(asked["start"]),
+            "-" if row["after"] is None else f"{row['after']:.2f}" + _limit(asked["after"]),
+            ", ".join(row["missed"]),
+            style="red" if row["missed"] else None,
+        )
+    return table
+
+
+def _limit(value: float) -> str:
+    return "" if np.isinf(value) else f" <= {value:g}"
+
+
+def _written(value: Any) -> Any:
+    """Return a row as JSON can hold it: what is infinite, such as a limit that is not asked for, is null."""
+    if isinstance(value, dict):
+        return {name: _written(part) for name, part in value.items()}
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def rows_of(
+    cases: list[Case],
+    controller: str,
+    draws: int,
+    pool: Executor,
+    watch: Callable[[Iterable[Judgement], int], Iterable[Judgement]],
+) -> list[dict[str, Any]]:
+    """Judge all cases and return a row for each name, in their order."""
+    count = len(cases)
+    found = list(watch(pool.map(judge_case, cases, [controller] * count, [draws] * count), count))
+    names = dict.fromkeys(case.name for case in cases)
+    return [row_of(name, [f for case, f in zip(cases, found, strict=True) if case.name == name]) for name in names]
+
+
+def main(
+    scenario: Annotated[list[str] | None, typer.Option(help="Scenario of the matrix; may be repeated.")] = None,
+    every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix.")] = False,
+    joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
+    controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
+    references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 10,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first reference, and of the draws.")] = 1,
+    draws: Annotated[int, typer.Option(min=1, help="Draws of the noise for each reference.")] = DRAWS,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
+) -> None:
+    """Print how a controller fares against PI, and where what is asked is missed."""
+    known = scenario_names()
+    for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
+        for name in given:
+            if name not in allowed:
+                raise typer.BadParameter(f"{name!r} is not known; there are {', '.join(allowed)}", param_hint=option)
+    names = known if every else scenario or ([] if joints else list(SITUATIONS))
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    rows: list[dict[str, Any]] = []
+    parts = {
+        f"{controller} against pi, {references} references of {draws} draws of the noise": named_cases(
+            names, first_seed, references
+        ),
+        f"{controller} against pi on drawn joints, by fall of friction over Kp": drawn_cases(joints, first_seed),
+    }
+    with ProcessPoolExecutor(workers) as pool:
+        for title, cases in parts.items():
+            if not cases:
+                continue
+            if not rows:
+                judge_case(cases[0], controller, 1)  # here, so that workers find the controllers compiled
+
+            def watch(results: Iterable[Judgement], total: int) -> Iterable[Judgement]:
+                return track(results, "references", total=total, transient=True, console=Console(stderr=True))
+
+            part = rows_of(cases, controller, draws, pool, watch)
+            order = list(CLASSES)
+            part.sort(key=lambda row: order.index(row["situation"]) if row["situation"] in CLASSES else -1)
+            rows += part
+            console.print(table_of(part, title))
+    if json is not None:
+        write_json(json, {"controller": controller, "rows": [_written(row) for row in rows]})
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,296 @@
+"""One time step of an elastic joint with backlash and hysteresis in its gear.
+
+    Jm dwm/dt = u - f - offset - T          T = k s + H[s] + c ds/dt
+    Jl dwl/dt = T                           s = theta - p,  |p| <= gap/2
+
+Motor and link are those of :mod:`plant.elastic`; the spring between them has a gap in series. ``p`` is where in the gap
+the spring's end is: the play operator of the twist ``theta``, since the end has no mass, so that it moves only where it
+touches nothing and no torque acts (``T = 0``), and a side can only push. ``H`` is the stop operator, one Maxwell
+element beside the spring: it goes with a stiffness ``H0/reach`` until it slips at ``+-H0``. Together they are the lost
+motion of a gear: a gap, and a torque that depends on where the twist came from. M. Ruderman, F. Hoffmann, T. Bertram,
+"Modeling and identification of elastic robot joints with hysteresis and backlash" (2009), describe joints by such
+parts; the equations above are what is simulated here.
+
+Discretised as :mod:`plant.elastic`, with which the step agrees where there is neither gap nor hysteresis: spring and
+inertias by the trapezoidal rule, friction at the motor by implicit Euler. Over a step the torque of the gear is a
+rising function of the twist after it, made of at most five straight pieces (either side of the gap, in it, the element
+sticking or slipping). On each of them the step is the elastic joint's; they are walked through from the twist before
+the step. Of first order in the period, as a piece that ends within a step is taken for all of it.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from plant.change import JointChange, changed_curve
+from plant.friction import Stribeck, scaled
+from plant.step import friction_at, velocity_under_friction
+
+PIECES = 5
+"""Straight pieces of the torque as a function of the twist after a step."""
+
+NEVER = 1e9
+"""Twist that is never reached, rad: where an element without torque slips."""
+
+
+class BacklashParameters(NamedTuple):
+    """What the step needs to know of a joint with backlash.
+
+    Attributes
+    ----------
+    motor_inertia, link_inertia : float
+        Inertia on either side of the gear, kg m^2, both on the joint's side.
+    friction, backward : Stribeck
+        Static friction map of forward and of backward motion of the motor.
+    offset : float
+        Constant torque against the motor's, N m, of either sign.
+    friction_lag : float
+        Friction lag ``tau``, s, zero or more.
+    link_stiffness : float
+        Stiffness ``k`` of the spring, N m/rad.
+    link_damping : float
+        Damping ``c`` of the spring, N m s/rad.
+    half_gap : float
+        Half of the free play, rad.
+    hysteresis : float
+        Torque ``H0`` at which the element slips, N m.
+    hysteresis_stiffness : float
+        Stiffness of the element, N m/rad; zero where there is none.
+    """
+
+    motor_inertia: float
+    link_inertia: float
+    friction: Stribeck
+    backward: Stribeck
+    offset: float
+    friction_lag: float
+    link_stiffness: float
+    link_damping: float
+    half_gap: float
+    hysteresis: float
+    hysteresis_stiffness: float
+
+
+class BacklashState(NamedTuple):
+    """State of a joint with backlash.
+
+    Attributes
+    ----------
+    velocity : float
+        Velocity of the link, rad/s.
+    friction_torque : float
+        Friction torque ``f`` at the motor, N m, without the offset.
+    position : float
+        Position of the motor, rad.
+    motor_velocity : float
+        Velocity of the motor, rad/s.
+    twist : float
+        Position of the motor less that of the link, rad.
+    wind : float
+        Twist ``s`` of the spring, rad; the rest of the twist is the place in the gap.
+    hysteresis_torque : float
+        Torque ``H`` of the element, N m.
+    """
+
+    velocity: float
+    friction_torque: float
+    position: float
+    motor_velocity: float
+    twist: float
+    wind: float
+    hysteresis_torque: float
+
+
+@register_jitable
+def wound(joint: BacklashParameters, state: BacklashState, winding: float) -> float:
+    """Return the torque ``H`` of the element, N m, after the spring has been wound further (rad)."""
+    torque = state.hysteresis_torque + joint.hysteresis_stiffness * winding
+    return min(max(torque, -joint.hysteresis), joint.hysteresis)
+
+
+@register_jitable
+def free_winding(joint: BacklashParameters, state: BacklashState, rate: float) -> float:
+    """Return by how much (rad) the spring winds where its end is free: ``k s + H + c ds/dt = 0`` after the step.
+
+    ``rate`` is ``c/h``, N m/rad.
+    """
+    held = joint.link_stiffness * state.wind
+    stiffness = joint.link_stiffness + rate
+    winding = -(held + state.hysteresis_torque) / (stiffness + joint.hysteresis_stiffness)
+    after = state.hysteresis_torque + joint.hysteresis_stiffness * winding
+    if after > joint.hysteresis:
+        return -(held + joint.hysteresis) / stiffness
+    if after < -joint.hysteresis:
+        return -(held - joint.hysteresis) / stiffness
+    return winding
+
+
+@register_jitable
+def knots(joint: BacklashParameters, state: BacklashState, free: float) -> tuple[float, float, float, float]:
+    """Return by how much the twist grows (rad) where the gap ends, below and above, and where the element slips.
+
+    ``free`` is the winding of a spring whose end is free, rad.
+    """
+    below = state.wind + free - joint.half_gap - state.twist
+    above = state.wind + free + joint.half_gap - state.twist
+    low, high = -NEVER, NEVER
+    if joint.hysteresis_stiffness > 0.0:
+        low = (-joint.hysteresis - state.hysteresis_torque) / joint.hysteresis_stiffness
+        high = (joint.hysteresis - state.hysteresis_torque) / joint.hysteresis_stiffness
+    low += (below if low < free else above) - free
+    high += (below if high < free else above) - free
+    return below, above, low, high
+
+
+@register_jitable
+def in_order(a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
+    """Return four numbers in ascending order, where ``a <= b`` and ``c <= d``."""
+    lowest, inner = min(a, c), max(a, c)
+    highest, other = max(b, d), min(b, d)
+    return lowest, min(inner, other), max(inner, other), highest
+
+
+@register_jitable
+def piece(
+    joint: BacklashParameters, state: BacklashState, free: float, rate: float, growth: float
+) -> tuple[float, float]:
+    """Return the straight piece of the gear's mean torque over a step at a growth of the twist (rad).
+
+    Returns
+    -------
+    level, stiffness : float
+        The torque is ``level + stiffness growth``, in N m and N m/rad.
+    """
+    below, above, low, high = knots(joint, state, free)
+    before = joint.link_stiffness * state.wind + state.hysteresis_torque
+    if below <= growth <= above and below < above:
+        after = joint.link_stiffness * (state.wind + free) + wound(joint, state, free)
+        return 0.5 * (before + after) + rate * free, 0.0
+    place = joint.half_gap if growth > above else -joint.half_gap
+    start = state.twist - place - state.wind  # by how much the spring winds if the twist stays
+    if low <= growth <= high:
+        stiffness = 0.5 * (joint.link_stiffness + joint.hysteresis_stiffness) + rate
+        return before + stiffness * start, stiffness
+    limit = joint.hysteresis if growth > high else -joint.hysteresis
+    stiffness = 0.5 * joint.link_stiffness + rate
+    return before + 0.5 * (limit - state.hysteresis_torque) + stiffness * start, stiffness
+
+
+@register_jitable
+def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float, period: float) -> BacklashState:
+    """Advance a joint with backlash by one solver period under constant torque.
+
+    Parameters
+    ----------
+    joint : BacklashParameters
+        The joint.
+    state : BacklashState
+        State at the start of the step.
+    torque : float
+        Torque ``u`` at the motor, N m, constant over the step.
+    period : float
+        Solver period ``h``, s.
+
+    Returns
+    -------
+    BacklashState
+        State at the end of the step. A motor at rest has a velocity of exactly zero.
+    """
+    motor, link = state.motor_velocity, state.velocity
+    lag_divisor = joint.friction_lag + period
+    carried = joint.friction_lag * state.friction_torque / lag_divisor
+    mobility, half = period / joint.motor_inertia, 0.5 * period
+    rate = joint.link_damping / period
+    free = free_winding(joint, state, rate)
+    below, above, low, high = knots(joint, state, free)
+    first, second, third, last = in_order(below, above, low, high)
+    ends = (-math.inf, first, second, third, last, math.inf)
+    probes = (first - 1.0, 0.5 * (first + second), 0.5 * (second + third), 0.5 * (third + last), last + 1.0)
+    guess = half * (motor - link)
+    place = 0
+    for i in range(1, PIECES):
+        if guess > ends[i]:
+            place += 1
+    next_motor, next_link, growth, static_friction = motor, link, 0.0, 0.0
+    for _ in range(PIECES):
+        level, stiffness = piece(joint, state, free, rate, probes[place])
+        gain = half * stiffness
+        share = 1.0 / (1.0 + period * gain / joint.link_inertia)
+        coupling = share * gain
+        held = share * (level + gain * (motor - link - link))
+        divisor = 1.0 + mobility * coupling
+        free_velocity = (motor + mobility * (torque - joint.offset - carried - held)) / divisor
+        kappa = mobility * period / (lag_divisor * divisor)
+        next_motor = velocity_under_friction(joint.friction, joint.backward, free_velocity, kappa, abs(motor))
+        static_friction = (free_velocity - next_motor) / kappa
+        next_link = link + period / joint.link_inertia * (held + coupling * next_motor)
+        growth = half * (motor - link + next_motor - next_link)
+        if growth > ends[place + 1]:
+            place += 1
+        elif growth < ends[place]:
+            place -= 1
+        else:
+            break
+    winding = free
+    if growth > above:
+        winding = state.twist + growth - joint.half_gap - state.wind
+    elif growth < below:
+        winding = state.twist + growth + joint.half_gap - state.wind
+    return BacklashState(
+        next_link,
+        carried + period * static_friction / lag_divisor,
+        state.position + half * (motor + next_motor),
+        next_motor,
+        state.twist + growth,
+        state.wind + winding,
+        wound(joint, state, winding),
+    )
+
+
+@register_jitable
+def scaled_backlash(joint: BacklashParameters, factor: float) -> BacklashParameters:
+    """Return the joint with the friction of both directions times a dimensionless factor; offset and gear stay."""
+    return BacklashParameters(
+        joint.motor_inertia,
+        joint.link_inertia,
+        scaled(joint.friction, factor),
+        scaled(joint.backward, factor),
+        joint.offset,
+        joint.friction_lag,
+        joint.link_stiffness,
+        joint.link_damping,
+        joint.half_gap,
+        joint.hysteresis,
+        joint.hysteresis_stiffness,
+    )
+
+
+@register_jitable
+def changed_backlash(joint: BacklashParameters, change: JointChange) -> BacklashParameters:
+    """Return the joint with a change of its parameters; a payload is beyond the gear, the motor's inertia stays."""
+    return BacklashParameters(
+        joint.motor_inertia,
+        joint.link_inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.friction_lag * change.lag,
+        joint.link_stiffness,
+        joint.link_damping,
+        joint.half_gap,
+        joint.hysteresis,
+        joint.hysteresis_stiffness,
+    )
+
+
+@register_jitable
+def sensed_backlash(state: BacklashState) -> float:
+    """Return the velocity at the motor, where the sensor sits, rad/s."""
+    return state.motor_velocity
+
+
+def initial_backlash(joint: BacklashParameters, velocity: float) -> BacklashState:
+    """Return the state of a joint that has moved at a velocity (rad/s) for long, in the middle of its gap."""
+    friction = friction_at(joint.friction, joint.backward, velocity)
+    return BacklashState(velocity, friction, 0.0, velocity, 0.0, 0.0, 0.0)

@@ -1,0 +1,46 @@
+"""What may change of a joint at a given time, as factors on its original parameters and a load."""
+
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from plant.friction import Stribeck
+
+
+class JointChange(NamedTuple):
+    """How a joint differs from its original parameters.
+
+    Attributes
+    ----------
+    dry : float
+        Factor on ``Fc`` and ``Fs`` of both directions.
+    viscous : float
+        Factor on ``sigma`` of both directions.
+    inertia : float
+        Factor on the inertia, of an elastic joint on that of the link.
+    lag : float
+        Factor on the friction lag, for joints that have one.
+    load : float
+        Constant torque against the motor's beside the joint's offset, N m, of either sign.
+    """
+
+    dry: float
+    viscous: float
+    inertia: float
+    lag: float
+    load: float
+
+
+UNCHANGED = JointChange(1.0, 1.0, 1.0, 1.0, 0.0)
+
+
+@register_jitable
+def changed_curve(friction: Stribeck, change: JointChange) -> Stribeck:
+    """Return a static friction map with its dry and its viscous part changed."""
+    return Stribeck(
+        friction.coulomb * change.dry,
+        friction.stiction * change.dry,
+        friction.viscous * change.viscous,
+        friction.stribeck_velocity,
+        friction.stribeck_shape,
+    )

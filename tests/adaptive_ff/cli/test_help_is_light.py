@@ -1,0 +1,49 @@
+"""``adaptive-ff --help`` and ``import adaptive_ff`` load no more than they need."""
+
+import inspect
+import subprocess
+import sys
+from importlib.metadata import version
+
+import pytest
+
+import adaptive_ff
+from adaptive_ff.cli import identify, replay
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.replay.replay import replay_log
+from benchmarks.processor_time import help_beside_numpy
+
+HEAVY = ("matplotlib", "control", "scipy", "numba", "filterpy", "numpy", "plant", "controllers")
+
+
+def loaded_after(code):
+    """Which heavy packages a fresh interpreter has loaded after some code, output of the code left out."""
+    report = f"import sys; print(*[name for name in {HEAVY} if name in sys.modules], file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", f"{code}\n{report}"], capture_output=True, text=True, check=True)
+    return done.stderr.split()
+
+
+@pytest.mark.parametrize("arguments", ["--help", "compare --help"])
+def test_help_loads_nothing_heavy(arguments):
+    code = f"from adaptive_ff.cli.main import app\napp({arguments.split()}, standalone_mode=False)"
+    assert loaded_after(code) == []
+
+
+def test_import_loads_nothing_heavy_and_knows_its_version():
+    assert loaded_after("import adaptive_ff; adaptive_ff.__version__") == []
+    assert adaptive_ff.__version__ == version("adaptive-ff")
+
+
+def default(function, name):
+    return inspect.signature(function).parameters[name].default
+
+
+def test_defaults_of_commands_are_those_of_the_functions():
+    assert default(identify.identify_command, "held_out") == default(identify_log, "held_out")
+    assert default(replay.replay_command, "band") == default(replay_log, "band")
+
+
+def test_processor_time_of_help_is_measured_beside_numpy():
+    ours, theirs = help_beside_numpy(repeats=1)
+    assert 0.0 < theirs < 30.0
+    assert 0.0 < ours < 30.0

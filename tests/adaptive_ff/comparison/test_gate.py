@@ -1,0 +1,215 @@
+"""The regression gate, as a function and on the command line."""
+
+import json
+
+import pytest
+from command_line import refusal, run_command_line
+from scenario_files import write_scenario
+
+from adaptive_ff import (
+    Comparison,
+    InputError,
+    assert_no_regression,
+    compare,
+    load_scenario,
+    read_baseline,
+    regressions,
+)
+from adaptive_ff.comparison.baseline import GATED, scenario_differences
+from adaptive_ff.scenario.reference import Recorded
+
+SHORT = load_scenario().modified(duration=2.0, controllers=["pi", "fixed", "oracle"])
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    return compare(SHORT)
+
+
+@pytest.fixture
+def baseline(comparison, tmp_path):
+    path = tmp_path / "baseline.json"
+    comparison.write(path)
+    return path
+
+
+def changed(path, **figures):
+    content = json.loads(path.read_text())
+    for name, value in figures.items():
+        content["controllers"]["pi"][name] = value
+    path.write_text(json.dumps(content))
+    return path
+
+
+def test_same_result_passes(comparison, baseline):
+    assert regressions(comparison, read_baseline(baseline), 0.0) == []
+    assert_no_regression(comparison, baseline)
+
+
+@pytest.mark.parametrize("figure", GATED)
+def test_each_figure_is_gated(comparison, baseline, figure):
+    old = comparison.to_dict()["controllers"]["pi"][figure]
+    changed(baseline, **{figure: old / 1.06})
+    (sentence,) = regressions(comparison, read_baseline(baseline), 0.05)
+    assert sentence.startswith(f"pi: {figure} grew")
+    assert "6.0 %" in sentence
+    assert ("N m (" if figure == "torque_variation" else "mrad/s (") in sentence
+    assert regressions(comparison, read_baseline(baseline), 0.07) == []
+    with pytest.raises(AssertionError, match=figure):
+        assert_no_regression(comparison, baseline)
+
+
+def test_controller_that_was_not_run_is_named(comparison, baseline):
+    content = read_baseline(baseline)
+    content["controllers"]["gone"] = content["controllers"]["pi"]
+    content["controllers"].pop("fixed")
+    assert regressions(comparison, content) == ["gone: is in the baseline, but was not run"]
+
+
+@pytest.mark.parametrize("tolerance", [-0.1, float("nan"), float("inf"), "", "five", "-1%", "inf%"])
+def test_tolerance_out_of_range(comparison, baseline, tolerance):
+    with pytest.raises(InputError, match="tolerance"):
+        regressions(comparison, read_baseline(baseline), tolerance)
+
+
+@pytest.mark.parametrize("tolerance", [5, 5.0, "5", "1.01"])
+def test_bare_number_above_one_is_refused_with_both_spellings(comparison, baseline, tolerance):
+    with pytest.raises(InputError) as refused:
+        regressions(comparison, read_baseline(baseline), tolerance)
+    share = 0.01 * float(tolerance)
+    assert f"write {tolerance}% or {share:g} for {tolerance} %" in str(refused.value)
+
+
+def test_large_percentage_is_allowed_where_it_is_written_as_one(comparison, baseline):
+    changed(baseline, rms_error=comparison.runs["pi"].metrics.rms_error / 5.9)
+    assert regressions(comparison, read_baseline(baseline), "500%") == []
+    assert len(regressions(comparison, read_baseline(baseline), "480%")) == 1
+
+
+def test_most_particular_tolerance_counts(comparison, baseline):
+    figures = vars(comparison.runs["pi"].metrics)
+    changed(baseline, rms_error=figures["rms_error"] / 1.2, max_error=figures["max_error"] / 1.2)
+    stored = read_baseline(baseline)
+    tolerances = {"default": "1%", "pi": "30%"}
+    assert regressions(comparison, stored, tolerances) == []
+    tolerances["rms_error"] = 0.1
+    (sentence,) = regressions(comparison, stored, tolerances)
+    assert "pi: rms_error grew" in sentence
+    assert "allowed 10 %" in sentence
+    tolerances["pi.rms_error"] = "25%"
+    assert regressions(comparison, stored, tolerances) == []
+    with pytest.raises(InputError, match=r"tolerance 'rms_eror' is not known; there are the metrics rms_error, "):
+        regressions(comparison, stored, {"rms_eror": 0.1})
+
+
+def test_oracle_is_guarded_only_where_it_is_chosen(comparison, baseline):
+    content = read_baseline(baseline)
+    for figure in GATED:
+        content["controllers"]["oracle"][figure] *= 0.5
+    assert regressions(comparison, content) == []
+    assert len(regressions(comparison, content, controllers=["oracle"])) == len(GATED)
+    (sentence,) = regressions(comparison, content, controllers=["oracle"], metrics=["max_error"])
+    assert sentence.startswith("oracle: max_error grew")
+    with pytest.raises(InputError, match="'adaptive' is not in the baseline; there are pi, fixed, oracle"):
+        regressions(comparison, content, controllers=["adaptive"])
+    with pytest.raises(InputError, match="metric 'rms' is not known; there are rms_error"):
+        regressions(comparison, content, metrics=["rms"])
+
+
+def test_own_controller_is_guarded_by_default(comparison, baseline):
+    content = read_baseline(baseline)
+    content["controllers"] = {"oracle": content["controllers"]["oracle"], "mine": content["controllers"]["pi"]}
+    assert regressions(comparison, content) == ["mine: is in the baseline, but was not run"]
+    del content["controllers"]["mine"]
+    with pytest.raises(InputError, match=r"not guarded by default \(oracle\)"):
+        regressions(comparison, content)
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"seed": 2}, "seed is 1 there and 2 here"),
+        ({"feedback": {"bandwidth": 8.0}}, "feedback.bandwidth is 10.0 there and 8.0 here"),
+        ({"sensor": {"velocity_noise": 0.0}}, "sensor.velocity_noise is 0.002 there and 0.0 here"),
+        ({"change": [{"time": 1.0, "friction_scale": 0.5}]}, "change.0.time is not given there and 1.0 here"),
+    ],
+)
+def test_baseline_of_another_scenario_is_no_regression_but_refused(baseline, tables, said):
+    other = Comparison(SHORT.modified(**tables), {})
+    with pytest.raises(InputError) as refused:
+        assert_no_regression(other, baseline)
+    assert str(refused.value).startswith(f"{baseline}: is of another scenario: ")
+    assert said in str(refused.value)
+
+
+def test_fields_that_an_earlier_version_did_not_have_count_as_their_defaults(comparison, baseline):
+    content = read_baseline(baseline)
+    del content["scenario"]["variation"], content["scenario"]["sampling"]["jitter"]
+    assert scenario_differences(comparison.scenario, content) == []
+    jittered = SHORT.modified(sampling={"jitter": 0.5})
+    assert scenario_differences(jittered, content) == ["sampling.jitter is not given there and 0.5 here"]
+
+
+def test_recorded_reference_may_lie_elsewhere(baseline):
+    content = read_baseline(baseline)
+    content["scenario"]["reference"] = {"kind": "csv", "path": "C:\\runs\\motion.csv"}
+    here = SHORT.model_copy(update={"reference": Recorded(kind="csv", path="/home/me/motion.csv")})
+    assert scenario_differences(here, content) == []
+    here = SHORT.model_copy(update={"reference": Recorded(kind="csv", path="/home/me/other.csv")})
+    assert scenario_differences(here, content) == ['reference.path is "motion.csv" there and "other.csv" here']
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"controllers": {}}', '{"controllers": {"pi": 1}}', "\x00"])
+def test_file_that_is_no_result(tmp_path, text):
+    path = tmp_path / "baseline.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"baseline\.json"):
+        read_baseline(path)
+
+
+@pytest.mark.parametrize("value", [None, "1", True, -1.0, float("nan")])
+def test_figure_that_is_no_number(baseline, value):
+    with pytest.raises(InputError, match=r"controllers\.pi\.rms_error"):
+        read_baseline(changed(baseline, rms_error=value))
+
+
+def test_command_line_passes_and_fails(baseline, tmp_path):
+    scenario = write_scenario(tmp_path, SHORT.model_dump(mode="json", exclude_none=True))
+    arguments = ("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
+    outcome = run_command_line(*arguments)
+    assert outcome.status == 0
+    assert f"Nothing is worse than in {baseline}, within the tolerances: 6 figures of pi, fixed" in outcome.out
+    changed(baseline, rms_error_settled=1e-6)
+    outcome = run_command_line(*arguments)
+    assert outcome.status == 1
+    assert f"worse than {baseline}: pi: rms_error_settled grew" in outcome.err
+    for passing in (
+        ("--tolerance", "1e9%"),
+        ("--tolerance", "1%", "--tolerance", "pi.rms_error_settled=1e9%"),
+        ("--guard", "fixed"),
+        ("--metric", "max_error", "--metric", "rms_error"),
+    ):
+        assert run_command_line(*arguments, *passing).status == 0, passing
+
+
+def test_command_line_names_what_differs_before_it_runs(baseline, tmp_path):
+    content = SHORT.modified(seed=7).model_dump(mode="json", exclude_none=True)
+    scenario = write_scenario(tmp_path, content)
+    line = refusal("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline)
+    assert f"{baseline}: is of another scenario: seed is 1 there and 7 here" in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_options_of_the_gate_need_a_baseline(tmp_path):
+    assert "need a --baseline" in refusal("compare", "--out", tmp_path / "out", "--guard", "pi")
+
+
+@pytest.mark.parametrize("tolerance", ["", "five", "-1%", "nan", "inf%", "5", "gone=5%"])
+def test_command_line_refuses_a_tolerance(baseline, tmp_path, tolerance):
+    scenario = write_scenario(tmp_path, SHORT.model_dump(mode="json", exclude_none=True))
+    line = refusal("compare", scenario, "--out", tmp_path / "out", "--baseline", baseline, f"--tolerance={tolerance}")
+    assert "tolerance" in line
+
+
+def test_command_line_refuses_a_missing_baseline(tmp_path):
+    assert "nowhere.json" in refusal("compare", "--out", tmp_path / "out", "--baseline", tmp_path / "nowhere.json")

@@ -1,0 +1,78 @@
+"""Plan, correction and configuration reach every controller in the same way."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO
+
+from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
+from controllers import PI, ExtendedState
+
+NAMES = [name for name in CONTROLLERS if name not in FIXED]
+SAMPLES = 150
+
+everyone = pytest.mark.parametrize("name", NAMES)
+
+
+def make(name):
+    controller = CONTROLLERS[name](SCENARIO).run_uncompiled()
+    if hasattr(controller, "enabled"):
+        controller.enabled = False  # what is learnt may differ; how it is fed may not
+    return controller
+
+
+def torques(controller, correction):
+    """Torques along a motion with reversals, for given corrections and realised torques."""
+    period, found = controller.period, []
+    for k in range(SAMPLES):
+        now, following = (0.3 * math.sin(6.0 * period * sample) for sample in (k, k + 1))
+        velocity = now - 0.01 * math.cos(9.0 * period * k)
+        realised = 50.0 * math.sin(0.1 * k) if k else None
+        found.append(
+            controller.step(now, velocity, next_reference=following, correction=correction[k], realised_torque=realised)
+        )
+    return np.array(found)
+
+
+@everyone
+def test_correction_is_seen_by_the_feedback_alone(name):
+    """The torque differs by exactly what the PI loop makes of the correction."""
+    correction = 0.05 * np.random.default_rng(101).standard_normal(SAMPLES)
+    controller = make(name)
+    proportional, integral = SCENARIO.feedback.gains
+    feedback = (proportional, 0.0 if isinstance(controller, ExtendedState) else integral)
+    found = torques(controller, correction) - torques(make(name), np.zeros(SAMPLES))
+    pair = [PI(*feedback, controller.period, delay=SCENARIO.delay).run_uncompiled() for _ in range(2)]
+    expected = torques(pair[0], correction) - torques(pair[1], np.zeros(SAMPLES))
+    assert np.ptp(expected) > 50.0
+    assert found == pytest.approx(expected, abs=1e-9)
+
+
+@everyone
+def test_given_inertia_takes_the_place_of_the_controllers_own_in_the_feedforward(name):
+    found = [make(name).step(0.0, 0.0, next_reference=0.01, inertia=inertia) for inertia in (None, 20.0, 30.0)]
+    slope = 0.0 if name == "pi" else 0.01 / SCENARIO.sampling.period
+    assert found[2] - found[1] == pytest.approx(10.0 * slope, abs=1e-9)
+    assert found[0] == pytest.approx(found[1], abs=1e-9)  # they assume 20 kg m^2
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"correction": math.nan}, "correction = nan is not allowed: it must be a finite number"),
+        ({"correction": math.inf}, "correction = inf is not allowed: it must be a finite number"),
+        ({"inertia": 0.0}, "inertia = 0.0 is not allowed: it must be positive and finite"),
+        ({"inertia": math.nan}, "inertia = nan is not allowed: it must be positive and finite"),
+    ],
+)
+def test_bad_input_is_refused_by_name_and_changes_nothing(wrong, message):
+    controller = make("pi")
+    state = controller.state
+    with pytest.raises(ValueError, match=message):
+        controller.step(0.1, 0.0, **wrong)
+    assert controller.state == state
+
+
+def test_position_that_is_lost_counts_as_not_known():
+    assert make("adaptive").step(0.1, 0.0, position=math.nan) == make("adaptive").step(0.1, 0.0)

@@ -1,0 +1,141 @@
+"""Changes of a joint's parameters, gravity, and the lag of a drive, against oracles."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.integrate import solve_ivp
+
+from plant import (
+    CHANGE_JOINT,
+    SCALE_JOINT,
+    STEP_JOINT,
+    UNCHANGED,
+    Actuator,
+    ElasticJoint,
+    FrictionChange,
+    Gravity,
+    Joint,
+    JointChange,
+    JointModel,
+    LuGreJoint,
+    check_factor,
+    gravity_torque,
+    lagged_torque,
+    phase_change,
+    schedule,
+)
+
+FRICTION = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+MODELS = {
+    "stribeck": JointModel(**FRICTION, friction_lag=0.02, offset=7.0),
+    "lugre": LuGreJoint(**FRICTION, stiffness=1e5, damping=500.0, offset=7.0),
+    "elastic": ElasticJoint(**FRICTION, friction_lag=0.02, link_share=0.25, link_stiffness=5e4, offset=7.0),
+}
+CHANGE = JointChange(dry=1.5, viscous=0.5, inertia=2.0, lag=0.25, load=30.0)
+
+
+def changed(model, change=CHANGE):
+    parameters = model.parameters
+    return CHANGE_JOINT[type(parameters)](parameters, change)
+
+
+def flat(parameters):
+    numbers = []
+    for value in parameters:
+        numbers.extend(flat(value) if isinstance(value, tuple) else [value])
+    return numbers
+
+
+def test_every_kind_can_be_changed():
+    assert CHANGE_JOINT.keys() == SCALE_JOINT.keys() == STEP_JOINT.keys()
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_nothing_changed_is_the_joint_itself(kind):
+    assert changed(MODELS[kind], UNCHANGED) == MODELS[kind].parameters
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_changed_joint_is_the_joint_made_with_the_changed_fields(kind):
+    model = MODELS[kind]
+    fields = {**FRICTION, "coulomb": 90.0, "stiction": 135.0, "viscous": 40.0, "inertia": 40.0, "offset": 37.0}
+    if kind == "stribeck":
+        expected = JointModel(**fields, friction_lag=0.005)
+    elif kind == "lugre":
+        expected = LuGreJoint(**fields, stiffness=1.5e5, damping=750.0)  # bristles go with the dry friction
+    else:  # 15 + 5 kg m^2 become 15 + 10
+        expected = ElasticJoint(**{**fields, "inertia": 25.0}, friction_lag=0.005, link_share=0.4, link_stiffness=5e4)
+    assert flat(changed(model)) == pytest.approx(flat(expected.parameters), rel=1e-14)
+
+
+def test_phases_hold_what_each_change_gives_and_nothing_of_the_one_before():
+    changes = [FrictionChange(time=1.0, inertia_scale=2.0, load=5.0), FrictionChange(time=2.0, friction_scale=3.0)]
+    plan = schedule(changes, 0.001)
+    assert [phase_change(plan, phase) for phase in range(3)] == [
+        UNCHANGED,
+        JointChange(1.0, 1.0, 2.0, 1.0, 5.0),
+        UNCHANGED,
+    ]
+    assert plan.scales.tolist() == [1.0, 1.0, 3.0]
+
+
+def test_change_of_nothing_is_refused_and_one_back_to_the_original_is_not():
+    with pytest.raises(ValidationError, match=r"nothing changes at time = 3 s; give at least one of friction_scale, "):
+        FrictionChange(time=3.0)
+    assert FrictionChange(time=3.0, friction_scale=1.0).parameters == UNCHANGED
+    assert FrictionChange(time=3.0, load=-20.0, inertia_scale=0.5).text == "inertia × 0.5, load -20 N m"
+
+
+def test_lighter_joint_that_needs_a_shorter_period_is_refused():
+    model = JointModel(**FRICTION, solver_period=0.03)
+    light = schedule([FrictionChange(time=1.0, inertia_scale=0.5, viscous_scale=0.5)], 0.03)
+    with pytest.raises(
+        ValueError, match=r"friction up to 1 times the joint's \(viscous 0.5 times, inertia 0.5 times\)"
+    ):
+        check_factor(model.parameters, light, 0.03)
+
+
+@pytest.mark.parametrize(("phase", "share"), [(0.0, 1.0), (0.7, 0.5)])
+def test_weight_without_friction_swings_as_a_pendulum(phase, share):
+    free = {"inertia": 20.0, "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "stribeck_velocity": 0.05}
+    errors = []
+    for period in (1e-3, 5e-4):
+        joint = Joint(JointModel(**free, gravity=100.0, gravity_phase=phase, solver_period=period), share)
+        velocity = [joint.step(0.0, 0.01) for _ in range(300)]
+        exact = solve_ivp(
+            lambda _, y: [y[1], -5.0 * math.sin(y[0] + phase)],
+            (0.0, 3.0),
+            [0.0, share],
+            t_eval=0.01 * np.arange(1, 301),
+            rtol=1e-10,
+            atol=1e-12,
+        )
+        errors.append(np.max(np.abs(velocity - exact.y[1])))
+    assert errors[0] < 5e-3
+    assert errors[1] == pytest.approx(0.5 * errors[0], rel=0.1)  # first order
+
+
+def test_joint_rests_under_a_weight_below_its_stiction_and_not_above():
+    assert gravity_torque(Gravity(80.0, 0.5 * math.pi), 0.0) == 80.0
+    resting = Joint(JointModel(**FRICTION, gravity=80.0, gravity_phase=0.5 * math.pi))
+    falling = Joint(JointModel(**FRICTION, gravity=100.0, gravity_phase=0.5 * math.pi))
+    assert resting.step(0.0, 1.0) == 0.0
+    assert falling.step(0.0, 1.0) < -0.01
+
+
+def test_linear_axis_has_no_gravity_term():
+    assert JointModel(**FRICTION, axis="linear").weight == Gravity(0.0, 0.0)
+    with pytest.raises(ValidationError, match=r"gravity = 5 is not allowed for axis = 'linear'.* is its offset"):
+        JointModel(**FRICTION, axis="linear", gravity=5.0)
+
+
+def test_lagged_torque_is_the_exact_response_of_a_first_order_lag():
+    drive = Actuator(lag=0.004).parameters
+    mean, end = lagged_torque(drive, 50.0, -10.0, 0.001)
+    time = np.linspace(0.0, 0.001, 100_001)
+    course = 50.0 - 60.0 * np.exp(-time / 0.004)
+    assert end == pytest.approx(course[-1], rel=1e-12)
+    assert mean == pytest.approx(np.trapezoid(course, time) / 0.001, rel=1e-9)
+    assert lagged_torque(Actuator().parameters, 50.0, -10.0, 0.001) == (50.0, 50.0)

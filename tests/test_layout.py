@@ -1,0 +1,36 @@
+"""Tests mirror the packages; every lazy name of a package can be loaded."""
+
+import importlib
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ("adaptive_ff", "controllers", "plant", "benchmarks")
+STUBS = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("__init__.pyi"))
+
+
+def test_every_folder_of_tests_is_that_of_a_package():
+    folders = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests").rglob("test_*.py")}
+    assert {folder.parts[0] for folder in folders if folder.parts} >= set(PACKAGES)
+    assert [str(folder) for folder in folders if not (ROOT / folder).is_dir()] == []
+
+
+def test_no_two_files_of_tests_have_one_name():
+    names = Counter(path.name for path in (ROOT / "tests").rglob("*.py") if path.name != "__init__.py")
+    assert [name for name, count in names.items() if count > 1] == []
+
+
+@pytest.mark.parametrize("stub", STUBS, ids=lambda path: path.parent.relative_to(ROOT).as_posix())
+def test_every_lazy_name_can_be_loaded(stub):
+    package = importlib.import_module(".".join(stub.parent.relative_to(ROOT).parts))
+    lines = stub.read_text().splitlines()
+    stated = {line.rpartition(" as ")[2] for line in lines if line.startswith("from ")}
+    assert set(package.__all__) >= stated
+    assert stated
+    assert [name for name in package.__all__ if getattr(package, name, None) is None] == []
+
+
+def test_both_public_faces_are_lazy():
+    assert {ROOT / "adaptive_ff" / "__init__.pyi", ROOT / "controllers" / "__init__.pyi"} <= set(STUBS)
