@@ -6,6 +6,7 @@ from typing import Any
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
+from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import TorqueModel
@@ -15,7 +16,7 @@ from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.rivals.observed_model import ObservedModel
 from adaptive_ff.rivals.paper import PaperController
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.scenario.truth import model_course, true_model
+from adaptive_ff.scenario.truth import true_model
 from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign
 
 Maker = Callable[[Scenario], Any]
@@ -36,29 +37,6 @@ def _inertia_feedforward(scenario: Scenario) -> ModelBased:
 
 def _fixed(scenario: Scenario) -> ModelBased:
     return _with_model(scenario, scenario.fixed.model)
-
-
-def _oracle(scenario: Scenario) -> ModelBased:
-    return oracle_with_lag(scenario, 1.0)
-
-
-def oracle_with_lag(scenario: Scenario, scale: float, added: float = 0.0) -> ModelBased:
-    """Make the oracle with its friction lag times a factor, and a lag (s) added: what suits the sampled loop.
-
-    It knows the true delay of the drive, too, whatever the feedback assumes.
-    """
-
-    def tuned(model: TorqueModel) -> TorqueModel:
-        return model._replace(friction_lag=scale * model.friction_lag + added)
-
-    return ModelBased(
-        *scenario.feedback.gains,
-        scenario.sampling.period,
-        tuned(true_model(scenario)),
-        [(time, tuned(model)) for time, model in model_course(scenario)],
-        gravity=scenario.joint.weight,
-        delay=scenario.delay,
-    )
 
 
 def _assumed(scenario: Scenario) -> dict[str, Any]:
@@ -216,7 +194,8 @@ CONTROLLERS: dict[str, Maker] = {
     "pi": _pi,
     "pi_inertia": _inertia_feedforward,
     "fixed": _fixed,
-    "oracle": _oracle,
+    "oracle": make_oracle,
+    "oracle_tuned": make_oracle_tuned,
     "disturbance_observer": make_disturbance_observer,
     "extended_state": make_extended_state,
     "kalman_disturbance": make_kalman_disturbance,

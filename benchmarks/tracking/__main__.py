@@ -17,6 +17,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.report.files import write_json
 from adaptive_ff.scenario.file import to_toml
@@ -45,7 +46,8 @@ def main(
 ) -> None:
     """Run the matrix and say who wins where."""
     scenarios = _chosen("--only", only, scenario_names())
-    controllers = _chosen("--controller", controller, [name for name in CONTROLLERS if name not in LEFT_OUT])
+    known = [name for name in CONTROLLERS if name not in LEFT_OUT]
+    controllers = _chosen("--controller", controller, [*known, NOISE_FLOOR])
     controllers = list(dict.fromkeys([BASELINE, *controllers]))
     console = Console()
     jobs = [

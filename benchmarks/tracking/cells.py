@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff import Scenario, load_scenario
 from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.comparison.windows import WINDOW, window_slices
 from adaptive_ff.simulation.experiment import lay_course
@@ -64,7 +65,10 @@ def run_cell(name: str, seed: int, fastest: bool, controllers: list[str]) -> dic
     found: dict[str, Figures] = {}
     for controller in controllers:
         try:
-            run = pi if controller == BASELINE else simulate(scenario, controller, course=course)
+            if controller == NOISE_FLOOR:
+                run = noise_floor(scenario, course)
+            else:
+                run = pi if controller == BASELINE else simulate(scenario, controller, course=course)
         except (ArithmeticError, ValueError):
             found[controller] = {}
         else:

@@ -9,6 +9,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 from adaptive_ff.report.drawing import INK, STYLE
+from benchmarks.tracking.groups import grouped
 from benchmarks.tracking.summary import OURS, TOLD_THE_TRUTH, Cell, Cells
 
 WEAKEST, STRONGEST = -2.0, 6.0
@@ -32,7 +33,8 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
     title : str
         Heading.
     """
-    scenarios = list(cells)
+    groups = grouped(cells)
+    scenarios = [name for names in groups.values() for name in names]
     ordered = [name for name in controllers if name not in TOLD_THE_TRUTH and name != OURS]
     ordered += [name for name in (OURS, *sorted(TOLD_THE_TRUTH)) if name in controllers]
     gains = np.array([[_gain(cells[scenario], name) for name in ordered] for scenario in scenarios])
@@ -51,6 +53,8 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
                     color="white" if abs(levels[i, j]) > DARK or levels[i, j] < -1.5 else INK,
                 )
         axes.axvline(len(rivals) - 0.5, color=INK, linewidth=1.0)
+        for count in np.cumsum([len(names) for names in groups.values()])[:-1]:
+            axes.axhline(count - 0.5, color=INK, linewidth=0.8)
         axes.set_xticks(range(len(ordered)), ordered, rotation=60.0, ha="right", rotation_mode="anchor")
         axes.set_yticks(range(len(scenarios)), scenarios)
         axes.grid(False)

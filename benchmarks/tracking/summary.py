@@ -8,12 +8,16 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
+from benchmarks.tracking.groups import grouped
 from benchmarks.tracking.matrix import Results
 
 OURS = "adaptive"
 TRUTH = "oracle"
 
-TOLD_THE_TRUTH = frozenset({"oracle", "coulomb_true", "stribeck_true"})
+TUNED_TRUTH = "oracle_tuned"
+
+TOLD_THE_TRUTH = frozenset({NOISE_FLOOR, TRUTH, TUNED_TRUTH, "coulomb_true", "stribeck_true"})
 """Controllers that know what nobody knows; they are no rivals."""
 
 ALIKE = 1.02
@@ -68,31 +72,38 @@ def best_rival(row: dict[str, Cell]) -> str:
 
 
 def ranking_rows(cells: Cells) -> list[list[str]]:
-    """Return the table of all scenarios as texts, a row each; see ``HEADINGS``."""
-    rows = []
-    for scenario, row in cells.items():
-        rival = best_rival(row)
-        shown = [scenario, _milli(row[BASELINE].median)]
-        shown += [f"{np.median(row[TRUTH].gain):.3g}" if TRUTH in row else "-"]
-        if OURS in row:
-            ours = row[OURS]
-            ratio = float(np.median(ours.error / row[rival].error))  # seed by seed
-            outcome = "won" if ratio < 1.0 / ALIKE else "lost" if ratio > ALIKE else "equal"
-            spread = f"{np.median(ours.gain):.3g} ({ours.gain.min():.3g} to {ours.gain.max():.3g})"
-            share = f"{np.median(ours.error / row[TRUTH].error):.3g}" if TRUTH in row else "-"
-            shown += [spread, share, rival, f"{np.median(row[rival].gain):.3g}", f"{outcome}, {ratio:.2f}"]
-        else:
-            shown += ["failed", "-", rival, f"{np.median(row[rival].gain):.3g}", "lost"]
-        rows.append(shown)
-    return rows
+    """Return the table of all scenarios as texts, a row each, in the order of the groups; see ``HEADINGS``."""
+    names = [name for members in grouped(cells).values() for name in members]
+    return [_ranking_row(name, cells[name]) for name in names]
 
+
+def _ranking_row(scenario: str, row: dict[str, Cell]) -> list[str]:
+    rival = best_rival(row)
+    floor = _milli(row[NOISE_FLOOR].median) if NOISE_FLOOR in row else "-"
+    tuned = f"{np.median(row[TUNED_TRUTH].gain):.3g}" if TUNED_TRUTH in row else "-"
+    shown = [scenario, _milli(row[BASELINE].median), floor, tuned]
+    its_gain = f"{np.median(row[rival].gain):.3g}"
+    if OURS not in row:
+        return [*shown, "failed", "-", "-", rival, its_gain, "lost"]
+    ours = row[OURS]
+    ratio = float(np.median(ours.error / row[rival].error))  # seed by seed
+    outcome = "won" if ratio < 1.0 / ALIKE else "lost" if ratio > ALIKE else "equal"
+    shares = [f"{np.median(ours.error / row[line].error):.3g}" if line in row else "-" for line in LINES]
+    spread = f"{np.median(ours.gain):.3g} ({ours.gain.min():.3g} to {ours.gain.max():.3g})"
+    return [*shown, spread, *shares, rival, its_gain, f"{outcome}, {ratio:.2f}"]
+
+
+LINES = (TUNED_TRUTH, NOISE_FLOOR)
+"""What ours is divided by to say how near to the limits it is."""
 
 HEADINGS = [
     "scenario",
     "pi, mrad/s",
-    "oracle",
+    "floor, mrad/s",
+    "oracle_tuned",
     "adaptive (worst to best)",
-    "adaptive / oracle",
+    "adaptive / oracle_tuned",
+    "adaptive / floor",
     "best rival",
     "it",
     "adaptive / it",
@@ -100,23 +111,30 @@ HEADINGS = [
 
 
 def ranking_table(cells: Cells, title: str) -> Table:
-    """Return the table for a terminal."""
+    """Return the table for a terminal, a section for each group."""
     table = Table(title=title, box=SIMPLE, title_style="bold")
     for heading in HEADINGS:
         name = heading in ("scenario", "best rival")
         table.add_column(heading, justify="left" if name else "right", no_wrap=name)
-    for row in ranking_rows(cells):
-        table.add_row(*row, style="red" if row[-1].startswith("lost") else None)
+    for group, names in grouped(cells).items():
+        table.add_row(f"[bold]{group}[/bold]")
+        for name in names:
+            row = _ranking_row(name, cells[name])
+            table.add_row("  " + row[0], *row[1:], style="red" if row[-1].startswith("lost") else None)
+        table.add_section()
     return table
 
 
 def ranking_markdown(cells: Cells) -> str:
-    """Return the table as Markdown, for README."""
+    """Return the tables of the groups as Markdown, for README."""
     rules = ["---" if heading in ("scenario", "best rival") else "--:" for heading in HEADINGS]
-    lines = [HEADINGS, rules]
-    for scenario, *numbers, outcome in ranking_rows(cells):
-        lines.append([scenario, *numbers, f"**{outcome}**" if outcome.startswith("lost") else outcome])
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    text = ""
+    for group, names in grouped(cells).items():
+        lines = [HEADINGS, rules]
+        for scenario, *numbers, outcome in (_ranking_row(name, cells[name]) for name in names):
+            lines.append([scenario, *numbers, f"**{outcome}**" if outcome.startswith("lost") else outcome])
+        text += f"**{group}**\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines) + "\n"
+    return text
 
 
 def standstill_rows(results: Results) -> dict[str, dict[str, float]]:

@@ -26,6 +26,7 @@ from benchmarks.tracking.cells import (
     windows,
     with_fastest_loop,
 )
+from benchmarks.tracking.groups import GROUPS, grouped
 from benchmarks.tracking.matrix import Job, run_matrix
 from benchmarks.tracking.summary import TOLD_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_rows
 from benchmarks.tracking.targets import SETTLED, TARGETS, targets_table
@@ -234,14 +235,32 @@ def made_up(**errors):
 
 
 def test_ranking_names_the_best_rival_and_shows_a_loss_as_a_loss():
-    cells = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(2, 4), good=(2, 2), bad=(9, 9), coulomb_true=(1, 1)))
+    lines = {"oracle": (1, 1), "oracle_tuned": (1, 1), "noise_floor": (0.5, 0.5), "coulomb_true": (1, 1)}
+    cells = collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines))
     assert best_rival(cells["made_up"]) == "good"
     (row,) = ranking_rows(cells)
-    assert row == ["made_up", "8", "8", "3 (2 to 4)", "3", "good", "4", "lost, 1.50"]
+    assert row == ["made_up", "8", "0.5", "8", "3 (2 to 4)", "3", "6", "good", "4", "lost, 1.50"]
     assert "**lost, 1.50**" in ranking_markdown(cells)
     won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
     assert ranking_rows(won)[0][-1] == "won, 0.50"
     assert "oracle" in TOLD_THE_TRUTH
+
+
+def test_every_scenario_is_in_one_group_and_tables_follow_the_groups():
+    members = [name for names in GROUPS.values() for name in names]
+    assert len(members) == len(set(members))
+    assert set(members) == ASKED
+    assert grouped(["made_up", "delay", "servo"]) == {
+        "Where the model holds": ["servo"],
+        "At the limits of the loop": ["delay"],
+        "Further scenarios": ["made_up"],
+    }
+    found = {Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
+    assert [row[0] for row in ranking_rows(collect(found))] == ["servo", "delay"]
+    text = ranking_markdown(collect(found))
+    assert (
+        text.index("**Where the model holds**") < text.index("| servo |") < text.index("**At the limits of the loop**")
+    )
 
 
 def test_targets_compare_the_right_figures_and_say_what_was_missed():
