@@ -47,7 +47,7 @@ def compare_command(
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
     from adaptive_ff.comparison.own import check_own_names, named_own
     from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
-    from adaptive_ff.report.files import write_csv, write_result
+    from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.scenario.scenario import load_scenario
 
     errors = error_console()

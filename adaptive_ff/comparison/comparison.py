@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adaptive_ff.comparison.own import Own, check_own_names
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.files import write_result
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
 
@@ -63,8 +64,6 @@ class Comparison:
         InputError
             The file cannot be written.
         """
-        from adaptive_ff.report.files import write_result
-
         write_result(Path(path), self.to_dict())
 
     def plot(self, folder: str | Path | None = None) -> dict[str, "Figure"]:

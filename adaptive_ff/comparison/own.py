@@ -3,6 +3,7 @@
 import copy
 import importlib.util
 import math
+import pickle
 import sys
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -277,3 +278,12 @@ def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
     for name in own:
         if name in taken or not name:
             raise InputError(f"own = {name!r} is not allowed: that is the name of a controller of this package")
+
+
+def can_be_sent(own: Mapping[str, Own]) -> bool:
+    """Whether own controllers can be sent to other processes; what is defined in a function or a lambda cannot."""
+    try:
+        pickle.dumps(dict(own))
+    except Exception:
+        return False
+    return True

@@ -4,20 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.box import SIMPLE
-from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.matrix.groups import grouped
+from adaptive_ff.comparison.matrix.jobs import Results
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
-from benchmarks.tracking.groups import grouped
-from benchmarks.tracking.matrix import Results
 
 OURS = "adaptive"
 TRUTH = "oracle"
 
 TUNED_TRUTH = "oracle_tuned"
 
-TOLD_THE_TRUTH = frozenset({NOISE_FLOOR, TRUTH, TUNED_TRUTH, "coulomb_true", "stribeck_true"})
+KNOWS_THE_TRUTH = frozenset({NOISE_FLOOR, TRUTH, TUNED_TRUTH, "coulomb_true", "stribeck_true"})
 """Controllers that know what nobody knows; they are no rivals."""
 
 ALIKE = 1.02
@@ -67,17 +65,18 @@ def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
 
 def best_rival(row: dict[str, Cell]) -> str:
     """Return the rival that improves most on PI in the median of a scenario; PI where there is no other."""
-    rivals = {name: cell for name, cell in row.items() if name != OURS and name not in TOLD_THE_TRUTH}
+    rivals = {name: cell for name, cell in row.items() if name != OURS and name not in KNOWS_THE_TRUTH}
     return max(rivals, key=lambda name: float(np.median(rivals[name].gain)))
 
 
 def ranking_rows(cells: Cells) -> list[list[str]]:
     """Return the table of all scenarios as texts, a row each, in the order of the groups; see ``HEADINGS``."""
     names = [name for members in grouped(cells).values() for name in members]
-    return [_ranking_row(name, cells[name]) for name in names]
+    return [ranking_row(name, cells[name]) for name in names]
 
 
-def _ranking_row(scenario: str, row: dict[str, Cell]) -> list[str]:
+def ranking_row(scenario: str, row: dict[str, Cell]) -> list[str]:
+    """Return the row of one scenario; see ``HEADINGS``."""
     rival = best_rival(row)
     floor = _milli(row[NOISE_FLOOR].median) if NOISE_FLOOR in row else "-"
     tuned = f"{np.median(row[TUNED_TRUTH].gain):.3g}" if TUNED_TRUTH in row else "-"
@@ -110,28 +109,13 @@ HEADINGS = [
 ]
 
 
-def ranking_table(cells: Cells, title: str) -> Table:
-    """Return the table for a terminal, a section for each group."""
-    table = Table(title=title, box=SIMPLE, title_style="bold")
-    for heading in HEADINGS:
-        name = heading in ("scenario", "best rival")
-        table.add_column(heading, justify="left" if name else "right", no_wrap=name)
-    for group, names in grouped(cells).items():
-        table.add_row(f"[bold]{group}[/bold]")
-        for name in names:
-            row = _ranking_row(name, cells[name])
-            table.add_row("  " + row[0], *row[1:], style="red" if row[-1].startswith("lost") else None)
-        table.add_section()
-    return table
-
-
 def ranking_markdown(cells: Cells) -> str:
-    """Return the tables of the groups as Markdown, for README."""
+    """Return the tables of the groups as Markdown."""
     rules = ["---" if heading in ("scenario", "best rival") else "--:" for heading in HEADINGS]
     text = ""
     for group, names in grouped(cells).items():
         lines = [HEADINGS, rules]
-        for scenario, *numbers, outcome in (_ranking_row(name, cells[name]) for name in names):
+        for scenario, *numbers, outcome in (ranking_row(name, cells[name]) for name in names):
             lines.append([scenario, *numbers, f"**{outcome}**" if outcome.startswith("lost") else outcome])
         text += f"**{group}**\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines) + "\n"
     return text

@@ -1,21 +1,25 @@
 """One run of the matrix: all controllers on a scenario with a seed, and their figures of merit."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff import Scenario, load_scenario
 from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.own import Own
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
+from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.comparison.windows import WINDOW, window_slices
+from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
 from controllers import fastest_bandwidth
 
-SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
+SCENARIOS = Path(__file__).resolve().parent / "scenarios"
+"""Scenario files of the matrix."""
 
 RECOVERY = 10.0
 """Time that a controller is given after a change of friction, s."""
@@ -53,11 +57,15 @@ def with_fastest_loop(scenario: Scenario) -> Scenario:
     return Scenario.model_validate({**scenario.model_dump(exclude_unset=True), "feedback": feedback})
 
 
-def run_cell(name: str, seed: int, fastest: bool, controllers: list[str]) -> dict[str, Figures]:
+def run_cell(
+    name: str, seed: int, fastest: bool, controllers: list[str], own: Mapping[str, Own] | None = None
+) -> dict[str, Figures]:
     """Run controllers on a scenario with a seed and return their figures of merit by name.
 
-    A controller that cannot be made for the scenario, or does not keep the loop finite, has none.
+    A controller of the package that cannot be made for the scenario, or that does not keep the loop finite, has none;
+    so does an own one whose loop does not stay finite. What else goes wrong in an own one is raised.
     """
+    own = own or {}
     scenario = cell_scenario(name, seed, fastest)
     course = lay_course(scenario)
     pi = simulate(scenario, BASELINE, course=course)
@@ -67,9 +75,16 @@ def run_cell(name: str, seed: int, fastest: bool, controllers: list[str]) -> dic
         try:
             if controller == NOISE_FLOOR:
                 run = noise_floor(scenario, course)
+            elif controller == BASELINE:
+                run = pi
             else:
-                run = pi if controller == BASELINE else simulate(scenario, controller, course=course)
-        except (ArithmeticError, ValueError):
+                made = make_controller(scenario, controller, own)
+                run = simulate(scenario, made, name=controller, course=course)
+        except ArithmeticError:
+            found[controller] = {}
+        except ValueError:
+            if controller in own:
+                raise
             found[controller] = {}
         else:
             found[controller] = {**asdict(run.metrics), **further_figures(run, base)}
