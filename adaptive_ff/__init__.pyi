@@ -4,6 +4,7 @@ from .comparison.comparison import Comparison as Comparison
 from .comparison.comparison import compare as compare
 from .comparison.gate import assert_no_regression as assert_no_regression
 from .comparison.gate import regressions as regressions
+from .comparison.own import OwnController as OwnController
 from .comparison.run import Run as Run
 from .comparison.run import simulate as simulate
 from .errors import InputError as InputError

@@ -22,10 +22,10 @@ from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario
 from adaptive_ff.comparison.drawn_joints import CLASSES, class_of, draw_scenario, fall_over_gain
+from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
-from adaptive_ff.report.files import write_json
-from benchmarks.tracking.cells import SCENARIOS, scenario_names
+from adaptive_ff.files import write_json
 from benchmarks.wide import wide_console
 
 WINDOW_LIMIT = 1.2

@@ -21,10 +21,10 @@ from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.report.files import write_json
-from benchmarks.tracking.cells import SCENARIOS, scenario_names
+from adaptive_ff.files import write_json
 from benchmarks.wide import wide_console
 from controllers import fastest_bandwidth
 

@@ -64,9 +64,9 @@ def identify_command(
     json: JsonCopy = None,
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
+    from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.columns import read_scales
-    from adaptive_ff.report.files import write_result
 
     scales = read_scales(scale or [])
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
@@ -92,8 +92,8 @@ def identify_command(
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     """Write the scenario and its reference; where it cannot be, say why."""
+    from adaptive_ff.files import write_csv
     from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
-    from adaptive_ff.report.files import write_csv
     from adaptive_ff.scenario.scenario import load_scenario
 
     files = stage / SCENARIO, stage / REFERENCE

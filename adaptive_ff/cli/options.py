@@ -10,6 +10,14 @@ OUT = Path("results")
 """Default of ``--out``."""
 
 ScenarioFile = Annotated[Path | None, typer.Argument(help=SCENARIO_HELP)]
+OwnControllers = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--own",
+        metavar="[NAME=]FILE.py:OBJECT",
+        help="Own controller: a class, a factory or an object with a method step. May be given several times.",
+    ),
+]
 JsonCopy = Annotated[Path | None, typer.Option("--json", help="Write the result there, too.")]
 
 LogFile = Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5 or Parquet file.", show_default=False)]

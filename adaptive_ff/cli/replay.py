@@ -80,10 +80,10 @@ def replay_command(
     json: JsonCopy = None,
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
+    from adaptive_ff.files import write_result
     from adaptive_ff.logs.columns import read_scales
     from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
     from adaptive_ff.replay.state import read_state
-    from adaptive_ff.report.files import write_result
 
     if reference_velocity is not None and reference_position is not None:
         raise InputError("--reference-velocity and --reference-position are both given; give one of them")

@@ -7,6 +7,7 @@ from typing import Any
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
 from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
+from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
@@ -214,7 +215,7 @@ CONTROLLERS: dict[str, Maker] = {
 """Controllers by name."""
 
 
-def make_controller(scenario: Scenario, name: str, own: Mapping[str, Maker] | None = None) -> Any:
+def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:
     """Make a controller for a scenario.
 
     Parameters
@@ -224,14 +225,16 @@ def make_controller(scenario: Scenario, name: str, own: Mapping[str, Maker] | No
     name : str
         Name of the controller.
     own : mapping, optional
-        Further makers by name.
+        Further controllers by name; see :func:`~adaptive_ff.comparison.own.make_own`.
 
     Raises
     ------
     InputError
         There is no controller of that name; the message lists those there are.
     """
-    makers = {**CONTROLLERS, **(own or {})}
-    if name not in makers:
-        raise InputError(f"controllers = {name!r} is not known; there are {', '.join(makers)}")
-    return makers[name](scenario)
+    own = own or {}
+    if name in own:
+        return make_own(name, own[name], scenario)
+    if name not in CONTROLLERS:
+        raise InputError(f"controllers = {name!r} is not known; there are {', '.join([*CONTROLLERS, *own])}")
+    return CONTROLLERS[name](scenario)

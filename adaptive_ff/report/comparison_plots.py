@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import Run
 from adaptive_ff.model.friction import UNITS, TorqueModel, model_friction
 from adaptive_ff.report.drawing import (
@@ -54,6 +55,9 @@ LOOKS: dict[str, Look] = {
 
 OTHER_COLOURS = ("#0072b2", "#cc79a7", "#b89b00", "#882255", "#332288", "#44aa99")
 OTHER_DASHES = ("-", "-.", ":")
+
+OWN: Look = {"linewidth": 1.8, "zorder": 2.45}
+"""What a user's own controllers have beside a colour of their own: they stand out."""
 
 REFERENCE: Look = {"color": INK, "linewidth": 0.7, "zorder": 2.6, "label": "reference"}
 TRUTH: Look = {"color": "#000000", "linestyle": (0, (3, 2)), "zorder": 2.6, "label": "true"}
@@ -189,7 +193,8 @@ def _draw_close_up(axes: Axes, time: Series, curves: Mapping[str, Series], looks
 
 
 def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
-    shown = {name: run for name, run in runs.items() if np.any(run.feedforward)} or runs
+    feeding = {name for name, run in runs.items() if np.any(run.feedforward)}
+    shown = {name: run for name, run in runs.items() if not feeding or name in feeding or name not in CONTROLLERS}
     figure, panels = make_panels(len(shown), 0.8 + 1.2 * len(shown))
     first = next(iter(runs.values()))
     start, end = first.solver_time[_close_up(first)][[0, -1]]
@@ -260,7 +265,7 @@ def _identified(run: Run) -> TorqueModel:
 
 def _most_different(runs: Mapping[str, Run]) -> list[str]:
     """Choose controllers whose velocities differ most: baseline, two of the user's own, adaptive; or best and worst."""
-    own = [name for name in runs if name not in LOOKS][:2]
+    own = [name for name in runs if name not in CONTROLLERS][:2]
     chosen = [name for name in (BASELINE, *own, "adaptive") if name in runs]
     ranked = sorted(runs, key=lambda name: runs[name].metrics.rms_error_settled)
     return chosen if len(chosen) > 1 else list(dict.fromkeys([*chosen, ranked[0], ranked[-1]]))
@@ -366,7 +371,11 @@ def _make_logarithmic(axes: Axes, since: float) -> None:
 def _looks(names: Iterable[str]) -> dict[str, Look]:
     """Give each controller its look: its own if it is known, else the next of a cycle."""
     spare = cycle({"color": colour, "linestyle": dashes} for dashes, colour in product(OTHER_DASHES, OTHER_COLOURS))
-    return {name: {**(LOOKS.get(name) or next(spare)), "label": _text(name)} for name in names}
+    looks: dict[str, Look] = {}
+    for name in names:
+        highlight = {} if name in CONTROLLERS else OWN
+        looks[name] = {**(LOOKS.get(name) or {**next(spare), **highlight}), "label": _text(name)}
+    return looks
 
 
 def _text(name: str) -> str:

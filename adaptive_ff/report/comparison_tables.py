@@ -7,6 +7,7 @@ from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.model.friction import PER_DIRECTION, UNITS
 from adaptive_ff.scenario.truth import last_model
 
@@ -27,7 +28,7 @@ def tracking_table(comparison: Comparison) -> Table:
             f"{improvement[name]:.2f}" if name in improvement else "-",
             *(_milli(error) for error in errors),
             f"{1e-3 * metrics.torque_variation:.3g}",
-            style="bold" if name == "adaptive" else None,
+            style=_style(name),
         )
     return table
 
@@ -67,10 +68,12 @@ def estimates_table(comparison: Comparison) -> Table | None:
         table.add_column(run.name, justify="right")
     model = last_model(comparison.scenario)
     found = [run.final_estimates for run in runs]
-    for name in (name for name in PER_DIRECTION if any(name in estimates for estimates in found)):
-        true = getattr(model, name)
+    there = dict.fromkeys(name for estimates in found for name in estimates)
+    for name in sorted(there, key=lambda name: PER_DIRECTION.index(name) if name in UNITS else len(UNITS)):
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
-        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *cells)
+        known = name in UNITS
+        true = f"{getattr(model, name):.4g}" if known else "-"
+        table.add_row(f"{name}, {UNITS[name]}" if known else name, true, *cells)
     return table
 
 
@@ -102,6 +105,13 @@ def classes_table(result: dict[str, Any]) -> Table:
             *(str(found[key]) for key in ("worse_settled", "worse_whole_run")),
         )
     return table
+
+
+def _style(name: str) -> str | None:
+    """Return how a controller is highlighted: the adaptive one, and a user's own."""
+    if name not in CONTROLLERS:
+        return "bold cyan"
+    return "bold" if name == "adaptive" else None
 
 
 def _milli(value: float) -> str:

@@ -14,7 +14,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from adaptive_ff.report.files import write_json
+from adaptive_ff.files import write_json
 from benchmarks.friction.laws import LAWS, Fit, fit_all
 from benchmarks.friction.picture import draw
 from benchmarks.friction.record import DATA, read_record

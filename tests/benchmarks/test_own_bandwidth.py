@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario, simulate
+from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from benchmarks import own_bandwidth
 from benchmarks.own_bandwidth import STEP, Trial, bandwidths, choose, rows_of, settled_error, table_of
-from benchmarks.tracking.cells import SCENARIOS
 from controllers import fastest_bandwidth
 
 

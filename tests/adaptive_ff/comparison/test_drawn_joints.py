@@ -23,9 +23,9 @@ from adaptive_ff.comparison.drawn_joints import (
     summary,
     sweep,
 )
+from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.scenario.file import to_toml
-from benchmarks.tracking.cells import SCENARIOS
 from plant import JointModel, whole_multiple
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})

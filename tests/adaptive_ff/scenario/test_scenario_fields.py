@@ -9,7 +9,7 @@ import pytest
 from pydantic import BaseModel
 from scenario_files import REMOVED, built_in, changed, write_scenario
 
-from adaptive_ff import InputError, Scenario, load_scenario
+from adaptive_ff import InputError, Scenario, load_scenario, parse_scenario
 
 RANGES = {
     "inertia": [0.1, 10.0],
@@ -314,9 +314,11 @@ def test_unknown_kind_of_reference_is_refused_and_the_known_are_listed(tmp_path,
     assert message == f"reference.kind = {str(value)!r} is not allowed: it must be {KINDS}"
 
 
-def test_kind_of_reference_that_is_missing_is_asked_for(tmp_path):
-    message = refusal(tmp_path, changed(complete(), "reference.kind", REMOVED))
-    assert message == f"reference.kind is missing; it must be {KINDS}"
+def test_reference_without_a_kind_is_recorded_where_it_has_a_path_and_else_a_multisine(tmp_path):
+    scenario = parse_scenario(changed(complete(), "reference.kind", REMOVED), "test")
+    assert scenario.reference.kind == "multisine"
+    with pytest.raises(InputError, match=r"gone\.csv: cannot be read"):
+        parse_scenario({**complete(), "reference": {"path": "gone.csv"}}, "test")
 
 
 @pytest.mark.parametrize("table", KNOWN)
@@ -329,7 +331,8 @@ def test_unknown_key_is_refused_and_the_known_are_listed(tmp_path, table, key):
     place[key] = 1.0
     shown = key if key.isalpha() else repr(key)
     path = f"{table}.{shown}" if table else shown
-    hint = "did you mean inertia? " if key == "inertai" and "inertia" in KNOWN[table].split(", ") else ""
+    near = [name for name in KNOWN[table].split(", ") if name in ("inertia", "inertia_scale")]
+    hint = f"did you mean {near[0]}? " if key == "inertai" and near else ""
     assert refusal(tmp_path, content) == f"{path} = 1.0 is not known; {hint}allowed there: {KNOWN[table]}"
 
 
