@@ -1,5 +1,6 @@
 """Results as tables for a terminal."""
 
+import math
 from typing import Any
 
 from rich.box import SIMPLE
@@ -7,7 +8,7 @@ from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
-from adaptive_ff.model.friction import PER_DIRECTION, UNITS
+from adaptive_ff.model.friction import PER_DIRECTION_WITH_GRAVITY, unit_of
 from adaptive_ff.scenario.truth import last_model
 
 
@@ -44,10 +45,15 @@ def estimates_table(comparison: Comparison) -> Table | None:
         table.add_column(run.name, justify="right")
     model = last_model(comparison.scenario)
     found = [run.final_estimates for run in runs]
-    for name in (name for name in PER_DIRECTION if any(name in estimates for estimates in found)):
-        true = getattr(model, name)
+    weight = comparison.scenario.joint.weight
+    truth = model._asdict() | {
+        "gravity_sin": weight.amplitude * math.cos(weight.phase),
+        "gravity_cos": weight.amplitude * math.sin(weight.phase),
+    }
+    for name in (name for name in PER_DIRECTION_WITH_GRAVITY if any(name in estimates for estimates in found)):
+        true = truth[name]
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
-        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *cells)
+        table.add_row(f"{name}, {unit_of(name)}", f"{true:.4g}", *cells)
     return table
 
 
