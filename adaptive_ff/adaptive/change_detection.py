@@ -120,6 +120,7 @@ def forget_friction_in_place(
     unit: float,
     share: float,
     work: NDArray[np.float64],
+    loads: int = 0,
 ) -> None:
     """Forget how large friction is, and the offset where there is one, but for what the short window holds.
 
@@ -137,12 +138,14 @@ def forget_friction_in_place(
         Length of the short window as a share of the memory.
     work : ndarray, shape (n, n)
         Scratch.
+    loads : int, optional
+        How many of the last parameters are sizes of known loads, which are kept.
     """
-    direction = work[0]
+    direction, size = work[0], estimate.size - loads
     for i in range(estimate.size):
-        direction[i] = estimate[i] / scale[i] if COULOMB <= i < FRICTION_LAG or i > OFFSET else 0.0
+        direction[i] = estimate[i] / scale[i] if COULOMB <= i < FRICTION_LAG or OFFSET < i < size else 0.0
     release_in_place(information, direction, share * mean, work[1])
-    if estimate.size > OFFSET:
+    if size > OFFSET:
         direction[:] = 0.0
         direction[OFFSET] = 1.0
         release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])

@@ -10,8 +10,8 @@ from adaptive_ff.adaptive.estimator import EstimatorParameters
 from adaptive_ff.adaptive.step import AdaptiveParameters, initial_adaptive_state
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.bounds import largest_lag, possible_ranges
-from adaptive_ff.model.friction import ESTIMATED
-from adaptive_ff.model.identifying import IdentifyingController, check_parameters
+from adaptive_ff.model.friction import ESTIMATED, FURTHER
+from adaptive_ff.model.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
 
@@ -40,6 +40,19 @@ ONE_SIDED_SHARE = 0.1
 Until the joint has moved both ways, the offset and Coulomb friction are one number; the smaller unit, the less of it is
 taken for an offset. With equal units the first seconds were worse than with the five parameters of a symmetric joint.
 """
+
+LOAD_SHARE = 1.0
+"""Unit of the sizes of known loads, gravity among them, as a share of that of friction."""
+
+MOST_REGRESSORS = 20
+"""Most further regressors: with some 25 columns and more, all of them are learnt worse."""
+
+
+def further_names(count: int) -> tuple[str, ...]:
+    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
+        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
+    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
 
 
 def default_memory(period: float, pole: float) -> float:
@@ -78,7 +91,8 @@ class AdaptiveController(IdentifyingController):
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
         What is identified: ``model.ESTIMATED`` by default; ``model.WITH_OFFSET`` for a joint with a constant load or
-        with Coulomb friction that differs by direction; ``model.PER_DIRECTION`` where all friction may.
+        with Coulomb friction that differs by direction; ``model.PER_DIRECTION`` where all friction may;
+        ``model.WITH_GRAVITY`` or ``model.PER_DIRECTION_WITH_GRAVITY`` for a rotary joint whose position is given.
     delay : float, optional
         Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.
@@ -88,6 +102,13 @@ class AdaptiveController(IdentifyingController):
     tunes_lag : bool, optional
         Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
         :mod:`timing`. For a controller that only watches another one's motion it must be false.
+    regressors : int, optional
+        How many further known regressors there are, for instance sines of summed angles in a coupled arm: the joint
+        carries the torque ``sum_i a_i x_i`` beside gravity, and the ``a_i`` are identified. Their values, of the size
+        of one, are given at each step.
+    gear_ratio : float, optional
+        Position and velocity as they are given over those of the joint that gravity turns: that of the gear where they
+        are the motor's, negative where the gear reverses the direction.
 
     Raises
     ------
@@ -122,9 +143,12 @@ class AdaptiveController(IdentifyingController):
         delay: float = 0.0,
         velocity_lag: float = 0.0,
         tunes_lag: bool = True,
+        regressors: int = 0,
+        gear_ratio: float = 1.0,
     ) -> None:
         feedback = check_gains(proportional, integral, delay)
-        self.estimate_names = check_parameters(parameters)
+        names = check_parameters(parameters, ALL_CHOICES)
+        self.estimate_names = (*names, *further_names(regressors))
         check_positive(
             proportional=proportional,
             inertia=inertia,
@@ -138,19 +162,32 @@ class AdaptiveController(IdentifyingController):
         check_positive(memory=memory)
         if not 0.0 <= velocity_lag < math.inf:
             raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
+        if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
+            raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
         torque_scale = proportional * stribeck_velocity
         response = inertia / proportional
         slope = VISCOUS_SHARE * proportional
-        size = len(self.estimate_names)
-        one_sided = [ONE_SIDED_SHARE * unit for unit in (torque_scale, torque_scale, slope)]
-        scale = [inertia, torque_scale, torque_scale, slope, max(response, LAG_UNIT), *one_sided]
+        units = {
+            "inertia": inertia,
+            "coulomb": torque_scale,
+            "stiction": torque_scale,
+            "viscous": slope,
+            "friction_lag": max(response, LAG_UNIT),
+            "offset": ONE_SIDED_SHARE * torque_scale,
+            "stiction_asymmetry": ONE_SIDED_SHARE * torque_scale,
+            "viscous_asymmetry": ONE_SIDED_SHARE * slope,
+        }
+        first = {"inertia": inertia, "friction_lag": response}
         estimator = EstimatorParameters(
             TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-            np.array([inertia, 0.0, 0.0, 0.0, response, 0.0, 0.0, 0.0])[:size],
-            np.array(scale)[:size],
+            np.array([first.get(name, 0.0) for name in self.estimate_names]),
+            np.array([units.get(name, LOAD_SHARE * torque_scale) for name in self.estimate_names]),
             float(torque_scale),
             float(memory),
-            possible_ranges(inertia, largest_lag(response), size),
+            possible_ranges(inertia, largest_lag(response), len(self.estimate_names)),
+            regressors,
+            has_gravity(names),
+            float(gear_ratio),
         )
         block = AdaptiveParameters(
             feedback,
@@ -162,6 +199,15 @@ class AdaptiveController(IdentifyingController):
             bool(tunes_lag),
         )
         super().__init__(block, period, initial_adaptive_state)
+
+    def _take_regressors(self, regressors: Sequence[float]) -> None:
+        place = self.state.estimator.regressors
+        values = np.asarray(regressors, dtype=float)
+        if values.shape != place.shape:
+            raise ValueError(
+                f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"
+            )
+        place[:] = values
 
     @property
     def uncertainties(self) -> dict[str, float]:

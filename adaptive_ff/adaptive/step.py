@@ -16,10 +16,13 @@ from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     EstimatorParameters,
     EstimatorState,
+    estimated_load,
+    follow_loads_in_place,
     guess_friction_in_place,
     has_learnt,
     initial_estimator_state,
     learn_in_place,
+    load_count,
 )
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,
@@ -63,6 +66,7 @@ from controllers import (
     delayed,
     hand_over,
     initial_pi_state,
+    present_inertia,
     remember,
     step_pi,
     with_feedforward,
@@ -142,11 +146,12 @@ class AdaptiveState(NamedTuple):
 
 def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
     """Return the state of a controller that knows nothing but the assumed inertia."""
+    parameters = block.estimator.first.size - load_count(block.estimator)
     return AdaptiveState(
         initial_pi_state(block.feedback),
         initial_feedforward_state(),
-        initial_signals(block.estimator.first.size),
-        initial_signals(block.estimator.first.size),
+        initial_signals(parameters),
+        initial_signals(parameters),
         initial_estimator_state(block.estimator),
         -block.hold,  # the filters start from a guess: hold twice as long
         0.0,
@@ -160,8 +165,38 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
 @register_jitable(forceinline=True)
 def fed_model(block: AdaptiveParameters, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
-    form = block.estimator.form
-    return torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape)
+    form, loads = block.estimator.form, load_count(block.estimator)
+    return torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
+
+
+@register_jitable(forceinline=True)
+def inertia_ratio(block: AdaptiveParameters, inputs: Inputs) -> float:
+    """Return the inertia that is given for the present configuration over the one that is estimated at first.
+
+    What is given counts as the assumed inertia of the configuration; what is estimated is by how much it is wrong.
+    """
+    assumed = float(block.estimator.first[INERTIA])
+    return present_inertia(inputs, assumed) / assumed
+
+
+@register_jitable(forceinline=True)
+def step_model(
+    block: AdaptiveParameters,
+    model: TorqueModel,
+    estimator: EstimatorState,
+    state: FeedforwardState,
+    inputs: Inputs,
+) -> tuple[float, FeedforwardState]:
+    """Return the torque (N m) that a model and the estimated loads need over the coming period, and the new state.
+
+    Loads are those at the measured position, moved on along the plan to the middle of the period.
+    """
+    delay, inertia = block.feedback.delay, math.nan
+    if math.isfinite(inputs.inertia):
+        inertia = model.inertia * inertia_ratio(block, inputs)
+    torque, new = step_feedforward(model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia)
+    turn = (delay + 0.5) * block.period * inputs.reference
+    return torque + estimated_load(block.estimator, estimator, turn), new
 
 
 @register_jitable(forceinline=True)
@@ -207,18 +242,19 @@ def learn_bumpless_in_place(
     start, _ = ahead(state.feedforward, reference, following, delay)
     # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
     old = fed_model(block, state.estimator, timing.lag)
-    before, _ = step_feedforward(old, state.feedforward, reference, following, block.period, delay, inputs.inertia)
+    before, _ = step_model(block, old, state.estimator, state.feedforward, inputs)
+    ratio = inertia_ratio(block, inputs)
     if learns:
-        estimator = learn_in_place(block.estimator, state.estimator, measured, model, inputs.dt)
+        estimator = learn_in_place(block.estimator, state.estimator, measured, model, inputs.dt, ratio)
     else:
-        estimator = guess_friction_in_place(block.estimator, state.estimator, measured, model)
+        estimator = guess_friction_in_place(block.estimator, state.estimator, measured, model, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)
     timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
     new = fed_model(block, estimator, timing.lag)
     feedforward = exchange_model(state.feedforward, old, new, start)
-    after, feedforward = step_feedforward(new, feedforward, reference, following, block.period, delay, inputs.inertia)
+    after, feedforward = step_model(block, new, estimator, feedforward, inputs)
     return after, feedforward, hand_over(block.feedback, state.feedback, after - before), estimator, timing
 
 
@@ -241,6 +277,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
     measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
+    follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
     feedback, estimator, timing = state.feedback, state.estimator, state.timing
@@ -252,15 +289,8 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
             block, state, measured, model, timing, inputs, learns
         )
     else:
-        torque, feedforward = step_feedforward(
-            fed_model(block, estimator, timing.lag),
-            state.feedforward,
-            inputs.reference,
-            inputs.next_reference,
-            block.period,
-            delay,
-            inputs.inertia,
-        )
+        model_now = fed_model(block, estimator, timing.lag)
+        torque, feedforward = step_model(block, model_now, estimator, state.feedforward, inputs)
     output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
     return output, AdaptiveState(
         feedback,
@@ -280,7 +310,10 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
 @register_jitable(forceinline=True)
 def write_adaptive(block: AdaptiveParameters, state: AdaptiveState, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
-    write_model(identified_model(block, state), row)
+    loads = load_count(block.estimator)
+    write_model(identified_model(block, state), row, loads)
+    for i in range(row.size - loads, row.size):
+        row[i] = state.estimator.recursion.estimate[i]
 
 
 STEPS[AdaptiveParameters] = step_adaptive

@@ -19,7 +19,7 @@ from rich.text import Text
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
-from adaptive_ff.model.friction import UNITS
+from adaptive_ff.model.friction import unit_of
 from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings
 
 WIDTH = 120
@@ -260,7 +260,7 @@ def _parameters(controller: AdaptiveController, confidence: Confidence) -> tuple
         apart = identifiable or bool(confidence.alone[i] >= NOT_IDENTIFIABLE)
         pace = memory / share if share > 0.0 else math.inf
         error = float(confidence.errors[i])
-        found.append(ParameterDiagnosis(name, UNITS[name], value, error, identifiable, apart, pace))
+        found.append(ParameterDiagnosis(name, unit_of(name), value, error, identifiable, apart, pace))
     return tuple(found)
 
 

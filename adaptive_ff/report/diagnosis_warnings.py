@@ -11,7 +11,7 @@ from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.uncertainty import Confidence
 from adaptive_ff.estimation.instruments import AGREEMENT
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, write_ranges
-from adaptive_ff.model.friction import UNITS
+from adaptive_ff.model.friction import unit_of
 
 NOT_IDENTIFIABLE = 0.5
 """Standard deviation of a parameter, as a share of its scale, from which on the data do not identify it."""
@@ -83,7 +83,7 @@ def _bounds(controller: AdaptiveController) -> Iterator[str]:
     for name, value, (least, most) in zip(controller.estimate_names, state.recursion.estimate, ranges, strict=True):
         end = "least" if value <= least else "largest" if value >= most else ""
         if end:
-            yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {UNITS[name]}."
+            yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {unit_of(name)}."
 
 
 def _implausible(controller: AdaptiveController, confidence: Confidence) -> Iterator[str]:

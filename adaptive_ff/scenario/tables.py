@@ -159,7 +159,7 @@ class Adaptation(BaseModel):
     stribeck_velocity: Positive
     stribeck_shape: Positive = 1.0
     memory: Positive | None = None
-    identify: Literal["symmetric", "offset", "directions"] = "symmetric"
+    identify: Literal["symmetric", "offset", "directions", "gravity", "directions_and_gravity"] = "symmetric"
 
     @property
     def parameters(self) -> tuple[str, ...]:
