@@ -161,7 +161,16 @@ def row_of(name: str, found: list[Judgement]) -> dict[str, Any]:
     return {**row, "missed": [check for check, met in checks.items() if not met]}
 
 
-HEADINGS = ("situation", "n", "pi, mrad/s", "pi / own (least)", "worst window", "start (worst)", "after change", "missed")
+HEADINGS = (
+    "situation",
+    "n",
+    "pi, mrad/s",
+    "pi / own (least)",
+    "worst window",
+    "start (worst)",
+    "after change",
+    "missed",
+)
 
 
 def table_of(rows: list[dict[str, Any]], title: str) -> Table:
@@ -204,12 +213,16 @@ def rows_of(
 
 
 def main(
-    scenario: Annotated[list[str] | None, typer.Option(help="Scenario of the matrix; several times for several.")] = None,
+    scenario: Annotated[
+        list[str] | None, typer.Option(help="Scenario of the matrix; several times for several.")
+    ] = None,
     every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix.")] = False,
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
     references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 10,
-    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first reference, and of the draws of joints.")] = 1,
+    first_seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the first reference, and of the draws of joints.")
+    ] = 1,
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise for each reference.")] = DRAWS,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,

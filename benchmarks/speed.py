@@ -155,7 +155,7 @@ def beside_c(scenario: Scenario, course: str, repeats: int, library: CDLL | None
     if library is None:
         return [Row(course, "skipped: there is no C compiler (cc, gcc, clang)")]
     rows = []
-    for name in ("pi", "adaptive"):
+    for name in ("pi", "fixed"):
         own = OwnLoop(scenario, name)
         rival = CLoop(library, own)
         own.run()

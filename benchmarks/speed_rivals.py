@@ -16,11 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Scenario
-from adaptive_ff.adaptive import change_detection as jump
-from adaptive_ff.adaptive import estimator
-from adaptive_ff.adaptive import lag_tuning as timing
 from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.model import bounds as physical
+from adaptive_ff.rivals.model_based import ModelBasedParameters
 from adaptive_ff.simulation.experiment import empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import PIParameters
@@ -63,9 +60,9 @@ class OwnLoop:
         return CLOCK() - begin
 
 
-Numbers = ctypes.c_double * 22
+Numbers = ctypes.c_double * 21
 Counts = ctypes.c_int64 * 3
-Pointers = ctypes.c_void_p * 14
+Pointers = ctypes.c_void_p * 10
 
 
 class CRun(ctypes.Structure):
@@ -93,31 +90,6 @@ def compile_loop(folder: Path) -> ctypes.CDLL:
     constants = {
         "MAXIMUM_ITERATIONS": step.MAXIMUM_ITERATIONS,
         "RELATIVE_TOLERANCE": step.RELATIVE_TOLERANCE,
-        "INERTIA_RANGE": physical.INERTIA_RANGE,
-        "FLOOR": estimator.FLOOR,
-        "SMALLEST_FLOOR": estimator.SMALLEST_FLOOR,
-        "LARGEST_FLOOR": estimator.LARGEST_FLOOR,
-        "PRIOR": estimator.PRIOR,
-        "LAG_PRIOR": estimator.LAG_PRIOR,
-        "GUESS": estimator.GUESS,
-        "LEAST_AGREEMENT": estimator.AGREEMENT[0],
-        "MOST_AGREEMENT": estimator.AGREEMENT[1],
-        "EXCITED": estimator.EXCITED,
-        "PEAK_FACTOR": estimator.PEAK_FACTOR,
-        "SPEED_FACTOR": estimator.SPEED_FACTOR,
-        "JUMP": jump.JUMP,
-        "JUMP_WINDOW": jump.JUMP_WINDOW,
-        "LEAST_ERROR": jump.LEAST_ERROR,
-        "DISBELIEF": timing.DISBELIEF,
-        "LONGEST": timing.LONGEST,
-        "GROWTH": timing.GROWTH,
-        "FIRST": timing.FIRST,
-        "CLIP": timing.CLIP,
-        "LEAST_LEFT": timing.LEAST_LEFT,
-        "LEAST_SUM": timing.LEAST_SUM,
-        "MOVED": timing.MOVED,
-        "YOUNG": timing.YOUNG,
-        "LARGEST_SLOPE": timing.LARGEST_SLOPE,
     }
     library = folder / "closed_loop.so"
     defined = [f"-D{name}={value!r}" for name, value in constants.items()]
@@ -133,30 +105,37 @@ class CLoop:
     library : ctypes.CDLL
         The compiled loop.
     own : OwnLoop
-        Our loop; its controller is ``pi`` or ``adaptive``.
+        Our loop; its controller is ``pi`` or one with a feedforward from fixed parameters, such as ``fixed``.
+
+    Raises
+    ------
+    ValueError
+        The joint or the controller is none that the C loop serves.
     """
 
     def __init__(self, library: ctypes.CDLL, own: OwnLoop) -> None:
         self.library = library
         course, plan, block = own.course, own.course.plan, own.controller.parameters
-        adaptive = not isinstance(block, PIParameters)
+        feeds = isinstance(block, ModelBasedParameters)
+        if not feeds and not isinstance(block, PIParameters):
+            raise ValueError(f"the C loop serves pi and feedforward from fixed parameters, not {type(block).__name__}")
+        if feeds and (block.times.size or any(block.model[7:])):
+            raise ValueError("the C loop serves a model that is symmetric and does not change")
         joint = course.joint
         if not isinstance(joint, JointParameters) or joint.backward != joint.friction or joint.offset != 0.0:
             raise ValueError("the C loop serves rigid joints with the same friction in both directions and no offset")
         numbers = [*joint.friction, joint.inertia, joint.friction_lag]
         numbers += [own.start.joint.velocity, own.start.joint.friction_torque]
-        numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if adaptive else block)[:2]]
-        first = scale = np.zeros(0)
-        if adaptive:
-            told = block.estimator
-            first, scale = np.array(told.first, dtype=float), np.array(told.scale, dtype=float)
-            numbers += [*told.form, told.torque_scale, told.work.ranges[physical.FRICTION_LAG, 1], told.memory]
-            numbers += [block.slowest, block.hold, block.period]
-        counts = (adaptive, course.noise.size, plan.starts.size)
+        numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if feeds else block)[:2]]
+        if feeds:
+            model = block.model
+            numbers += [model.coulomb, model.stiction, model.viscous, model.stribeck_velocity, model.stribeck_shape]
+            numbers += [model.inertia, model.friction_lag, block.period]
+        counts = (feeds, course.noise.size, plan.starts.size)
         record = empty_record(course, own.record.estimates.shape[1])
         self.record = record._replace(given=record.torque)  # without delay they are one
-        given = (first, scale, plan.starts, plan.scales, course.samples, course.reference, course.noise)
-        filled = [array for name, array in self.record._asdict().items() if name != "given"]
+        given = (plan.starts, plan.scales, course.samples, course.reference, course.noise)
+        filled = [array for name, array in self.record._asdict().items() if name not in ("given", "estimates")]
         self.arrays = (*map(np.ascontiguousarray, given), *filled)  # alive as long as the pointers to them
         pointers = [array.ctypes.data for array in self.arrays]
         self.arguments = CRun(Numbers(*numbers), Counts(*counts), Pointers(*pointers))

@@ -8,7 +8,7 @@ from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_
 from plant.elastic_joint import ElasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
 from plant.gravity import Gravity, gravity_torque
-from plant.joint import JointModel, whole_multiple
+from plant.joint import FrictionFields, JointModel, whole_multiple
 from plant.kinds import (
     CHANGE_JOINT,
     CHECK_PERIOD,
@@ -52,6 +52,7 @@ __all__ = [
     "ElasticParameters",
     "ElasticState",
     "FrictionChange",
+    "FrictionFields",
     "FrictionSchedule",
     "FrictionVariation",
     "Gravity",

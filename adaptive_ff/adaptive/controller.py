@@ -52,7 +52,9 @@ def default_memory(period: float, pole: float) -> float:
 
 
 class AdaptiveController(IdentifyingController):
-    """PI loop with feedforward from a model identified online.
+    """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + f_ref + offset``, the model identified online.
+
+    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``.
 
     The first estimate is a frictionless joint of the assumed inertia, with a friction lag equal to the time constant
     ``J/Kp`` of the feedback; lags that are much shorter hardly matter to the loop.
@@ -78,7 +80,7 @@ class AdaptiveController(IdentifyingController):
         What is identified: ``model.ESTIMATED`` by default; ``model.WITH_OFFSET`` for a joint with a constant load or
         with Coulomb friction that differs by direction; ``model.PER_DIRECTION`` where all friction may.
     delay : float, optional
-        Computation delay of the drive, sampling periods. What ``step`` is told as ``feedforward`` is, as the torque
+        Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.
     velocity_lag : float, optional
         Time by which the measured velocity lags behind the joint's, s, such as half a period of a difference of
@@ -173,7 +175,7 @@ class AdaptiveController(IdentifyingController):
         return float(self.state.timing.lag)
 
     def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":
-        """Tell what the controller learns and how sure it is, for a terminal; see :func:`diagnosis.diagnose`."""
+        """Return what the controller has identified and how uncertain it is; see ``report.diagnosis``."""
         from adaptive_ff.report.diagnosis import diagnose
 
         return diagnose(self, run)

@@ -1,21 +1,21 @@
-"""How far the parameters that the adaptive controller identifies may be off, from what its estimator keeps anyway.
+"""Standard deviations of the parameters that the adaptive controller identifies, from its information matrix.
 
 The information matrix ``M`` of the estimator is a fading mean: what is left of its start, the floor that it is drawn
-to, and what the gradients ``z`` of the sliding samples of the last memory told, ``D``. Only the last is data. Equations
+to, and the gradients ``z`` of the sliding samples of the last memory, ``D``. Only the last is data. Equations
 with independent errors of mean square ``s^2`` (also a fading mean) leave estimates with the covariance
 
     C = s^2 T / (2 memory) D^-1
 
 where ``T`` is the sampling period; the 2, since equations are weighted with ``exp(-age/memory)``, their variances with
-the square of it. What the data do not tell is as uncertain as the unit that the parameter is estimated in: the
+the square of it. What the data do not identify is as uncertain as the unit that the parameter is estimated in: the
 covariance is ``(C^-1 + I)^-1`` in these units. In a time ``t`` of learning both means have come to ``1 -
 exp(-t/memory)`` of what they will be.
 
 What these numbers are not: a confidence interval. Errors of filtered equations are correlated over some ``4/pole``. The
 noise of the velocity reaches them through derivatives, so it is loud far above the frequencies of the motion and
-cancels there; counted as independent, it is overrated. A reversal, which the friction lag is told from, is located
+cancels there; counted as independent, it is overrated. A reversal, which alone excites the friction lag, is located
 within a sampling period only; ``T / sqrt(12)`` is added to the lag's for that. And a model that is wrong (Stribeck
-curve, dependence on position) shifts the estimates by more than equations can tell. ``python -m benchmarks.confidence``
+curve, dependence on position) shifts the estimates by more than equations can show. ``python -m benchmarks.confidence``
 shows what is left.
 """
 
@@ -35,14 +35,14 @@ SMALLEST_LEVEL = 1e-18
 
 
 class Confidence(NamedTuple):
-    """What the recent data tell of the parameters.
+    """Uncertainty of the parameters, given the recent data.
 
     Attributes
     ----------
     errors : ndarray, shape (n,)
         How far each parameter may be off, as a standard deviation, in its unit.
     together : ndarray, shape (n,)
-        The same as a share of the scale that it is estimated in: 1 where the data tell nothing.
+        The same as a share of the scale that it is estimated in: 1 where it is not identifiable from the data.
     alone : ndarray, shape (n,)
         What that share would be if the other parameters were known.
     shares : ndarray, shape (n,)
@@ -66,7 +66,7 @@ def mean_squared_error(estimator: EstimatorParameters, state: EstimatorState) ->
 
 
 def assess(estimator: EstimatorParameters, state: EstimatorState, period: float) -> Confidence:
-    """Tell what the recent data tell of the parameters.
+    """Return how uncertain the parameters are, given the recent data.
 
     Parameters
     ----------

@@ -12,6 +12,7 @@ import typer
 
 from adaptive_ff.cli.compare import compare_command
 from adaptive_ff.cli.identify import identify_command
+from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.cli.sweep import sweep_command
 from adaptive_ff.errors import InputError
@@ -40,6 +41,7 @@ def version_command() -> None:
     typer.echo(__version__)
 
 
+app.command("new")(new_command)
 app.command("compare")(compare_command)
 app.command("sweep")(sweep_command)
 app.command("identify")(identify_command)

@@ -132,7 +132,7 @@ def fit_least_squares(
     -------
     LeastSquaresFit
         The fit. Its intervals speak of random errors that are independent of the regressors; a model that is wrong,
-        or noise in the regressors, shifts the estimates by more than they tell.
+        or noise in the regressors, shifts the estimates by more than they show.
 
     Raises
     ------

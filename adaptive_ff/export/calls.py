@@ -107,7 +107,9 @@ class Calls:
         bound = dict(zip(names, given, strict=False))
         for keyword in node.keywords:
             if keyword.arg is None or keyword.arg not in names:
-                raise expressions.kernel.refusal(node, f"{ast.unparse(node)}: name every argument, or give it in its place")
+                raise expressions.kernel.refusal(
+                    node, f"{ast.unparse(node)}: name every argument, or give it in its place"
+                )
             bound[keyword.arg] = expressions.translate(keyword.value)
         return bound
 

@@ -47,7 +47,9 @@ class Export:
         check_exportable(controller)
         word = re.fullmatch(r"[a-z][a-z0-9_]{0,30}", prefix)
         if not word or keyword.iskeyword(prefix) or prefix in RESERVED:
-            raise NotExportable(f"prefix = {prefix!r} is not allowed: it must be a C name of lower-case letters, digits, _")
+            raise NotExportable(
+                f"prefix = {prefix!r} is not allowed: it must be a C name of lower-case letters, digits, _"
+            )
         self.controller = controller
         self.prefix = prefix
         self.upper = prefix.upper()

@@ -327,7 +327,9 @@ class Expressions:
             values += self._spread(item.value) if isinstance(item, ast.Starred) else [self.translate(item)]
         kinds = {value.type for value in values}
         if len(kinds) != 1 or None in kinds:
-            raise self.kernel.refusal(node, f"{ast.unparse(node)}: a tuple must hold values of one type; use a NamedTuple")
+            raise self.kernel.refusal(
+                node, f"{ast.unparse(node)}: a tuple must hold values of one type; use a NamedTuple"
+            )
         kind = kinds.pop()
         assert kind is not None
         line = Line(kind, len(values))

@@ -61,7 +61,9 @@ def check_exportable(controller: Any) -> None:
         name = type(controller).__name__
         raise NotExportable(f"controller = {name} cannot be exported: it has no kernel; there are {', '.join(known)}")
     if controller.estimate_names and type(controller.parameters) not in ESTIMATES:
-        raise NotExportable(f"controller = {type(controller).__name__} cannot be exported: no kernel gives its estimates")
+        raise NotExportable(
+            f"controller = {type(controller).__name__} cannot be exported: no kernel gives its estimates"
+        )
 
 
 def new_one(controller: Controller) -> Controller:
@@ -102,7 +104,9 @@ def switches(controller: Controller) -> list[Switch]:
         ]
         plain = all(leaf.kind == BOOLEAN and not leaf.is_array and value_at(on, leaf.path) for leaf in differ)
         if not differ or not plain:
-            raise NotExportable(f"{type(controller).__name__}.{name} cannot be exported: it sets more than truth values")
+            raise NotExportable(
+                f"{type(controller).__name__}.{name} cannot be exported: it sets more than truth values"
+            )
         found.append(Switch(name, (inspect.getdoc(item) or "").partition("\n")[0], tuple(differ)))
     return found
 
@@ -149,5 +153,7 @@ def made_up_inputs(period: float, samples: int, seed: int = 101) -> NDArray[np.f
     for name in optional_inputs():
         columns[name] = np.where(generator.uniform(size=samples) < 0.1, math.nan, columns[name])
     lost = generator.uniform(size=samples) < 0.03
-    columns["velocity"] = np.where(lost, generator.choice([math.nan, math.inf, -math.inf], samples), columns["velocity"])
+    columns["velocity"] = np.where(
+        lost, generator.choice([math.nan, math.inf, -math.inf], samples), columns["velocity"]
+    )
     return np.column_stack([columns[name] for name in Inputs._fields])

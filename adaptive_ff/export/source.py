@@ -186,9 +186,7 @@ def _step(export: Export) -> str:
         f"*output = result.{output};",
         f"return {export.upper}_OK;",
     ]
-    head = (
-        f"int {prefix}_step({prefix}_Controller *controller, const {prefix}_Inputs *inputs, {prefix}_Output *output)"
-    )
+    head = f"int {prefix}_step({prefix}_Controller *controller, const {prefix}_Inputs *inputs, {prefix}_Output *output)"
     return _function(head, lines)
 
 
@@ -213,9 +211,7 @@ def _estimates(export: Export) -> str:
     if export.write_estimates is None:
         return ""
     listed = [f'"{name}",' for name in names]
-    arguments = [
-        f"&own.{part}" if _by_pointer(export, part) else f"own.{part}" for part in ("parameters", "state")
-    ]
+    arguments = [f"&own.{part}" if _by_pointer(export, part) else f"own.{part}" for part in ("parameters", "state")]
     body = [f"{prefix}_Controller own = *controller;"]
     body += ["bind(&own);"] if has_arrays(export) else []
     body += [f"{export.write_estimates.name}({', '.join(arguments)}, estimates);"]

@@ -169,7 +169,9 @@ class Statements:
         place = self.expressions.translate(target)
         base = self.expressions.translate(target.value)
         if not isinstance(base.type, Array):
-            raise self.kernel.refusal(target, f"{ast.unparse(target)} cannot be assigned to; only arrays change in place")
+            raise self.kernel.refusal(
+                target, f"{ast.unparse(target)} cannot be assigned to; only arrays change in place"
+            )
         if place.type == REAL:
             value = self.expressions.as_real(target, value)
         if place.type != value.type or isinstance(place.type, Array):

@@ -102,9 +102,7 @@ class Unit:
     def compound(self, record: Record, values: Sequence[Value]) -> str:
         """Return a value of a struct."""
         name = self.c_type(record)
-        pairs = [
-            f".{c_name(field)} = {value.content}" for (field, _), value in zip(record.fields, values, strict=True)
-        ]
+        pairs = [f".{c_name(field)} = {value.content}" for (field, _), value in zip(record.fields, values, strict=True)]
         return f"({name}){{{', '.join(pairs)}}}"
 
     def constant_name(self, constant: Constant) -> str:

@@ -64,14 +64,16 @@ def behind(one: Validated, other: Validated) -> tuple[float, float]:
 
 
 def choose(validated: Sequence[Validated]) -> tuple[Validated, list[Validated]]:
-    """Return the model to be used, and all that the log cannot tell from the best one, the used one among them.
+    """Return the model to be used, and all that the log cannot tell from the best one, without it.
 
     Used is the one of fewest terms whose error is within one standard error of the smallest; of equal ones the best.
     """
     best = min(validated, key=lambda model: model.error)
     near = [model for model in validated if _within(model, best, SIMPLER)]
     chosen = min(near, key=lambda model: (len(model.terms), model.error))
-    return chosen, [model for model in validated if _within(model, best, ALIKE)]
+    alike = [model for model in validated if _within(model, best, ALIKE)]
+    # a model with more terms that validates no better only widens the intervals
+    return chosen, [model for model in alike if model.error < chosen.error or len(model.terms) < len(chosen.terms)]
 
 
 def _within(model: Validated, best: Validated, errors: float) -> bool:

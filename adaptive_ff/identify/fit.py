@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
 from adaptive_ff.identify.regressors import BENT, LINEAR, Problem, design, measured_torque
@@ -25,6 +24,9 @@ INSIDE = 1e-3
 
 END = 0.01
 """Share of its range within which a searched parameter is at the end of it."""
+
+STEPS, LONGEST, CLOSE = 12, 0.05, 1e-4
+"""Steps of the search at most, and the longest and shortest of them, over the range."""
 
 SLOPE_STEP = 1e-4
 """Step of the difference quotients by a searched parameter, over its range."""
@@ -124,8 +126,24 @@ def fit_terms(
     )
     # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
     regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
-    values = {**dict(zip(linear, rough.values.tolist(), strict=True)), **_searched(names, point)}
-    return Fitted(terms, values, regression)
+    regression = _without_attenuation(problem, full, regression)
+    found = dict(zip(linear, regression.values.tolist(), strict=False))
+    return Fitted(terms, {**found, **_searched(names, regression.values[len(linear) :])}, regression)
+
+
+def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquaresFit) -> LeastSquaresFit:
+    """Undo, to first order, by what noise in its columns draws a fit towards zero; half of it is added to the errors."""
+    variance = np.array([problem.noise.get(name, 0.0) for name in regression.names])
+    if not np.any(variance):
+        return regression
+    scale = np.linalg.norm(matrix, axis=0)
+    scaled = matrix / scale
+    drawn = matrix.shape[0] * variance * regression.values / scale
+    correction = np.linalg.lstsq(scaled.T @ scaled, drawn, rcond=1e-12)[0] / scale
+    searched = [place for place, name in enumerate(regression.names) if name in SEARCHED.values()]
+    correction[searched] = 0.0
+    covariance = regression.covariance + 0.25 * np.outer(correction, correction)
+    return replace(regression, values=regression.values + correction, covariance=covariance)
 
 
 def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
@@ -174,22 +192,45 @@ def _searched(names: list[str], point: Array) -> dict[str, float]:
 
 
 def _search(problem: Problem, linear: list[str], names: list[str], target: Array, start: Mapping[str, float]) -> Array:
-    """Return the searched parameters at the least squares."""
+    """Return the searched parameters at the least squares, by steps of Gauss and Newton within their ranges."""
     if not names:
         return np.empty(0)
     low, high = np.array(_ranges(problem, names)).T
-
-    def residual(share: Array) -> Array:
-        return _residual(design(problem, linear, _searched(names, low + (high - low) * share)), target)
-
+    span = high - low
     point = np.array([math.log(start[name]) if name in BENT.values() else start[name] for name in names])
-    first = np.clip((point - low) / (high - low), INSIDE, 1.0 - INSIDE)
-    found = optimize.least_squares(residual, first, bounds=(0.0, 1.0), diff_step=1e-4)
-    return np.asarray(low + (high - low) * found.x)
+    point = np.clip(point, low + INSIDE * span, high - INSIDE * span)
+    squares = math.inf
+    step = np.zeros_like(point)
+    for _ in range(STEPS):
+        matrix = design(problem, linear, _searched(names, point))
+        values = _solve(matrix, target)
+        residual = target - matrix @ values
+        now = float(residual @ residual)
+        if now > squares:  # too far: back by half
+            step *= 0.5
+            point = point - step
+            continue
+        squares = now
+        slopes = [_slope(problem, linear, names, point, values, place) for place in range(len(names))]
+        solved = _solve(np.column_stack([matrix, *slopes]), residual)
+        step = np.clip(point + np.clip(solved[len(linear) :], -LONGEST * span, LONGEST * span), low, high) - point
+        if np.all(np.abs(step) < CLOSE * span):
+            break
+        point = point + step
+    return point
+
+
+def _solve(matrix: Array, target: Array) -> Array:
+    """Return the least squares by scaled normal equations: good enough to search with, and quick."""
+    scale = np.linalg.norm(matrix, axis=0)
+    scale[scale == 0.0] = 1.0
+    scaled = matrix / scale
+    solved: Array = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ target, rcond=1e-13)[0] / scale
+    return solved
 
 
 def _residual(matrix: Array, target: Array) -> Array:
-    residual: Array = target - matrix @ np.linalg.lstsq(matrix, target, rcond=None)[0]
+    residual: Array = target - matrix @ _solve(matrix, target)
     return residual
 
 

@@ -27,11 +27,18 @@ from adaptive_ff.logs.derivatives import Array
 BLOCKS = 10
 """Blocks of rows, one after the other, that are held out in turn."""
 
-LAG_STEP = 0.03
+LAG_STEP = 0.05
 """Step of the grid of lags, in cycles of the band: a residual changes over a sixth of a cycle."""
 
 LEAD = "friction_lead"
 """Term of a friction that leads the motion, as where the motion is recorded later than the torque."""
+
+EVERY = 2
+"""Every second speed of the log's grid is used: columns of neighbours are much alike."""
+
+SMEARED = 0.1
+"""Slowest speed at which friction may saturate, over the fastest of the grid; below that noise around a reversal, which
+smears the sign of the velocity, looks the same."""
 
 RIDGE = 1e-10
 """Added to the diagonal of the scaled normal equations, so that dependent columns make no exception."""
@@ -94,10 +101,11 @@ def make_grid(problem: Problem) -> Grid:
     fixed, spectra, target = [], [], []
     for piece in problem.pieces:
         fixed.append(np.column_stack([direct_column(piece, term) for term in direct])[piece.slides])
+        bent = piece.stiction[::EVERY]
         friction = [friction_column(piece, problem.stribeck, term, {}) for term in FRICTION]
-        spectra.append(_spectrum(np.vstack([friction, piece.stiction])))
+        spectra.append(_spectrum(np.vstack([friction, bent])))
         target.append(piece_torque(piece, problem.torque_delay)[piece.slides])
-    names = (*direct, *FRICTION, *(f"bent {place}" for place in range(problem.stribeck.size)), "torque")
+    names = (*direct, *FRICTION, *(f"bent {place}" for place in range(problem.stribeck[::EVERY].size)), "torque")
     rows = sum(part.size for part in target)
     edges = np.linspace(0, rows, BLOCKS + 1).round().astype(int)
     products = np.empty((BLOCKS, lags.size, len(names), len(names)))
@@ -115,7 +123,7 @@ def make_grid(problem: Problem) -> Grid:
         for block in range(BLOCKS):
             part = scaled[edges[block] : edges[block + 1]]
             products[block, place] = part.T @ part
-    return Grid(names, lags, problem.stribeck, products)
+    return Grid(names, lags, problem.stribeck[::EVERY], products)
 
 
 def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Point:
@@ -133,7 +141,9 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Po
     bent = [term for term in terms if term in BENT]
     straight = [grid.names.index(term) for term in terms if term in grid.names]
     first = grid.names.index("bent 0")
-    ends = [[first + place] for place in range(grid.speeds.size)] if bent else [[]]
+    slowest = SMEARED * float(grid.speeds[-1]) if bent == ["saturation"] else 0.0
+    speeds = np.flatnonzero(grid.speeds >= slowest)
+    ends = [[first + place] for place in speeds] if bent else [[]]
     chosen = np.array([[*straight, *end, len(grid.names) - 1] for end in ends])
     zero = grid.without_lag
     lags = slice(0 if LEAD in terms else zero, None if "friction_lag" in terms else zero + 1)
@@ -158,7 +168,7 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Po
         found, unseen = float(squares[best]), float(tried[best[0]])
     else:
         found, unseen = float(weights @ squares[around, best[1]]), float(weights @ tried[around])
-    return Point(max(found, 0.0), max(unseen, 0.0), lag, float(grid.speeds[best[1]]) if bent else 0.0)
+    return Point(max(found, 0.0), max(unseen, 0.0), lag, float(grid.speeds[speeds[best[1]]]) if bent else 0.0)
 
 
 def _between(squares: Array, place: int) -> tuple[float, Array | None]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.carry_over import carries_over
+from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
 from adaptive_ff.identify.families import AUTO
 from adaptive_ff.identify.filtering import condition, shortest_piece
@@ -182,7 +183,9 @@ def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece],
 def _problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
     band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
     conditioned = [condition(prepared.log, piece, band, period, rest) for piece in pieces]
-    return Problem(conditioned, rest.stribeck, LAG_CYCLES / band, float(torque_delay))
+    noise = column_noise(prepared)
+    variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
+    return Problem(conditioned, rest.stribeck, LAG_CYCLES / band, float(torque_delay), variances)
 
 
 def _select(log: Log, problem: Problem, *, family: str, rotary: bool, confidence: float) -> Selection:

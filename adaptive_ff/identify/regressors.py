@@ -46,12 +46,15 @@ class Problem(NamedTuple):
         Largest friction lag that is looked for, s.
     torque_delay : float
         Time after its stamp at which a torque acts, s.
+    noise : dict of float
+        Variance of the noise of a column, by its term.
     """
 
     pieces: Sequence[Conditioned]
     stribeck: Array
     longest_lag: float
     torque_delay: float
+    noise: Mapping[str, float] = {}  # noqa: RUF012
 
 
 def measured_torque(problem: Problem) -> Array:

@@ -19,6 +19,16 @@ DERIVATIVE_TIMES = 5.0
 """Corner of the wide filter, behind which the sign of the velocity is taken, over the band: 100 Hz to 20 Hz in the
 reference models of EMPS (A. Janot, M. Gautier, M. Brunot, 2019)."""
 
+NOISE_SHARE = 0.002
+"""Largest power of the noise of the acceleration in the band, over that of the acceleration: noise of a regressor draws
+its coefficient towards zero by about that share."""
+
+LATTICE = 1e-9
+"""Smallest step of a lattice, over the largest difference between samples."""
+
+LEAST_TIMES_MOTION = 2.0
+"""Smallest band over the frequency of the motion that noise makes it choose."""
+
 LARGEST_SHARE = 0.1
 """Largest band, over the sampling frequency: the filter of the derivatives stays at its half."""
 
@@ -39,18 +49,44 @@ def choose_bandwidth(motion: Array, period: float, *, is_position: bool) -> floa
     -------
     float
         Five times the frequency below which 99 % of the velocity's power lies, from 10 Hz to a tenth of the sampling
-        frequency, Hz. Noise is taken as white, its level read off from the upper half of the spectrum.
+        frequency, Hz; less where noise of the acceleration would count, but at least twice that frequency. Noise is
+        taken as white, its level read off from the upper half of the spectrum, and from the lattice of rounded values.
     """
     velocity = np.diff(motion) / period if is_position else motion - np.mean(motion)
-    power = np.abs(np.fft.rfft(velocity * np.hanning(velocity.size))) ** 2
+    window = np.hanning(velocity.size)
+    power = np.abs(np.fft.rfft(velocity * window)) ** 2
     frequency = np.fft.rfftfreq(velocity.size, period)
-    shape = np.sin(np.pi * frequency * period) ** 2 if is_position else np.ones_like(frequency)
+    gain = (2.0 * np.sin(np.pi * frequency * period) / period) ** 2 if is_position else np.ones_like(frequency)
     upper = frequency > 0.25 / period
-    noise = np.mean(power[upper]) / np.mean(shape[upper])
-    cumulated = np.cumsum(np.maximum(power - 4.0 * noise * shape, 0.0))
-    place = int(np.searchsorted(cumulated, MOTION_SHARE * cumulated[-1]))
-    highest = LARGEST_SHARE / period
-    return min(max(TIMES_MOTION * float(frequency[place]), SMALLEST), highest)
+    noise = np.mean(power[upper]) / np.mean(gain[upper])
+    noise = max(noise, rounding_noise(motion, period, is_position=is_position) * float(np.sum(window**2)))
+    cumulated = np.cumsum(np.maximum(power - 4.0 * noise * gain, 0.0))
+    moving = float(frequency[int(np.searchsorted(cumulated, MOTION_SHARE * cumulated[-1]))])
+    inside = frequency <= TIMES_MOTION * moving
+    accelerated = float(np.sum((np.maximum(power - 4.0 * noise * gain, 0.0) * frequency**2)[inside]))
+    loud = np.cumsum(noise * gain * frequency**2) > NOISE_SHARE * accelerated
+    quiet = float(frequency[int(np.argmax(loud))]) if np.any(loud) else np.inf
+    wanted = min(max(TIMES_MOTION * moving, SMALLEST), max(quiet, LEAST_TIMES_MOTION * moving))
+    return min(wanted, LARGEST_SHARE / period)
+
+
+def rounding_noise(motion: Array, period: float, *, is_position: bool) -> float:
+    """Return the variance that rounding to a lattice adds to each sample of a motion, as if it were white.
+
+    A lattice of step ``q`` adds ``q^2/12``; where a position passes fewer steps in a second than half the sampling
+    frequency, that lies at the lower frequencies, and counts for so much more there. Zero where there is no lattice.
+    """
+    steps = np.abs(np.diff(motion))
+    peak = float(np.max(steps, initial=0.0))
+    changing = steps[steps > LATTICE * peak]
+    if changing.size == 0:
+        return 0.0
+    step = float(np.min(changing))
+    counts = changing / step
+    if np.mean(np.abs(counts - np.round(counts)) < 0.01) < 0.99:
+        return 0.0
+    rate = float(np.sqrt(np.mean(steps**2))) / (step * period) if is_position else np.inf
+    return step**2 / 12.0 * max(1.0, 0.5 / (period * rate))
 
 
 def check_bandwidth(bandwidth: float, period: float) -> None:

@@ -9,7 +9,7 @@ needs the reference one sample ahead; where that is not known, the last slope of
 A drive with a computation delay applies the torque later; it is then computed for where the reference will be by that
 time, continued along its slope.
 
-A reference at rest tells nothing of the direction: the static friction is zero there and fades with the lag. The offset
+A reference at rest has no direction: the static friction is zero there and fades with the lag. The offset
 is a constant, which no lag changes; it is fed forward at rest as well.
 """
 

@@ -1,4 +1,4 @@
-"""The friction model that controllers assume of a joint: a hypothesis, to be told or identified.
+"""The friction model that controllers assume of a joint: a hypothesis, assumed or identified.
 
 It is the paper's model, equations (1)-(3), written for one direction of use: which torque does a motion need. Beyond
 the paper it has what real joints have, an offset and friction that differs by direction:

@@ -18,7 +18,7 @@ friction by direction, a dead zone around zero velocity, deliberate under-compen
   The linear controller is the PI loop of the comparison, with feedforward of the identified inertia.
 - Equations with a velocity in the dead zone, or from one direction to the other, are left out.
 - Forgetting pauses while the covariance is larger than at the start.
-- Inertia is confined to the range that all controllers believe in, friction to no less than zero.
+- Inertia is confined to the range that all controllers assume, friction to no less than zero.
 
 Source: C. Canudas de Wit, K. J. Astrom, K. Braun, "Adaptive friction compensation in DC-motor drives" (IEEE Journal of
 Robotics and Automation, 1987).
@@ -364,8 +364,8 @@ class CanudasController(IdentifyingController):
         memory: float = 5.0,
         delay: float = 0.0,
     ) -> None:
-        told = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
-        parameters = check_canudas(proportional, integral, period, **told)
+        assumed = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
+        parameters = check_canudas(proportional, integral, period, **assumed)
         super().__init__(parameters, period, initial_canudas_state)
 
 
@@ -391,6 +391,6 @@ class CanudasMeasuredController(IdentifyingController):
         memory: float = 5.0,
         delay: float = 0.0,
     ) -> None:
-        told = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
-        parameters = check_canudas(proportional, integral, period, **told)
+        assumed = {"inertia": inertia, "dead_zone": dead_zone, "share": share, "memory": memory, "delay": delay}
+        parameters = check_canudas(proportional, integral, period, **assumed)
         super().__init__(CanudasMeasuredParameters(parameters), period, initial_canudas_measured_state)

@@ -13,7 +13,7 @@ What the sources leave open, as chosen here:
   ``r``, whatever the features. It pauses where the reference stands, where the measurement failed, and where the
   drive did not give what was asked, because the feedback torque is no error of the model then. The feedback
   torque of a sample is paired with the features of the period that ends with it, which are what it answers to.
-- The inertia stays within the range that all controllers believe in; nothing else is bounded.
+- The inertia stays within the range that all controllers assume; nothing else is bounded.
 
 The theory asks that the transfer function from the error of the inverse model to the feedback torque be strictly
 positive real. For a PI loop around an inertia, ``(Kp s + Ki) / (J s^2 + Kp s + Ki)``, that is ``Kp^2 > J Ki``.

@@ -1,7 +1,7 @@
-"""PI loop with a feedforward from a model that is told, not identified.
+"""PI loop with a feedforward from a model that is assumed, not identified.
 
 One kernel serves inertia feedforward (a model without friction), feedforward from fixed parameters (nominal, stale,
-true) and the oracle, which is told the true parameters of every moment.
+true) and the oracle, which assumes the true parameters of every moment.
 """
 
 import math
@@ -33,7 +33,7 @@ FIELDS = len(TorqueModel._fields)
 
 
 class ModelBasedParameters(NamedTuple):
-    """Parameters of the loop with a told model.
+    """Parameters of the loop with an assumed model.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class ModelBasedParameters(NamedTuple):
 
 
 class ModelBasedState(NamedTuple):
-    """State of the loop with a told model.
+    """State of the loop with an assumed model.
 
     Attributes
     ----------

@@ -1,6 +1,6 @@
 """The paper's identification in a closed loop: recursive least squares on (4), fed forward.
 
-The estimator is the paper's: all samples count, sliding or not; nothing is filtered; Vs and delta are told. The
+The estimator is the paper's: all samples count, sliding or not; nothing is filtered; Vs and delta are assumed. The
 torque ``u(k)`` is the one realised over the period that ends at ``k``, the newest that is known then. What the paper
 leaves open, how the model is fed forward, is done as in the adaptive controller, with the same bounds on the
 estimates. Where the covariance grows beyond a bound (standstill), forgetting pauses; the paper has no such bound.

@@ -30,8 +30,8 @@ class Multisine(BaseModel):
         Frequencies, Hz, slower than half the sampling frequency.
     amplitudes : list of float
         Relative amplitudes, one a frequency.
-    peak : float
-        Largest absolute velocity, rad/s.
+    peak : float, optional
+        Largest absolute velocity, rad/s; by default what suits the joint, see ``scenario.plausibility``.
     fade_in : float
         Smooth start from rest, s.
     pause : list of float, optional
@@ -43,7 +43,7 @@ class Multisine(BaseModel):
     kind: Literal["multisine"] = "multisine"
     frequencies: list[Positive] = Field(default=[0.01, 0.05, 0.11, 0.23, 0.41, 0.7, 1.0], min_length=1)
     amplitudes: list[Finite] = Field(default=[0.12, 0.1, 0.08, 0.06, 0.05, 0.04, 0.03], min_length=1)
-    peak: Positive = 0.35
+    peak: Positive | None = None
     fade_in: NonNegative = 2.0
     pause: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = None
 
@@ -61,13 +61,15 @@ class Multisine(BaseModel):
         return self
 
     def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
-        """Return the reference velocity (rad/s) on an ascending grid of times (s)."""
+        """Return the reference velocity (rad/s) on an ascending grid of times (s); without a peak one of 1 rad/s."""
         phases = generator.uniform(0.0, 2.0 * math.pi, len(self.frequencies))
         velocity = np.zeros_like(time)
         largest = max(abs(amplitude) for amplitude in self.amplitudes)
         for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
             velocity += amplitude / largest * np.sin(2.0 * math.pi * frequency * time + phase)
-        velocity *= self.peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
+        velocity *= (1.0 if self.peak is None else self.peak) / max(
+            float(np.max(np.abs(velocity))), np.finfo(float).tiny
+        )
         velocity *= self._faded(time)
         if self.pause is not None:
             begin, end = self.pause

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
@@ -66,6 +67,15 @@ class Scenario(BaseModel):
     change: list[FrictionChange] = []
     variation: FrictionVariation = FrictionVariation()
     sweep: Sweep = Sweep()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _choose_kind(cls, content: Any) -> Any:
+        """Take a reference without a kind for a recorded one where it has a path, else for a multisine."""
+        reference = content.get("reference") if isinstance(content, dict) else None
+        if not isinstance(reference, dict) or "kind" in reference:
+            return content
+        return {**content, "reference": {"kind": "csv" if "path" in reference else "multisine", **reference}}
 
     @model_validator(mode="after")
     def _check_relations(self) -> Self:
@@ -197,6 +207,9 @@ class Scenario(BaseModel):
         with np.errstate(over="ignore", invalid="ignore"):
             if isinstance(self.reference, Multisine):
                 velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
+                if self.reference.peak is None:
+                    limit, period = self.actuator.torque_limit, self.joint.solver_period
+                    velocity *= default_peak(self.joint, limit, velocity, period)
             else:
                 assert self.motion is not None
                 velocity = self.motion.velocity(time)
@@ -224,6 +237,7 @@ class Scenario(BaseModel):
                 f"actuator.torque_limit = {limit:g} N m is below joint.stiction = {self.joint.stiction:g} N m: "
                 "tracking is impossible, the joint cannot break away from rest"
             )
+        found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
         fall = steepest_fall(self.joint.friction)
         proportional = self.feedback.gains[0]
         if fall > proportional:

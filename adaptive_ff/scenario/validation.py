@@ -1,13 +1,17 @@
-"""Pydantic's findings as one sentence that names the field, its value and what is allowed."""
+"""Pydantic's findings as one line that names every wrong field, its value and what is allowed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+MOST_SHOWN = 12
+"""Most wrong fields that one line names."""
+
 
 def explain(error: ValidationError, model: type[BaseModel]) -> str:
-    """Turn the first of pydantic's findings into one line.
+    """Turn pydantic's findings into one line: what is missing, then what is wrong.
 
     Parameters
     ----------
@@ -17,24 +21,38 @@ def explain(error: ValidationError, model: type[BaseModel]) -> str:
         The model that was validated; for an unknown key its known ones are listed.
     """
     findings = error.errors(include_url=False)
-    first = findings[0]
-    path, table, kinds = _resolve(model, first["loc"])
-    name, value = ".".join(path), _shown(first["input"])
-    message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "missing":
-        text = f"{name} is missing; it must be given"
-    elif first["type"] == "extra_forbidden":
-        text = f"{name} = {value} is not known; allowed there: {', '.join(table.model_fields)}"
-    elif first["type"] == "union_tag_not_found":
-        text = f"{name}.kind is missing; it must be {_alternatives(kinds)}"
-    elif first["type"] == "union_tag_invalid":
-        text = f"{name}.kind = {_shown(first['ctx']['tag'])} is not allowed: it must be {_alternatives(kinds)}"
-    elif first["type"] == "value_error":
-        text = f"{name}: {message}" if name else message
-    else:
-        text = f"{name} = {value} is not allowed: {_rule(first['type'], message)}"
-    more = len(findings) - 1
-    return " ".join(text.split()) + (f" (and {more} more)" if more else "")
+    missing = [".".join(_resolve(model, one["loc"])[0]) for one in findings if one["type"] == "missing"]
+    wrong = [_sentence(one, model) for one in findings if one["type"] != "missing"]
+    if len(missing) == 1:
+        wrong.insert(0, f"{missing[0]} is missing; it must be given")
+    elif missing:
+        wrong.insert(0, f"{_listed(missing)} are missing; they must be given")
+    more = len(wrong) - MOST_SHOWN
+    shown = wrong if more <= 0 else [*wrong[:MOST_SHOWN], f"and {more} more"]
+    return " ".join("; ".join(shown).split())
+
+
+def _sentence(finding: Mapping[str, Any], model: type[BaseModel]) -> str:
+    path, table, kinds = _resolve(model, finding["loc"])
+    name, value, kind = ".".join(path), _shown(finding["input"]), finding["type"]
+    message = finding["msg"].removeprefix("Value error, ")
+    if kind == "extra_forbidden":
+        near = get_close_matches(path[-1], table.model_fields, 1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        return f"{name} = {value} is not known; {hint}allowed there: {', '.join(table.model_fields)}"
+    if kind == "union_tag_not_found":
+        return f"{name}.kind is missing; it must be {_alternatives(kinds)}"
+    if kind == "union_tag_invalid":
+        return f"{name}.kind = {_shown(finding['ctx']['tag'])} is not allowed: it must be {_alternatives(kinds)}"
+    if kind == "value_error":
+        return f"{name}: {message}" if name else message
+    return f"{name} = {value} is not allowed: {_rule(kind, message)}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    *others, last = names[:MOST_SHOWN]
+    more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
+    return f"{', '.join(others)}, {last}{more}" if more else f"{', '.join(others)} and {last}"
 
 
 def _shown(value: Any) -> str:

@@ -1,5 +1,6 @@
 """One checklist over all controllers; a new one in the line-up is checked as soon as it is there."""
 
+import copy
 import importlib
 import math
 import platform
@@ -77,6 +78,45 @@ def test_warm_up_leaves_the_state(name):
     before = controller.state_to_json()
     controller.warm_up()
     assert controller.state_to_json() == before
+
+
+def leaves(value):
+    """All numbers and arrays of nested tuples, in order, as arrays."""
+    if isinstance(value, tuple):
+        return [leaf for item in value for leaf in leaves(item)]
+    return [np.asarray(value)]
+
+
+def arrays_of(value):
+    return [leaf for leaf in leaves(value) if leaf.ndim]
+
+
+@controllers
+def test_steps_leave_the_parameters_as_they_are(name):
+    """Compiled and in plain Python; no array is both in the parameters and in the state."""
+    course, controller = lay_course(SHORT), make(name)
+    before = copy.deepcopy(controller.parameters)
+    drive(controller, course)
+    plain = make(name).run_uncompiled()
+    plain.parameters = controller.parameters
+    own_loop(plain, lay_course(SHORT.modified(duration=4.0)))
+    found = leaves(controller.parameters)
+    assert all(np.array_equal(a, b) for a, b in zip(found, leaves(before), strict=True))
+    shared = [(a, b) for a in arrays_of(controller.parameters) for b in arrays_of(controller.state)]
+    assert not any(np.shares_memory(a, b) for a, b in shared)
+
+
+@controllers
+def test_asking_changes_nothing(name):
+    controller = make(name)
+    drive(controller, lay_course(SHORT))
+    before = controller.state_to_json()
+    asked = [controller.estimates, controller.rejected, *(getattr(controller, q, 0) for q in QUERIES)]
+    assert len(asked) == 2 + len(QUERIES)
+    assert controller.state_to_json() == before
+
+
+QUERIES = ("enabled", "uncertainties", "feedforward_lag")
 
 
 @controllers

@@ -32,7 +32,7 @@ def assert_near(found, expected, tolerance):
 
 @pytest.mark.parametrize(("forgetting_factor", "prior"), [(0.998, 1e4), (0.99, 100.0), (1.0, 1.0)])
 def test_it_is_the_fading_memory_kalman_filter_of_filterpy(forgetting_factor, prior):
-    rows, outputs = exciting_data(10_000, seed=8)
+    rows, outputs = exciting_data(3000, seed=8)
     state = initial_rls_state(np.zeros(SIZE), prior * np.eye(SIZE))
     kalman = fading_filter(forgetting_factor, prior)
     for row, output in zip(rows, outputs, strict=True):

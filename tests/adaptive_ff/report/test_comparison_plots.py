@@ -283,7 +283,7 @@ def test_drawing_an_hour_sampled_at_1_khz_takes_seconds():
 
 
 def test_own_controllers_have_lines_of_their_own_and_no_estimates(tmp_path):
-    scenario = SHORT.modified(controllers=["pi"])
+    scenario = SHORT.modified(duration=6.0, controllers=["pi"])
     own = {name: lambda _: Proportional() for name in ("mine", "_hidden$1", *(f"number {i}" for i in range(20)))}
     figures = plot_comparison(compare(scenario, own=own), tmp_path)
     assert list(figures) == ["tracking", "torque"]

@@ -291,7 +291,8 @@ def test_unknown_key_is_refused_and_the_known_are_listed(tmp_path, table, key):
     place[key] = 1.0
     shown = key if key.isalpha() else repr(key)
     path = f"{table}.{shown}" if table else shown
-    assert refusal(tmp_path, content) == f"{path} = 1.0 is not known; allowed there: {KNOWN[table]}"
+    hint = "did you mean inertia? " if key == "inertai" and "inertia" in KNOWN[table].split(", ") else ""
+    assert refusal(tmp_path, content) == f"{path} = 1.0 is not known; {hint}allowed there: {KNOWN[table]}"
 
 
 def test_unknown_key_of_a_recorded_reference_is_answered_with_the_keys_of_its_kind(tmp_path):
@@ -299,9 +300,22 @@ def test_unknown_key_of_a_recorded_reference_is_answered_with_the_keys_of_its_ki
     assert message == "reference.peak = 1.0 is not known; allowed there: kind, path, time, velocity, position"
 
 
-def test_further_findings_are_counted(tmp_path):
+def test_all_that_is_missing_or_wrong_is_named_at_once(tmp_path):
     content = changed(changed(complete(), "joint.inertia", -1.0), "fixed.viscous", "x")
-    assert refusal(tmp_path, content).endswith("joint.inertia = -1.0 is not allowed: it must be positive (and 1 more)")
+    for path in ("joint.coulomb", "feedback.inertia", "adaptation"):
+        content = changed(content, path, REMOVED)
+    assert refusal(tmp_path, content) == (
+        "joint.coulomb, feedback.inertia and adaptation are missing; they must be given; "
+        "joint.inertia = -1.0 is not allowed: it must be positive; "
+        "fixed.viscous = 'x' is not allowed: it must be a finite number"
+    )
+
+
+def test_many_wrong_fields_are_counted_beyond_what_a_person_reads(tmp_path):
+    content = changed(complete(), "reference.frequencies", [-1.0] * 20)
+    message = refusal(tmp_path, content)
+    assert message.count("is not allowed: it must be positive") == 12
+    assert message.endswith("; and 8 more")
 
 
 def test_value_too_large_to_be_shown_is_refused_all_the_same(tmp_path):

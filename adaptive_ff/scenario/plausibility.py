@@ -1,0 +1,97 @@
+"""Is a reference one that the joint can follow and that shows its friction: a peak by default, and warnings."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant import FrictionFields
+
+PEAK_FACTOR = 7.0
+"""Peak of a multisine where none is given, in Stribeck velocities: well beyond the falling part of the curve."""
+
+SLOW_FACTOR = 2.0
+"""A reference that never exceeds this many Stribeck velocities does not show viscous and Coulomb friction apart."""
+
+OFTEN = 0.02
+"""Share of the time in which the reference may need more than the torque limit without a warning."""
+
+USED_SHARE = 0.7
+"""Share of the torque limit that a suggested or default peak needs."""
+
+
+def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float64], period: float) -> float:
+    """Return the peak (rad/s) at which a motion needs 0.7 of the torque limit; negative where stiction alone does.
+
+    Parameters
+    ----------
+    joint : FrictionFields
+        The joint.
+    limit : float
+        Torque limit, N m.
+    velocity : ndarray
+        The motion with any peak but zero, rad/s, on a grid.
+    period : float
+        Period of the grid, s.
+    """
+    peak = float(np.max(np.abs(velocity)))
+    steepest = float(np.max(np.abs(np.diff(velocity)))) / period if velocity.size > 1 else 0.0
+    return peak * (USED_SHARE * limit - joint.stiction) / (joint.inertia * steepest + joint.viscous * peak)
+
+
+def default_peak(joint: FrictionFields, limit: float | None, unit: NDArray[np.float64], period: float) -> float:
+    """Return the peak (rad/s) that suits a joint: seven Stribeck velocities, less where the torque limit asks for it.
+
+    Parameters
+    ----------
+    joint : FrictionFields
+        The joint.
+    limit : float or None
+        Torque limit, N m.
+    unit : ndarray
+        The motion with a peak of 1 rad/s on a grid.
+    period : float
+        Period of the grid, s.
+    """
+    wanted = PEAK_FACTOR * joint.stribeck_velocity
+    possible = wanted if limit is None else largest_peak(joint, limit, unit, period)
+    return min(wanted, possible) if possible > 0.0 else wanted
+
+
+def motion_cautions(
+    joint: FrictionFields, limit: float | None, velocity: NDArray[np.float64], period: float
+) -> Iterator[str]:
+    """Yield a sentence where a reference is far too slow or too fast for a joint, with what would suit it.
+
+    Parameters
+    ----------
+    joint : FrictionFields
+        The joint.
+    limit : float or None
+        Torque limit, N m.
+    velocity : ndarray
+        The reference, rad/s, on a grid.
+    period : float
+        Period of the grid, s.
+    """
+    peak = float(np.max(np.abs(velocity)))
+    if 0.0 < peak < SLOW_FACTOR * joint.stribeck_velocity:
+        yield (
+            f"the reference never exceeds {peak:.3g} rad/s, {peak / joint.stribeck_velocity:.2g} times "
+            f"joint.stribeck_velocity = {joint.stribeck_velocity:g} rad/s: it hardly shows the friction curve; a peak of "
+            f"{PEAK_FACTOR * joint.stribeck_velocity:.3g} rad/s would"
+        )
+    if limit is None or limit < joint.stiction or velocity.size < 2:
+        return
+    sliding = joint.coulomb * np.sign(velocity) + joint.viscous * velocity
+    needed = np.abs(joint.inertia * np.diff(velocity) / period + sliding[1:])
+    often = float(np.mean(needed > limit))
+    if often > OFTEN:
+        suggested = largest_peak(joint, limit, velocity, period)
+        advice = (
+            f"a peak of {suggested:.3g} rad/s would suit it" if suggested > 0.0 else "its friction alone needs most"
+        )
+        yield (
+            f"the reference needs more than actuator.torque_limit = {limit:g} N m in {100.0 * often:.2g} % of the time, "
+            f"up to {float(np.max(needed)):.3g} N m; {advice}"
+        )
