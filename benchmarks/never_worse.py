@@ -8,6 +8,7 @@ Where it falls by more than the gain, PI itself hunts. Reported are references o
 """
 
 import os
+import sys
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
@@ -26,6 +27,9 @@ from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
 from adaptive_ff.report.files import write_json
 from benchmarks.tracking.cells import SCENARIOS, scenario_names
+
+WIDTH = 150
+"""Width of the table where it is not printed to a terminal, characters."""
 
 WINDOW_LIMIT = 1.2
 """Largest error in a window over what counts for PI there."""
@@ -198,6 +202,13 @@ def _limit(value: float) -> str:
     return "" if np.isinf(value) else f" <= {value:g}"
 
 
+def _written(value: Any) -> Any:
+    """Return a row as JSON can hold it: what is infinite, such as a limit that is not asked for, is null."""
+    if isinstance(value, dict):
+        return {name: _written(part) for name, part in value.items()}
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
 def rows_of(
     cases: list[Case],
     controller: str,
@@ -213,16 +224,12 @@ def rows_of(
 
 
 def main(
-    scenario: Annotated[
-        list[str] | None, typer.Option(help="Scenario of the matrix; several times for several.")
-    ] = None,
+    scenario: Annotated[list[str] | None, typer.Option(help="Scenario of the matrix; may be repeated.")] = None,
     every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix.")] = False,
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
     references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 10,
-    first_seed: Annotated[
-        int, typer.Option(min=0, help="Seed of the first reference, and of the draws of joints.")
-    ] = 1,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first reference, and of the draws.")] = 1,
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise for each reference.")] = DRAWS,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
@@ -234,7 +241,7 @@ def main(
             if name not in allowed:
                 raise typer.BadParameter(f"{name!r} is not known; there are {', '.join(allowed)}", param_hint=option)
     names = known if every else scenario or ([] if joints else list(SITUATIONS))
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     rows: list[dict[str, Any]] = []
     parts = {
         f"{controller} against pi, {references} references of {draws} draws of the noise": named_cases(
@@ -258,7 +265,7 @@ def main(
             rows += part
             console.print(table_of(part, title))
     if json is not None:
-        write_json(json, {"controller": controller, "rows": rows})
+        write_json(json, {"controller": controller, "rows": [_written(row) for row in rows]})
 
 
 if __name__ == "__main__":

@@ -27,6 +27,8 @@ from adaptive_ff.comparison.registry import (
     make_disturbance_observer,
     make_extended_state,
     make_kalman_disturbance,
+    make_observed_batch,
+    make_observed_nominal,
 )
 from benchmarks.tuning_rivals import candidates
 
@@ -106,6 +108,8 @@ CANDIDATES: dict[str, dict[str, Maker]] = {
         **_by_balance(_without_integral(make_kalman_disturbance), [2.0, 2.8], ", P"),
         **_by_crossover(make_kalman_disturbance, [1.0, 3.0, 6.0, 8.0]),
     },
+    "observed_nominal": _by_balance(make_observed_nominal, [0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 1.7, 2.0]),
+    "observed_batch": _by_balance(make_observed_batch, [0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 1.7, 2.0]),
     **candidates(),
 }
 """Makers by controller and label."""

@@ -19,7 +19,7 @@ def sweep_command(
 ) -> None:
     """Draw joints at random, and show how pi, oracle and adaptive fare on them."""
     from adaptive_ff.comparison.drawn_joints import draw_scenario, summary, sweep
-    from adaptive_ff.report.comparison_tables import sweep_table
+    from adaptive_ff.report.comparison_tables import classes_table, sweep_table
     from adaptive_ff.report.files import write_result
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
@@ -40,6 +40,7 @@ def sweep_command(
             write_result(file, result)
     console = Printer()
     console.print(sweep_table(result))
+    console.print(classes_table(result))
     console.print(
         f"Whole run more than 5 % worse than pi: {100 * result['worse_than_pi']:.2g} % of the joints that ran"
     )

@@ -15,13 +15,26 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.simulation.metrics import Metrics
-from controllers import pi_gains
-from plant import steepest_fall
+from plant import check_factor, schedule, steepest_fall
 
 CONTROLLERS = ("pi", "oracle", "adaptive")
 
-STEEPEST_FALL = 0.5
-"""Steepest fall of the friction curve that is run, as a share of the proportional gain; beyond it, PI itself hunts."""
+CLASSES = {
+    "up to 0.5 Kp": 0.0,
+    "0.5 to 1 Kp": 0.5,
+    "1 to 2 Kp": 1.0,
+    "2 to 5 Kp": 2.0,
+    "5 to 10 Kp": 5.0,
+    "10 to 20 Kp": 10.0,
+    "above 20 Kp": 20.0,
+}
+"""Classes of joints by how steeply friction falls, over the proportional gain: each from its number on."""
+
+HUNTING = 1.0
+"""Fall of the friction over the proportional gain from which PI itself hunts at low speed."""
+
+FINEST = 64
+"""Largest number of parts that the scenario's solver period is cut into for a drawn joint."""
 
 BATCH = 8
 """Joints handed to a worker at a time."""
@@ -39,11 +52,14 @@ class Outcome:
         Figures of merit by controller; empty where the draw was refused.
     refused : str
         Why it was not run, empty where it was.
+    fall : float
+        Steepest fall of its friction over the proportional gain.
     """
 
     draw: int
     metrics: dict[str, Metrics]
     refused: str = ""
+    fall: float = math.nan
 
     def ratio(self, figure: str, controller: str, to: str) -> float:
         """Return a figure of merit of one controller over that of another."""
@@ -56,12 +72,12 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
     """Draw a joint and what the controllers assume of it.
 
     The PI loop is redesigned for the assumed inertia with the scenario's bandwidth; the torque limit grows with the
-    largest torque that the reference needs.
+    largest torque that the reference needs. A joint that the solver period is too long for gets a shorter one.
 
     Raises
     ------
     InputError
-        The joint is one on which PI itself hunts, or which the solver period is too long for.
+        No solver period is short enough for the joint.
     """
     generator = np.random.default_rng([seed, draw])
     ranges, joint = scenario.sweep, scenario.joint
@@ -93,8 +109,8 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
         proportional, integral = (share * gain for gain in scenario.feedback.gains)
         feedback = {"inertia": assumed_inertia, "proportional": proportional, "integral": integral}
     else:
-        proportional, _ = pi_gains(assumed_inertia, scenario.feedback.bandwidth)
         feedback = {"inertia": assumed_inertia, "bandwidth": scenario.feedback.bandwidth}
+    table["solver_period"] = longest_period(scenario, table)
     drawn = scenario.modified(
         seed=int(generator.integers(2**31)),
         controllers=list(CONTROLLERS),
@@ -103,13 +119,35 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
         feedback=feedback,
         adaptation={"stribeck_velocity": assumed_velocity},
     )
-    steepest = max(map(steepest_fall, (drawn.joint.friction, drawn.joint.friction_backward)))
-    if steepest > STEEPEST_FALL * proportional:
-        raise InputError(f"draw {draw}: the friction curve falls too steeply for PI")
     limit = scenario.actuator.torque_limit
     if limit is None:
         return drawn
     return drawn.modified(actuator={"torque_limit": limit * needed_torque(drawn) / needed_torque(scenario)})
+
+
+def longest_period(scenario: Scenario, table: dict[str, float]) -> float:
+    """Return the longest part of the solver period (s) for which the step of a joint with other fields is unique."""
+    period: float = scenario.joint.solver_period
+    fields = {**scenario.joint.model_dump(exclude_unset=True), **table}
+    for parts in (2**power for power in range(FINEST.bit_length())):
+        try:
+            parameters = type(scenario.joint)(**{**fields, "solver_period": period / parts}).parameters
+            check_factor(parameters, schedule(scenario.change, period / parts, scenario.variation), period / parts)
+        except ValueError:
+            continue
+        return float(period / parts)
+    return period  # refused with a reason where the scenario is made
+
+
+def fall_over_gain(scenario: Scenario) -> float:
+    """Return how steeply friction falls at worst, over the proportional gain; from one on, PI itself hunts."""
+    steepest = max(map(steepest_fall, (scenario.joint.friction, scenario.joint.friction_backward)))
+    return float(steepest / scenario.feedback.gains[0])
+
+
+def class_of(fall: float) -> str:
+    """Return the class of a joint whose friction falls by a multiple of the proportional gain."""
+    return [name for name, least in CLASSES.items() if fall >= least][-1]
 
 
 def needed_torque(scenario: Scenario) -> float:
@@ -127,7 +165,8 @@ def run_draw(scenario: Scenario, seed: int, draw: int) -> Outcome:
     except InputError as error:
         return Outcome(draw, {}, str(error))
     course = lay_course(drawn)
-    return Outcome(draw, {name: simulate(drawn, name, course=course).metrics for name in CONTROLLERS})
+    metrics = {name: simulate(drawn, name, course=course).metrics for name in CONTROLLERS}
+    return Outcome(draw, metrics, fall=fall_over_gain(drawn))
 
 
 def _run_batch(scenario: Scenario, seed: int, draws: list[int]) -> list[Outcome]:
@@ -208,6 +247,24 @@ def quantities(outcome: Outcome) -> dict[str, float]:
     }
 
 
+def _classes(run: list[Outcome], values: dict[int, dict[str, float]]) -> dict[str, dict[str, float]]:
+    """Return figures of the joints of each class that has any."""
+    found = {}
+    for name in CLASSES:
+        chosen = [values[outcome.draw] for outcome in run if class_of(outcome.fall) == name]
+        if chosen:
+            settled = [value["improvement"] for value in chosen]
+            found[name] = {
+                "joints": len(chosen),
+                "improvement": float(np.median(settled)),
+                "least_improvement": min(settled),
+                "start": float(np.median([value["start"] for value in chosen])),
+                "worse_settled": sum(value < 1.0 for value in settled),
+                "worse_whole_run": sum(value["whole_run"] > 1.05 for value in chosen),
+            }
+    return found
+
+
 def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any]:
     """Return the result of a sweep as ``--json`` writes it.
 
@@ -234,6 +291,8 @@ def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any
         "draws": len(outcomes),
         "refused": len(outcomes) - len(run),
         "quantiles": quantiles,
+        "classes": _classes(run, values),
+        "pi_hunts": sum(outcome.fall > HUNTING for outcome in run),
         "worse_than_pi": sum(v["whole_run"] > 1.05 for v in values.values()) / max(1, len(values)),
         "worst": [
             {

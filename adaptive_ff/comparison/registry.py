@@ -11,6 +11,7 @@ from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
 from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
 from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.rivals.observed_model import ObservedModel
 from adaptive_ff.rivals.paper import PaperController
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import model_course, true_model
@@ -171,6 +172,34 @@ def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDis
     return KalmanDisturbance(*gains, period, **settings)
 
 
+def make_observed(scenario: Scenario, source: str, share: float = 1.7) -> ObservedModel:
+    """Make a fixed feedforward with lag and an observer around it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    source : str
+        Source of the fixed model, see ``fixed_models``.
+    share : float, optional
+        Bandwidth of the observer over the balance; the share did best in ``python -m benchmarks.tuning``.
+    """
+    model = fixed_model(scenario, true_model(scenario), "lagged", source)
+    gains, period, delay = scenario.feedback.gains, scenario.sampling.period, scenario.assumed_delay
+    bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
+    return ObservedModel(*gains, period, model, bandwidth=bandwidth, delay=delay)
+
+
+def make_observed_nominal(scenario: Scenario, share: float = 1.7) -> ObservedModel:
+    """Make an observer around a feedforward from nominal parameters."""
+    return make_observed(scenario, "nominal", share)
+
+
+def make_observed_batch(scenario: Scenario, share: float = 1.7) -> ObservedModel:
+    """Make an observer around a feedforward identified in a calibration run."""
+    return make_observed(scenario, "batch", share)
+
+
 def _fixed_maker(form: str, source: str) -> Maker:
     def make(scenario: Scenario) -> ModelBased:
         return _with_model(scenario, fixed_model(scenario, true_model(scenario), form, source))
@@ -190,6 +219,8 @@ CONTROLLERS: dict[str, Maker] = {
     "disturbance_observer": make_disturbance_observer,
     "extended_state": make_extended_state,
     "kalman_disturbance": make_kalman_disturbance,
+    "observed_nominal": make_observed_nominal,
+    "observed_batch": make_observed_batch,
     "adaptive_paper": _adaptive_paper,
     "adaptive": _adaptive,
     "canudas": _canudas,

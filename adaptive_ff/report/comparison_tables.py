@@ -6,7 +6,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
-from adaptive_ff.comparison.drawn_joints import QUANTILES, QUANTITIES
+from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
 from adaptive_ff.model.friction import PER_DIRECTION, UNITS
 from adaptive_ff.scenario.truth import last_model
 
@@ -61,6 +61,23 @@ def sweep_table(result: dict[str, Any]) -> Table:
         label = {0.0: "least", 0.5: "median", 1.0: "most"}.get(quantile, f"{100 * quantile:g} %")
         values = (quantiles[str(quantile)] for quantiles in result["quantiles"].values())
         table.add_row(label, *(f"{value:.3g}" for value in values))
+    return table
+
+
+def classes_table(result: dict[str, Any]) -> Table:
+    """Return what a sweep found by how steeply friction falls; where that is more than Kp, PI itself hunts."""
+    table = Table(title="By the steepest fall of friction", box=SIMPLE, title_style="bold")
+    table.add_column("friction falls by", no_wrap=True)
+    names = ("joints", "settled: pi / adaptive", "least", "first 5 s: adaptive / pi", "settled worse than pi")
+    for name in (*names, "whole run 5 % worse"):
+        table.add_column(name, justify="right")
+    for name, found in result["classes"].items():
+        table.add_row(
+            name + (" (pi hunts)" if CLASSES[name] >= HUNTING else ""),
+            str(found["joints"]),
+            *(f"{found[key]:.3g}" for key in ("improvement", "least_improvement", "start")),
+            *(str(found[key]) for key in ("worse_settled", "worse_whole_run")),
+        )
     return table
 
 

@@ -12,6 +12,7 @@ from typer import Typer
 from typer.testing import CliRunner
 
 from adaptive_ff import load_scenario, simulate
+from adaptive_ff.comparison.drawn_joints import fall_over_gain
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.tracking import __main__ as command
@@ -52,9 +53,38 @@ ASKED = {
     "delay",
     "lugre",
     "elastic",
-    "backlash",
     "asymmetric",
     "servo",
+    "backlash",
+    "load_step_30",
+    "load_step_80",
+    "payload_double",
+    "payload_half",
+    "friction_triples",
+    "gravity_40",
+    "gravity_100",
+    "lugre_1e3",
+    "lugre_3e3",
+    "lugre_1e4",
+    "slow_010",
+    "slow_025",
+    "slow_050",
+    "dither",
+    "current_lag",
+    "torque_constant_low",
+    "torque_constant_high",
+    "delay_unknown",
+    "delay_absent",
+    "encoder_difference",
+    "fast_loop_1khz",
+    "fast_loop_encoder",
+    "steep_2",
+    "steep_5",
+    "steep_10",
+    "steep_20",
+    "high_stiction",
+    "high_stiction_vs_quarter",
+    "high_stiction_vs_fourfold",
 }
 
 
@@ -92,6 +122,26 @@ def test_scenarios_differ_in_what_their_names_say():
     assert load("delay").delay == 1.0
     assert np.ptp(load("standstill").reference.pause) == 60.0
     assert np.max(np.abs(load("slow_stribeck").reference_velocity())) == pytest.approx(0.05)
+
+
+def test_further_scenarios_differ_in_what_their_names_say():
+    def load(name):
+        return load_scenario(SCENARIOS / f"{name}.toml")
+
+    assert [load(f"load_step_{load_}").change[0].load for load_ in (30, 80)] == [30.0, 80.0]
+    assert [load(f"payload_{way}").change[0].inertia_scale for way in ("half", "double")] == [0.5, 2.0]
+    assert [load(f"gravity_{torque}").joint.gravity for torque in (40, 100)] == [40.0, 100.0]
+    assert [load(f"lugre_{stiffness}").joint.stiffness for stiffness in ("1e3", "3e3", "1e4")] == [1e3, 3e3, 1e4]
+    slow = [load(f"slow_{share}") for share in ("010", "025", "050")]
+    assert [s.reference.peak / s.joint.stribeck_velocity for s in slow] == pytest.approx([0.1, 0.25, 0.5])
+    steep = [fall_over_gain(load(f"steep_{times}")) for times in (2, 5, 10, 20)]
+    assert steep == pytest.approx([2.0, 5.0, 10.0, 20.0], rel=1e-3)
+    delays = [(load(name).delay, load(name).assumed_delay) for name in ("delay_unknown", "delay_absent", "delay")]
+    assert delays == [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+    assert [load(f"torque_constant_{way}").actuator.gain for way in ("low", "high")] == [0.9, 1.1]
+    wrong = [load(f"high_stiction{way}") for way in ("_vs_quarter", "", "_vs_fourfold")]
+    assert [s.adaptation.stribeck_velocity / s.joint.stribeck_velocity for s in wrong] == [0.25, 1.0, 4.0]
+    assert {s.joint.stiction / s.joint.coulomb for s in wrong} == {3.0}
 
 
 def test_saturation_scenario_saturates_and_the_others_hardly_do():

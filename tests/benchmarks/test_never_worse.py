@@ -1,0 +1,75 @@
+"""The benchmark "never worse than PI": its rows, what it asks for, and its command."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from adaptive_ff.comparison.drawn_joints import CLASSES
+from adaptive_ff.comparison.windows import Errors, Judgement
+from benchmarks import never_worse
+from benchmarks.never_worse import SITUATIONS, asked_of, drawn_cases, named_cases, row_of
+from benchmarks.tracking.cells import scenario_names
+
+
+def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
+    base = Errors(np.array([1.0, 1.0]), 1.0, 1.0, tuple(1.0 for _ in after))
+    return Judgement(base, Errors(np.array([window, 0.4]), 1.0 / settled, start, after))
+
+
+def test_situations_are_scenarios_of_the_matrix():
+    assert SITUATIONS.keys() <= set(scenario_names())
+
+
+@pytest.mark.parametrize(
+    ("name", "figures", "missed"),
+    [
+        ("load_step_80", {"settled": 7.0}, []),
+        ("load_step_80", {"settled": 5.9}, ["settled"]),
+        ("load_step_80", {"settled": 7.0, "after": (0.6,)}, ["after"]),
+        ("payload_half", {"settled": 0.99}, ["settled"]),
+        ("payload_half", {"window": 1.21}, ["window"]),
+        ("gravity_100", {"settled": 4.0, "window": 1.4}, []),
+        ("steep_20", {"window": 9.0}, []),
+        ("paper_100hz", {"start": 0.4}, ["start"]),
+        ("above 20 Kp", {"window": 9.0}, []),
+        ("5 to 10 Kp", {"window": 1.3}, ["window"]),
+    ],
+)
+def test_what_is_asked_and_missed_is_named(name, figures, missed):
+    assert row_of(name, [judgement(**figures)] * 3)["missed"] == missed
+
+
+def test_one_bad_reference_is_not_hidden_by_the_median():
+    good = judgement(start=0.2)
+    row = row_of("paper_100hz", [good, good, judgement(settled=0.9, start=1.1, window=1.3)])
+    assert row["missed"] == ["settled", "window", "start"]
+    assert (row["settled"], row["settled_worst"], row["windows_over"]) == (2.0, pytest.approx(0.9), 1)
+
+
+def test_cases_are_references_of_their_own_and_joints_by_class():
+    seeds = [case.scenario.seed for case in named_cases(["payload_half"], 101, 3)]
+    assert seeds == [101, 102, 103]
+    assert {case.name for case in drawn_cases(20, 101)} <= CLASSES.keys()
+    assert asked_of("slow_stribeck") == asked_of("up to 0.5 Kp")
+
+
+def test_command_prints_the_rows_and_writes_them(tmp_path, monkeypatch):
+    def short(names, first, references):
+        cases = named_cases(names, first, references)
+        return [case._replace(scenario=case.scenario.modified(duration=6.0, change=[])) for case in cases]
+
+    monkeypatch.setattr(never_worse, "named_cases", short)
+    app = never_worse.typer.Typer()
+    app.command()(never_worse.main)
+    target = tmp_path / "rows.json"
+    options = ["--scenario", "payload_half", "--references", "1", "--draws", "1", "--workers", "1"]
+    result = CliRunner().invoke(app, [*options, "--controller", "pi", "--json", str(target)])
+    assert result.exit_code == 0, result.output
+    assert "payload_half" in result.output
+    (row,) = json.loads(target.read_text())["rows"]
+    assert (row["settled"], row["worst_window"], row["missed"]) == (1.0, 1.0, [])
+    refused = CliRunner().invoke(app, ["--scenario", "nothing"])
+    assert refused.exit_code == 2
+    assert "'nothing' is not known" in " ".join(refused.output.replace("│", " ").split())
