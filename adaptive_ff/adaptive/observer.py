@@ -5,10 +5,10 @@ What moved the joint beyond what was fed forward, less what the change of the er
     res = u_act - u_fed - J_o ((w - w-) - (r - r-))/dt
     d(k) = d(k-1) + (1 - exp(-p dt)) (res - d(k-1))
 
-with the torque that was fed behind the drive's delay, torque and reference behind the low-pass of the measured velocity,
-and ``J_o`` the smaller of identified and assumed inertia: with the identified one alone a Stribeck curve that falls
-steeply, which looks like a negative inertia, lets the observer grow. Fed back with a gain, ``u = u_ff + g d + PI``, it
-is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata, T. Murakami, "Motion control for advanced
+with the fed torque behind the drive's delay, torque and reference behind the low-pass of the measured velocity, and
+``J_o`` the smaller of identified and assumed inertia: with the identified one alone a Stribeck curve that falls steeply,
+which looks like a negative inertia, lets the observer grow. Fed back with a gain, ``u = u_ff + g d + PI``, it is a
+disturbance observer around the feedforward (K. Ohnishi, M. Shibata, T. Murakami, "Motion control for advanced
 mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within ``1/p`` to what no identification can know yet:
 a start, a jump of friction, a load, a bristle that bends.
 
@@ -40,6 +40,9 @@ WINDOW = 0.3
 
 LOUDER = 4.0
 """How many times what noise explains a mean square must be for its gate to begin to open."""
+
+TINY = 1e-15
+"""Variance that is taken for none: a simulation without noise must not divide by zero."""
 
 OBSERVED_NOISE = 2.0
 """Factor on the variance that noise gives the observed torque: two measurements make a difference."""
@@ -195,9 +198,7 @@ def saturated(value: float) -> float:
 
 
 @register_jitable(forceinline=True)
-def observer_gain(
-    observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float
-) -> float:
+def observer_gain(observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float) -> float:
     """Return the gain ``g`` that the two gates allow, for an identified inertia (kg m^2)."""
     if not noise_known(state.noise):
         return 1.0
@@ -211,17 +212,15 @@ def observer_gain(
     return min(saturated(observed), saturated(predicted))
 
 
-TINY = 1e-15
-"""Variance that is taken for none: a simulation without noise must not divide by zero."""
-
-
 @register_jitable(forceinline=True)
-def hand_over_to_observer(state: ObserverState, change: float, gain: float, fed: float) -> tuple[ObserverState, float]:
+def hand_over_to_observer(
+    state: ObserverState, change: float, gain: float, fed: float, integral: float
+) -> tuple[ObserverState, float]:
     """Return the state with what is fed forward now, and what leaves the integral of the feedback, N m.
 
     Neither a change of the feedforward nor one of the gain lets the torque jump: what the feedforward gives from now on
     (N m, ``change``), observer and integral need no longer give; what the observer no longer gives goes into the
-    integral.
+    integral. Where the observer's gain rises, the integral holds part of what the observer now gives: that share goes.
 
     Parameters
     ----------
@@ -233,11 +232,15 @@ def hand_over_to_observer(state: ObserverState, change: float, gain: float, fed:
         The new gain.
     fed : float
         Torque that is fed forward over the coming period, known loads included, N m.
+    integral : float
+        Integral of the feedback, N m.
     """
     disturbance = state.disturbance - change
     leaves = (1.0 - gain) * change
     if gain < state.gain:
         leaves -= (state.gain - gain) * disturbance
+    elif gain > state.gain:
+        leaves += (integral - leaves) * (gain - state.gain) / (1.0 - state.gain)
     return (
         ObserverState(
             disturbance,

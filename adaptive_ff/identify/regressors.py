@@ -54,7 +54,7 @@ class Problem(NamedTuple):
     stribeck: Array
     longest_lag: float
     torque_delay: float
-    noise: Mapping[str, float] = {}  # noqa: RUF012
+    noise: Mapping[str, float] = {}
 
 
 def measured_torque(problem: Problem) -> Array:
