@@ -15,8 +15,11 @@ reduced to what the short window holds,
     M  ->  M - (1 - known / d'M d) M d d'M / (d'M d)
 
 which is what a large variance added along ``d`` makes of a covariance; what ``M`` holds of everything else, the ratios
-of the parameters among them, stays. For ``known > 0`` the result is positive definite. Where an offset is estimated, it
-is forgotten as well: while the joint moves one way, a load and a change of Coulomb friction are one number.
+of the parameters among them, stays. For ``known > 0`` the result is positive definite.
+
+Where an offset is estimated, the change may be a load as well. While the joint moves one way nobody can know: then
+nothing is learnt, whoever has an observer lets it carry the torque, and the change is attributed when the joint has
+moved the other way (:func:`attribute_change`). Only what it is attributed to is forgotten.
 
 For comparing short with long means see M. Basseville and I. Nikiforov, "Detection of Abrupt Changes" (Prentice Hall,
 1993).
@@ -161,9 +164,9 @@ def attribute_change(
 ) -> Alarm:
     """Return the alarm after a sample of sliding motion.
 
-    While the joint moves one way, a load and a change of friction are one number. So a change waits for a decision until
-    the joint has moved the other way: if the errors then have the sign that they had before, it is a load; if they have
-    turned with the motion, it is friction.
+    While the joint moves one way, a load and a change of friction are one number. So a change waits for a decision
+    until the joint has moved the other way: if the errors then have the sign that they had before, it is a load; if
+    they have turned with the motion, it is friction.
 
     Parameters
     ----------

@@ -118,7 +118,7 @@ def adaptive_parameters(
     )
 
 
-class _Identifying(IdentifyingController):
+class AdaptiveBase(IdentifyingController):
     """What the adaptive controllers share: reading what has been learnt."""
 
     @property
@@ -139,7 +139,7 @@ class _Identifying(IdentifyingController):
         return diagnose(self, run)
 
 
-class UnsupervisedController(_Identifying):
+class UnsupervisedController(AdaptiveBase):
     """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + f_ref + offset``, the model identified online.
 
     The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. What it has
@@ -180,7 +180,7 @@ class UnsupervisedController(_Identifying):
         super().__init__(block, period, initial_adaptive_state)
 
 
-class AdaptiveController(_Identifying):
+class AdaptiveController(AdaptiveBase):
     """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + gamma f_ref + offset + g d``, identified online.
 
     The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. ``d`` is an

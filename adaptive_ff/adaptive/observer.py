@@ -6,9 +6,9 @@ What moved the joint beyond what was fed forward, less what the change of the er
     d(k) = d(k-1) + (1 - exp(-p dt)) (res - d(k-1))
 
 with the fed torque behind the drive's delay, torque and reference behind the low-pass of the measured velocity, and
-``J_o`` the smaller of identified and assumed inertia: with the identified one alone a Stribeck curve that falls steeply,
-which looks like a negative inertia, lets the observer grow. Fed back with a gain, ``u = u_ff + g d + PI``, it is a
-disturbance observer around the feedforward (K. Ohnishi, M. Shibata, T. Murakami, "Motion control for advanced
+``J_o`` the smaller of identified and assumed inertia: with the identified one alone a Stribeck curve that falls
+steeply, which looks like a negative inertia, lets the observer grow. Fed back with a gain, ``u = u_ff + g d + PI``, it
+is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata, T. Murakami, "Motion control for advanced
 mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within ``1/p`` to what no identification can know yet:
 a start, a jump of friction, a load, a bristle that bends.
 

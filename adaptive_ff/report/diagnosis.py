@@ -16,7 +16,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import UNITS
@@ -188,12 +188,12 @@ class Diagnosis:
         return text.getvalue().strip("\n")
 
 
-def diagnose(controller: AdaptiveController, run: Recorded | None = None) -> Diagnosis:
+def diagnose(controller: AdaptiveBase, run: Recorded | None = None) -> Diagnosis:
     """Diagnose an adaptive controller.
 
     Parameters
     ----------
-    controller : AdaptiveController
+    controller : AdaptiveBase
         The controller; it is left as it is.
     run : Run, optional
         A run of it, or any object with the recorded series ``torque`` and ``feedforward``: from it is computed what
@@ -252,7 +252,7 @@ def feedback_share(run: Recorded) -> float:
     return float(np.sqrt(np.mean((torque - feedforward)[half:] ** 2))) / whole if whole > 0.0 else 0.0
 
 
-def _parameters(controller: AdaptiveController, confidence: Confidence) -> tuple[ParameterDiagnosis, ...]:
+def _parameters(controller: AdaptiveBase, confidence: Confidence) -> tuple[ParameterDiagnosis, ...]:
     memory = controller.parameters.estimator.memory
     found = []
     for i, (name, value) in enumerate(controller.estimates.items()):
