@@ -17,6 +17,7 @@ from .design.position_design import PositionDesign as PositionDesign
 from .design.position_design import default_position_gain as default_position_gain
 from .design.position_design import design_position_loop as design_position_loop
 from .interface import ESTIMATES as ESTIMATES
+from .interface import MONITORS as MONITORS
 from .interface import STEPS as STEPS
 from .interface import Controller as Controller
 from .interface import Inputs as Inputs
@@ -29,6 +30,7 @@ from .interface import with_feedforward as with_feedforward
 from .interface import with_velocity as with_velocity
 from .interface import without_estimates as without_estimates
 from .interface import write_estimates as write_estimates
+from .interface import write_monitors as write_monitors
 from .observers.disturbance_observer import DisturbanceObserver as DisturbanceObserver
 from .observers.extended_state import ExtendedState as ExtendedState
 from .observers.kalman_disturbance import KalmanDisturbance as KalmanDisturbance
