@@ -5,10 +5,8 @@ from matplotlib.figure import Figure
 from adaptive_ff.comparison.run import Run
 from adaptive_ff.report.drawing import INK, QUIET, Look, draw_series, explain_looks, label_above, make_panels
 
-TRUST: Look = {"color": "#0072b2", "label": "trust: share of the identified friction that is fed"}
-GAIN: Look = {"color": "#d55e00", "label": "gain of the observer"}
-FED: Look = {"color": "#0072b2", "label": "feedforward"}
-OBSERVED: Look = {"color": "#d55e00", "label": "observer"}
+MODEL: Look = {"color": "#0072b2", "label": "model: trust, torque fed forward"}
+OBSERVER: Look = {"color": "#d55e00", "label": "observer: gain, torque fed back"}
 FEEDBACK: Look = {"color": QUIET, "label": "PI loop"}
 ERROR: Look = {"color": INK, "label": "error"}
 
@@ -23,12 +21,12 @@ def draw_supervision(run: Run) -> Figure:
     """
     figure, (error, trust, torque) = make_panels(3, 6.4)
     draw_series(error, run.solver_time, 1e3 * (run.reference - run.velocity), ERROR)
-    draw_series(trust, run.time, run.monitors["trust"], TRUST)
-    draw_series(trust, run.time, run.monitors["observer_gain"], GAIN)
+    draw_series(trust, run.time, run.monitors["trust"], MODEL)
+    draw_series(trust, run.time, run.monitors["observer_gain"], OBSERVER)
     observed = run.monitors["observer_torque"]
     draw_series(torque, run.time, run.torque - run.feedforward - observed, FEEDBACK)
-    draw_series(torque, run.time, run.feedforward, FED)
-    draw_series(torque, run.time, observed, OBSERVED)
+    draw_series(torque, run.time, run.feedforward, MODEL)
+    draw_series(torque, run.time, observed, OBSERVER)
     trust.set(ylim=(-0.05, 1.08))
     label_above(error, "velocity error (mrad/s)")
     label_above(trust, "trust and observer gain, from 0 to 1")
@@ -37,5 +35,5 @@ def draw_supervision(run: Run) -> Figure:
     for change in run.scenario.change:
         for axes in (error, trust, torque):
             axes.axvline(change.time, color=QUIET, linestyle=":", linewidth=1.0)
-    explain_looks(figure, [TRUST, GAIN, FED, FEEDBACK])
+    explain_looks(figure, [MODEL, OBSERVER, FEEDBACK])
     return figure
