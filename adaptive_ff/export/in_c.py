@@ -79,7 +79,7 @@ class InC:
     def in_python(self) -> Controller:
         """Return a controller with the same settings and state that runs in Python, on its own."""
         self._fetch()
-        own = copy.deepcopy(self._controller)
+        own: Controller = copy.deepcopy(self._controller)
         own._step = single_step
         return own
 

@@ -1,4 +1,4 @@
-"""Bits: the exported code beside the kernels, under random inputs for all variants, and in closed loop on the matrix."""
+"""Bits of the exported code beside the kernels: random inputs for all variants, closed loop on the matrix."""
 
 import tempfile
 from collections.abc import Callable, Sequence
