@@ -27,8 +27,9 @@ int main(int, char ** arguments)
   axis.get_node()->numbers["effort_limit"] = 40.0;
   axis.get_node()->texts["state_file"] = arguments[1];
   double velocity = 0.0, effort = 0.0, command = 0.0;
-  axis.state_interfaces_ = {hardware_interface::LoanedInterface(&velocity), hardware_interface::LoanedInterface(&effort)};
-  axis.command_interfaces_ = {hardware_interface::LoanedInterface(&command)};
+  using hardware_interface::LoanedInterface;
+  axis.state_interfaces_ = {LoanedInterface(&velocity), LoanedInterface(&effort)};
+  axis.command_interfaces_ = {LoanedInterface(&command)};
   const rclcpp_lifecycle::State state;
   if (axis.on_init() != CallbackReturn::SUCCESS || axis.on_configure(state) != CallbackReturn::SUCCESS) { return 2; }
   auto references = axis.export_reference_interfaces();
