@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -192,6 +192,7 @@ class Controller:
         realised_torque: float | None = None,
         feedforward: float = 0.0,
         inertia: float | None = None,
+        regressors: Sequence[float] | None = None,
         dt: float | None = None,
     ) -> float:
         """Compute the torque for the coming period.
@@ -218,6 +219,9 @@ class Controller:
         inertia : float, optional
             Inertia in the present configuration, kg m^2, for the torque fed forward along the plan and for observers,
             instead of the one that the controller was made with or has identified.
+        regressors : sequence of float, optional
+            Further known regressors now, for a controller that was made for some; where none are given, or one is not
+            finite, the last ones hold.
         dt : float, optional
             Time since the last call, s; the nominal period by default.
 
@@ -229,11 +233,13 @@ class Controller:
         Raises
         ------
         ValueError
-            The reference, the preview, the correction or the feedforward is not finite, or the inertia or ``dt`` is
-            not positive and finite.
+            The reference, the preview, the correction or the feedforward is not finite, the inertia or ``dt`` is
+            not positive and finite, or the regressors are not as many as the controller was made for.
         """
         if inertia is not None:
             check_positive(inertia=inertia)
+        if regressors is not None:
+            self._take_regressors(regressors)
         inputs = Inputs(
             _finite("reference", reference),
             float(velocity),
@@ -250,6 +256,10 @@ class Controller:
         output, self.state = self._step(self.parameters, self.state, inputs)
         torque: float = output.torque
         return torque
+
+    def _take_regressors(self, regressors: Sequence[float]) -> None:
+        """Take further known regressors for the coming step; a controller that knows none refuses them."""
+        raise ValueError(f"regressors is not allowed: {type(self).__name__} has no use for known regressors")
 
     def reset(self) -> None:
         """Return to the state of a new controller; estimates are forgotten."""
