@@ -14,6 +14,7 @@ from adaptive_ff.cli.compare import compare_command
 from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
+from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
 from adaptive_ff.errors import InputError
 
@@ -46,6 +47,7 @@ app.command("compare")(compare_command)
 app.command("sweep")(sweep_command)
 app.command("identify")(identify_command)
 app.command("replay")(replay_command)
+app.command("score")(score_command)
 
 
 def main() -> None:
