@@ -16,6 +16,7 @@ from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.matrix import matrix_command
 from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
+from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
 from adaptive_ff.errors import InputError
 
@@ -50,6 +51,7 @@ app.command("sweep")(sweep_command)
 app.command("identify")(identify_command)
 app.command("replay")(replay_command)
 app.command("export")(export_command)
+app.command("score")(score_command)
 
 
 def main() -> None:
