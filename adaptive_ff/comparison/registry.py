@@ -6,6 +6,13 @@ from typing import Any
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
+from adaptive_ff.comparison.literature import (
+    make_lugre_observer,
+    make_maxwell_adaptive,
+    make_radial_basis,
+    make_repetitive,
+    make_super_twisting,
+)
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
@@ -226,6 +233,11 @@ CONTROLLERS: dict[str, Maker] = {
     "canudas": _canudas,
     "canudas_measured": _canudas_measured,
     "feedback_error": _feedback_error,
+    "lugre_observer": make_lugre_observer,
+    "maxwell_adaptive": make_maxwell_adaptive,
+    "radial_basis": make_radial_basis,
+    "super_twisting": make_super_twisting,
+    "repetitive": make_repetitive,
     **FIXED,
 }
 """Controllers by name."""
