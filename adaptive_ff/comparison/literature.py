@@ -14,7 +14,7 @@ from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
 from controllers import SuperTwisting
 
-REACHES = (0.3, 1.0, 3.0, 10.0, 30.0)
+REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 """Reaches of the stop operators, in units of the way at ``Vs`` in a time constant of the feedback."""
 
 CENTRES = (-20.0, -6.0, -2.0, -0.6, -0.2, 0.2, 0.6, 2.0, 6.0, 20.0)
@@ -37,7 +37,7 @@ def _assumed_way(scenario: Scenario) -> float:
 
 
 def make_maxwell_adaptive(
-    scenario: Scenario, rate: float = 0.05, reaches: tuple[float, ...] = REACHES
+    scenario: Scenario, rate: float = 0.6, reaches: tuple[float, ...] = REACHES
 ) -> LearntFeedforward:
     """Make an adaptive Maxwell-slip compensation; the rate is a share of the feedback's crossover."""
     return LearntFeedforward(
@@ -51,7 +51,7 @@ def make_maxwell_adaptive(
     )
 
 
-def make_radial_basis(scenario: Scenario, rate: float = 0.05, lag: float = 1.0) -> LearntFeedforward:
+def make_radial_basis(scenario: Scenario, rate: float = 3.0, lag: float = 1.0) -> LearntFeedforward:
     """Make a radial-basis feedforward; rate and lag are in units of the feedback's crossover and time constant."""
     response = response_time(scenario)
     return LearntFeedforward(
@@ -86,7 +86,7 @@ def cycle_of(scenario: Scenario) -> int:
     return 0
 
 
-def make_repetitive(scenario: Scenario, gain: float = 0.3, lead: float = 1.0) -> Repetitive:
+def make_repetitive(scenario: Scenario, gain: float = 0.7, lead: float = 0.5) -> Repetitive:
     """Make a repetitive feedforward; the lead is in time constants of the feedback."""
     period, cycle = scenario.sampling.period, cycle_of(scenario)
     samples = math.ceil(lead * response_time(scenario) / period + scenario.assumed_delay - 1e-9)
@@ -101,7 +101,7 @@ def make_repetitive(scenario: Scenario, gain: float = 0.3, lead: float = 1.0) ->
     )
 
 
-def make_lugre_observer(scenario: Scenario, way: float = 1.0, gain: float = 0.0) -> LuGreObserver:
+def make_lugre_observer(scenario: Scenario, way: float = 0.3, gain: float = 1.0) -> LuGreObserver:
     """Make a LuGre observer from nominal parameters; it breaks away after a way in units as of ``REACHES``."""
     model = fixed_model(scenario, true_model(scenario), "lagged", "nominal")
     return LuGreObserver(
@@ -114,7 +114,7 @@ def make_lugre_observer(scenario: Scenario, way: float = 1.0, gain: float = 0.0)
     )
 
 
-def make_super_twisting(scenario: Scenario, share: float = 0.3) -> SuperTwisting:
+def make_super_twisting(scenario: Scenario, share: float = 40.0) -> SuperTwisting:
     """Make a super-twisting observer: ``L`` is a share of noise times the square of the feedback's crossover."""
     noise = max(scenario.velocity_noise, QUIET * scenario.adaptation.stribeck_velocity)
     return SuperTwisting(
