@@ -34,6 +34,7 @@ from .interface import write_monitors as write_monitors
 from .observers.disturbance_observer import DisturbanceObserver as DisturbanceObserver
 from .observers.extended_state import ExtendedState as ExtendedState
 from .observers.kalman_disturbance import KalmanDisturbance as KalmanDisturbance
+from .observers.super_twisting import SuperTwisting as SuperTwisting
 from .pi import PI as PI
 from .pi import PIParameters as PIParameters
 from .pi import PIState as PIState
