@@ -67,6 +67,23 @@ def sweep_table(result: dict[str, Any]) -> Table:
     return table
 
 
+def own_sweep_table(result: dict[str, Any]) -> Table:
+    """Return how own controllers fared in a sweep."""
+    table = Table(title="Own controllers", box=SIMPLE, title_style="bold")
+    table.add_column("controller", no_wrap=True)
+    quantiles = ("0.0", "0.05", "0.5", "0.95", "1.0")
+    for heading in ("settled: pi / own", "whole run: own / pi"):
+        table.add_column(f"{heading}: least, 5 %, median, 95 %, most", justify="right")
+    table.add_column("failed", justify="right")
+    for name, found in result["own"].items():
+        cells = (
+            ", ".join(f"{found[key][one]:.3g}" for one in quantiles) if key in found else "-"
+            for key in ("improvement", "whole_run")
+        )
+        table.add_row(name, *cells, str(found["failed"]), style="bold cyan")
+    return table
+
+
 def classes_table(result: dict[str, Any]) -> Table:
     """Return what a sweep found by how steeply friction falls; where that is more than Kp, PI itself hunts."""
     table = Table(title="By the steepest fall of friction", box=SIMPLE, title_style="bold")

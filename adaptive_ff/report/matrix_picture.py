@@ -90,7 +90,9 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
         axes.tick_params(length=0.0)
         axes.grid(False)
         figure.suptitle(f"{title}\nbold: best of those that do not know the truth; x: failed", size=9.0)
-        bar = figure.colorbar(image, ax=axes, shrink=0.5 if len(scenarios) > 12 else 1.0, pad=0.02, ticks=range(-2, 7, 2))
+        bar = figure.colorbar(
+            image, ax=axes, shrink=0.5 if len(scenarios) > 12 else 1.0, pad=0.02, ticks=range(-2, 7, 2)
+        )
         bar.ax.set_yticklabels([f"{2.0**power:g}" for power in range(-2, 7, 2)])
         bar.set_label("error of pi / own")
         write_figure(figure, path)
