@@ -25,6 +25,7 @@ from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.files import write_json
+from benchmarks.wide import wide_console
 from controllers import fastest_bandwidth
 
 FIRST_TUNING_SEED = 101
@@ -37,7 +38,7 @@ STEP = 2.0**0.5
 """Ratio of one bandwidth that is tried to the next."""
 
 DEFAULT_SCENARIOS = ("paper_100hz", "noisy_1khz", "encoder", "delay", "elastic")
-DEFAULT_CONTROLLERS = (BASELINE, "disturbance_observer", "observed_nominal", "oracle", "adaptive", NOISE_FLOOR)
+DEFAULT_CONTROLLERS = (BASELINE, "disturbance_observer", "observed_nominal", "oracle", "adaptive")
 
 
 class Trial(NamedTuple):
@@ -179,7 +180,7 @@ def main(
     settled_error(Trial(scenarios[0], names[-1], float("nan"), FIRST_TUNING_SEED))  # compiled here, for all workers
     with ProcessPoolExecutor(workers) as pool:
         rows = [row for scenario in scenarios for row in rows_of(scenario, names, seeds, tuning_seeds, pool)]
-    Console().print(table_of(rows))
+    wide_console().print(table_of(rows))
     if json is not None:
         write_json(json, {"rows": rows})
 

@@ -89,11 +89,11 @@ def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console) -> "Co
 
 
 def _print(comparison: "Comparison", out: Path) -> None:
-    from adaptive_ff.report.comparison_tables import estimates_table, tracking_table
+    from adaptive_ff.report.comparison_tables import estimates_table, position_table, tracking_table
 
     console = Printer()
     console.print(tracking_table(comparison))
-    estimates = estimates_table(comparison)
-    if estimates is not None:
-        console.print(estimates)
+    for table in (position_table(comparison), estimates_table(comparison)):
+        if table is not None:
+            console.print(table)
     console.say(f"Plots, time series and result.json are in {out}")

@@ -11,6 +11,7 @@ from typing import TextIO
 import typer
 
 from adaptive_ff.cli.compare import compare_command
+from adaptive_ff.cli.export import export_command
 from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.matrix import matrix_command
 from adaptive_ff.cli.new import new_command
@@ -48,6 +49,7 @@ app.command("matrix")(matrix_command)
 app.command("sweep")(sweep_command)
 app.command("identify")(identify_command)
 app.command("replay")(replay_command)
+app.command("export")(export_command)
 
 
 def main() -> None:

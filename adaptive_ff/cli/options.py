@@ -26,6 +26,9 @@ Period = Annotated[float | None, typer.Option(help="Constant sample time, s, ins
 Position = Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")]
 Velocity = Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")]
 Torque = Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")]
+KnownTorque = Annotated[
+    str | None, typer.Option(help="Column of a torque that is known (gravity, coupling), N m; it is subtracted.")
+]
 Scale = Annotated[
     list[str] | None, typer.Option(help="NAME=FACTOR for a column in other units, such as q=pi/180 or u=-1/48.")
 ]

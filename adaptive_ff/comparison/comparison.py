@@ -1,7 +1,7 @@
 """All controllers of a scenario side by side."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,9 +45,9 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as ``--json`` writes it."""
-        controllers: dict[str, Any] = {}
+        controllers: dict[str, dict[str, Any]] = {}
         for name, run in self.runs.items():
-            controllers[name] = asdict(run.metrics)
+            controllers[name] = run.figures()
             if run.estimates:
                 controllers[name]["estimates"] = run.final_estimates
         return {

@@ -1,7 +1,7 @@
 """One controller in the closed loop of a scenario."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
-from adaptive_ff.simulation.metrics import Metrics, evaluate
+from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
 
 if TYPE_CHECKING:
@@ -50,6 +50,10 @@ class Run:
         Physical estimates by name, for controllers that have any.
     metrics : Metrics
         Figures of merit.
+    position_error : ndarray, shape (steps + 1,), or None
+        Planned minus true position on the solver's grid, rad; None without a position loop.
+    position_metrics : PositionMetrics or None
+        Figures of merit of the position; None without a position loop.
     """
 
     name: str
@@ -64,6 +68,8 @@ class Run:
     friction: NDArray[np.float64]
     estimates: dict[str, NDArray[np.float64]]
     metrics: Metrics
+    position_error: NDArray[np.float64] | None = None
+    position_metrics: PositionMetrics | None = None
 
     @property
     def final_estimates(self) -> dict[str, float]:
@@ -82,8 +88,13 @@ class Run:
             "torque": self.torque,
             "feedforward": self.feedforward,
             "friction": self.friction,
+            **({} if self.position_error is None else {"position_error": self.position_error[samples]}),
             **named,
         }
+
+    def figures(self) -> dict[str, float]:
+        """Return the figures of merit by name, those of the position too where there is a position loop."""
+        return {**asdict(self.metrics), **({} if self.position_metrics is None else asdict(self.position_metrics))}
 
     def plot(self, path: str | Path | None = None) -> "Figure":
         """Draw tracking, error and torque; write the picture where a path is given."""
@@ -157,6 +168,10 @@ def _finished(name: str, scenario: Scenario, course: Course, record: Record, nam
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
         metrics = evaluate(time, course.reference, record.velocity, record.torque, scenario.last_change)
+        position_error = None if scenario.position is None else course.planned - record.position
+        position_metrics = (
+            None if position_error is None else evaluate_position(time, position_error, scenario.last_change)
+        )
     if not all(np.isfinite(list(vars(metrics).values()))):
         raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
     return Run(
@@ -172,4 +187,6 @@ def _finished(name: str, scenario: Scenario, course: Course, record: Record, nam
         record.friction,
         {key: record.estimates[:, i] for i, key in enumerate(names)},
         metrics,
+        position_error,
+        position_metrics,
     )

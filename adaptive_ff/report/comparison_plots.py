@@ -70,7 +70,7 @@ FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
 
 
 def plot_run(run: Run, path: str | Path | None = None) -> Figure:
-    """Draw one run: tracking, error, and torque with the feedforward in it.
+    """Draw one run: tracking, error, with a position loop that of the position, torque with the feedforward in it.
 
     Parameters
     ----------
@@ -82,17 +82,22 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
     Returns
     -------
     Figure
-        Three panels over the whole run.
+        Three or four panels over the whole run.
     """
     look = {**_looks([run.name])[run.name], "linestyle": "-"}
     keys = [REFERENCE, {**look, "label": f"velocity with {look['label']}"}]
     with rc_context(STYLE):
-        figure, (tracking, error, torque) = make_panels(3, 6.0)
+        several = 3 if run.position_error is None else 4
+        figure, panels = make_panels(several, 2.0 * several)
+        tracking, error, torque = panels[0], panels[1], panels[-1]
         draw_series(tracking, run.solver_time, run.reference, REFERENCE)
         draw_series(tracking, run.solver_time, run.velocity, look)
         draw_series(error, run.solver_time, 1e3 * (run.reference - run.velocity), {**look, "linewidth": 0.8})
+        if run.position_error is not None:
+            draw_series(panels[2], run.solver_time, 1e3 * run.position_error, {**look, "linewidth": 0.8})
+            label_above(panels[2], "position error (mrad)")
         keys += _draw_torques(torque, run, slice(None), look)
-        keys += _mark_changes([tracking, error, torque], run.scenario)
+        keys += _mark_changes(panels, run.scenario)
         label_above(tracking, "velocity (rad/s)")
         label_above(error, "error (mrad/s)")
         label_above(torque, "torque (N m)")
@@ -142,8 +147,11 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
 
 
 def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
-    figure, (tracking, error, rms) = make_panels(3, 7.2, shared=False)
     first = next(iter(runs.values()))
+    positions = {name: 1e3 * run.position_error for name, run in runs.items() if run.position_error is not None}
+    several = 4 if positions else 3
+    figure, panels = make_panels(several, 2.4 * several, shared=False)
+    tracking, error, rms = panels[0], panels[1], panels[-1]
     part = _close_up(first)
     time, reference = first.solver_time[part], first.reference[part]
     shown = {name: runs[name].velocity[part] for name in _most_different(runs)}
@@ -159,17 +167,29 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
         rms.plot(*curve, **looks[name])
     _frame([tracking], {"": reference, **shown}, 3.0 * _peak(reference) or 20.0 * _typical(shown))
     _frame([error], near, 20.0 * _typical(near))
+    if positions:
+        _draw_close_up(panels[2], time, {name: series[part] for name, series in positions.items()}, looks)
+        label_above(panels[2], "position error (mrad), same close-up")
     _make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
     label_above(tracking, "velocity (rad/s), close-up")
     label_above(error, "error (mrad/s), same close-up")
     label_above(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
     tracking.set(xlim=(time[0], time[-1]))
     tracking.tick_params(labelbottom=False)
-    error.set(xlim=(time[0], time[-1]), xlabel="time (s)")
+    error.set(xlim=(time[0], time[-1]))
+    error.tick_params(labelbottom=not positions)
+    panels[-2].set(xlim=(time[0], time[-1]), xlabel="time (s)")
     rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
     rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
-    explain_looks(figure, [REFERENCE, *looks.values(), *_mark_changes([tracking, error, rms], first.scenario)])
+    explain_looks(figure, [REFERENCE, *looks.values(), *_mark_changes(panels, first.scenario)])
     return figure
+
+
+def _draw_close_up(axes: Axes, time: Series, curves: Mapping[str, Series], looks: Mapping[str, Look]) -> None:
+    """Draw a curve a controller and fit the limits to them."""
+    for name, curve in curves.items():
+        draw_series(axes, time, curve, looks[name])
+    _frame([axes], curves, 20.0 * _typical(curves))
 
 
 def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:

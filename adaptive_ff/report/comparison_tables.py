@@ -33,6 +33,29 @@ def tracking_table(comparison: Comparison) -> Table:
     return table
 
 
+def position_table(comparison: Comparison) -> Table | None:
+    """Return the position errors of all controllers, one a row, or None where there is no position loop."""
+    found = {name: run.position_metrics for name, run in comparison.runs.items() if run.position_metrics is not None}
+    if not found:
+        return None
+    table = Table(title="Position error, mrad (rms)", box=SIMPLE, title_style="bold")
+    table.add_column("controller", no_wrap=True)
+    for heading in ("settled", f"{BASELINE} / own", "settled max", "whole run", "max"):
+        table.add_column(heading, justify="right")
+    base = found[BASELINE].rms_position_error_settled if BASELINE in found else None
+    for name, metrics in found.items():
+        settled = metrics.rms_position_error_settled
+        others = (metrics.max_position_error_settled, metrics.rms_position_error, metrics.max_position_error)
+        table.add_row(
+            name,
+            _milli(settled),
+            f"{base / settled:.2f}" if base is not None and settled > 0.0 else "-",
+            *(_milli(error) for error in others),
+            style="bold" if name == "adaptive" else None,
+        )
+    return table
+
+
 def estimates_table(comparison: Comparison) -> Table | None:
     """Return the final estimates beside the true parameters, or None where nothing is estimated."""
     runs = [run for run in comparison.runs.values() if run.estimates]

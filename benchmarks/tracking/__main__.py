@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from adaptive_ff.cli.matrix import ALL, run_and_print
 from adaptive_ff.errors import InputError
 from benchmarks.tracking.targets import targets_table
+from benchmarks.wide import wide_console
 
 
 def main(
@@ -29,13 +29,13 @@ def main(
 ) -> None:
     """Run the matrix and say who wins where."""
     try:
-        results = run_and_print(None, only, controller or [ALL], seeds, fastest, out, json)
+        results = run_and_print(None, only, controller or [ALL], seeds, fastest, out, json, wide_console())
     except InputError as error:
         print(f"benchmarks.tracking: {error}", file=sys.stderr)
         raise typer.Exit(2) from error
     targets = targets_table(results)
     if targets is not None:
-        Console().print(targets)
+        wide_console().print(targets)
 
 
 if __name__ == "__main__":

@@ -54,9 +54,15 @@ ASKED = {
     "delay",
     "lugre",
     "elastic",
+    "maxwell",
+    "rolling",
+    "elasto_plastic",
     "asymmetric",
     "servo",
     "backlash",
+    "via_points",
+    "pick_and_place",
+    "triangle",
     "load_step_30",
     "load_step_80",
     "payload_double",
@@ -115,7 +121,10 @@ def test_scenarios_differ_in_what_their_names_say():
 
     built_in = load_scenario()
     same, told = load("paper_100hz").model_dump(), built_in.model_dump()
-    assert {**same, "fixed": None} == {**told, "fixed": None}
+    apart = {"fixed": None, "reference": None}  # the peak of the reference is a default there
+    assert {**same, **apart} == {**told, **apart}
+    motion = load("paper_100hz").reference_velocity()
+    assert motion == pytest.approx(built_in.reference_velocity(), rel=1e-12, abs=1e-15)
     assert [load(f"friction_{way}").change[0].friction_scale for way in ("drops", "rises")] == [0.6, 1.5]
     told = [load(f"vs_{way}").adaptation.stribeck_velocity for way in ("half", "double")]
     assert told == [0.5 * built_in.joint.stribeck_velocity, 2.0 * built_in.joint.stribeck_velocity]

@@ -6,6 +6,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Where the model holds": (
         *("ideal_1khz", "noisy_1khz", "paper_100hz", "jittered_22ms", "encoder", "encoder_difference"),
         *("fast_loop_1khz", "fast_loop_encoder", "fast_sine", "dither", "asymmetric", "servo", "high_stiction"),
+        *("via_points", "pick_and_place", "triangle"),
     ),
     "What changes on the way": (
         *("friction_drops", "friction_rises", "friction_triples", "warm_up", "load_step_30", "load_step_80"),

@@ -140,4 +140,5 @@ def _mark(job: Job, sources: bytes, own: str | None) -> str:
     """Return what a result depends on as a short text; empty for one that cannot be kept."""
     if own is None:
         return ""
-    return mark_of(sources, (SCENARIOS / f"{job.scenario}.toml").read_bytes(), own.encode())
+    files = (SCENARIOS / f"{job.scenario}{ending}" for ending in (".toml", ".csv"))  # a recorded reference beside it
+    return mark_of(sources, *(file.read_bytes() for file in files if file.is_file()), own.encode())

@@ -62,7 +62,8 @@ def test_printed_table_and_verdict(result):
     printed = " ".join(outcome.out.split())
     assert "inertia, kg m²" in printed
     assert "Inertia and friction explain the torque" in printed
-    assert "It does not tell stiction" in printed
+    assert "Identifiable from the log: inertia, Coulomb friction, viscous friction and offset." in printed
+    assert "Columns: time time, position position, torque torque." in printed
 
 
 def test_scenario_is_the_joint_on_the_motion_of_the_log(result):
