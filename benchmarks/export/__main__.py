@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from adaptive_ff.report.files import write_json
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from adaptive_ff.report.files import write_json
 from benchmarks.export.identity import closed_loops, random_runs
 from benchmarks.export.machines import emulated, objects, sanitized
 from benchmarks.export.rows import Row
