@@ -78,7 +78,7 @@ def translate_function(
     result = statements.result
     returned = "void" if result is None else unit.c_type(result) if isinstance(result, Record | Line) else ""
     head = f"{returned} {name}" if returned else unit.declaration(result, name) if result else name
-    lines = [f"static {head}({', '.join(declared) or 'void'})", "{"]
+    lines = [f"static inline {head}({', '.join(declared) or 'void'})", "{"]
     lines += [f"{'    ' * depth}{text}" for depth, text in opening]
     for depth, item in scope.lines:
         if isinstance(item, Unused):

@@ -14,7 +14,6 @@ from adaptive_ff.export.scope import c_name
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from adaptive_ff.export.values import Value
 
-
 Key = tuple[Callable[..., Any], tuple[Type, ...], tuple[int | None, ...]]
 """A kernel with the types of its arguments, and those of them that are known integers."""
 

@@ -38,7 +38,7 @@ def translated(text, tmp_path, monkeypatch, *arguments, name="kernel"):
 def test_every_controller_of_the_comparison_has_a_translation(name, scenario):
     export = Export(made(name, scenario), "made")
     text = source(export)
-    assert f"static {export.unit.c_type(export.step.result)} {export.step.name}(" in text
+    assert f"static inline {export.unit.c_type(export.step.result)} {export.step.name}(" in text
     for function in export.unit.functions.values():
         assert text.count(f" {function.name}(") >= 1
 
