@@ -18,9 +18,9 @@ from rich.table import Table
 from scipy import signal
 
 from adaptive_ff import InputError
+from adaptive_ff.files import write_json
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
-from adaptive_ff.report.files import write_json
 
 Array = NDArray[np.float64]
 

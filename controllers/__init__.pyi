@@ -13,7 +13,11 @@ from .design.pi_design import PIDesign as PIDesign
 from .design.pi_design import design_pi as design_pi
 from .design.pi_design import fastest_bandwidth as fastest_bandwidth
 from .design.pi_design import pi_gains as pi_gains
+from .design.position_design import PositionDesign as PositionDesign
+from .design.position_design import default_position_gain as default_position_gain
+from .design.position_design import design_position_loop as design_position_loop
 from .interface import ESTIMATES as ESTIMATES
+from .interface import MONITORS as MONITORS
 from .interface import STEPS as STEPS
 from .interface import Controller as Controller
 from .interface import Inputs as Inputs
@@ -26,9 +30,11 @@ from .interface import with_feedforward as with_feedforward
 from .interface import with_velocity as with_velocity
 from .interface import without_estimates as without_estimates
 from .interface import write_estimates as write_estimates
+from .interface import write_monitors as write_monitors
 from .observers.disturbance_observer import DisturbanceObserver as DisturbanceObserver
 from .observers.extended_state import ExtendedState as ExtendedState
 from .observers.kalman_disturbance import KalmanDisturbance as KalmanDisturbance
+from .observers.super_twisting import SuperTwisting as SuperTwisting
 from .pi import PI as PI
 from .pi import PIParameters as PIParameters
 from .pi import PIState as PIState
@@ -37,6 +43,11 @@ from .pi import check_gains as check_gains
 from .pi import hand_over as hand_over
 from .pi import initial_pi_state as initial_pi_state
 from .pi import step_pi as step_pi
+from .position_loop import PositionLoop as PositionLoop
+from .position_loop import PositionLoopParameters as PositionLoopParameters
+from .position_loop import PositionLoopState as PositionLoopState
+from .position_loop import initial_position_loop_state as initial_position_loop_state
+from .position_loop import step_position_loop as step_position_loop
 from .saving import plain_state as plain_state
 from .saving import rebuilt_state as rebuilt_state
 from .torques import acting_torque as acting_torque

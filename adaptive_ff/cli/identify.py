@@ -10,6 +10,7 @@ import typer
 from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_current, read_columns, warn_of_degrees
 from adaptive_ff.cli.options import (
     OUT,
+    Formats,
     JsonCopy,
     KnownTorque,
     Linear,
@@ -20,6 +21,7 @@ from adaptive_ff.cli.options import (
     Time,
     Torque,
     Velocity,
+    picture_formats,
 )
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, error_console, warn, warn_of_skips
@@ -66,12 +68,15 @@ def identify_command(
     linear: Linear = False,
     out: Annotated[Path, typer.Option(help="Folder for plots, identification.json and a scenario.")] = OUT,
     json: JsonCopy = None,
+    formats: Formats = "png",
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
+    from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.columns import read_scales
-    from adaptive_ff.report.files import write_result
+    from adaptive_ff.report.drawing import write_figures
 
+    drawn = picture_formats(formats)
     scales = read_scales(scale or [])
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
     if torque_constant is not None:
@@ -91,7 +96,7 @@ def identify_command(
             model=model,
         )
         refused = _write_scenario(found, stage)
-        found.plot(stage)
+        write_figures(found.plot(None), stage, drawn, source=str(log))
         result = {**found.to_dict(), "columns": columns, "scenario": SCENARIO if refused is None else None}
         for file in (stage / "identification.json", *beside.values()):
             write_result(file, result)
@@ -100,8 +105,8 @@ def identify_command(
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     """Write the scenario and its reference; where it cannot be, say why."""
+    from adaptive_ff.files import write_csv
     from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
-    from adaptive_ff.report.files import write_csv
     from adaptive_ff.scenario.scenario import load_scenario
 
     files = stage / SCENARIO, stage / REFERENCE

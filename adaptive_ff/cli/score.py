@@ -28,7 +28,7 @@ def score_command(
     from adaptive_ff.identify.open_loop import follow
     from adaptive_ff.identify.score import score_log
     from adaptive_ff.logs.columns import read_scales
-    from adaptive_ff.report.files import write_result
+    from adaptive_ff.files import write_result
 
     columns = chosen_columns(train, time, period, position, None, torque, known_torque)
     scales = read_scales(scale or [])

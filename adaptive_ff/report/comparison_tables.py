@@ -1,5 +1,6 @@
 """Results as tables for a terminal."""
 
+import math
 from typing import Any
 
 from rich.box import SIMPLE
@@ -7,27 +8,61 @@ from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
-from adaptive_ff.model.friction import PER_DIRECTION, UNITS
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.model.friction import PER_DIRECTION_WITH_GRAVITY, unit_of
+from adaptive_ff.report.scaling import scale_for, shown
 from adaptive_ff.scenario.truth import last_model
 
 
 def tracking_table(comparison: Comparison) -> Table:
     """Return the errors of all controllers, one a row."""
-    table = Table(title="Velocity error, mrad/s (rms), and torque variation, kN m", box=SIMPLE, title_style="bold")
+    metrics = {name: run.metrics for name, run in comparison.runs.items()}
+    linear = comparison.scenario.joint.axis == "linear"
+    typical = [metrics[BASELINE]] if BASELINE in metrics else list(metrics.values())
+    factor, speed = scale_for([one.rms_error_settled for one in typical], "m/s" if linear else "rad/s")
+    share, torque = scale_for([one.torque_variation for one in typical], "N" if linear else "N m")
+    what = "force" if linear else "torque"
+    title = f"Velocity error, {speed} (rms), and {what} variation, {torque}"
+    table = Table(title=title, box=SIMPLE, title_style="bold")
     table.add_column("controller", no_wrap=True)
     for heading in ("settled", f"{BASELINE} / own", "settled max", "first 5 s", "whole run", "sum |du|"):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True, min_width=6)
     improvement = comparison.improvement
-    for name, run in comparison.runs.items():
-        metrics = run.metrics
-        errors = (metrics.max_error_settled, metrics.rms_error_start, metrics.rms_error)
+    for name, one in metrics.items():
+        errors = (one.max_error_settled, one.rms_error_start, one.rms_error)
         table.add_row(
             name,
-            _milli(metrics.rms_error_settled),
+            shown(factor * one.rms_error_settled),
             f"{improvement[name]:.2f}" if name in improvement else "-",
-            *(_milli(error) for error in errors),
-            f"{1e-3 * metrics.torque_variation:.3g}",
-            style="bold" if name == "adaptive" else None,
+            *(shown(factor * error) for error in errors),
+            shown(share * one.torque_variation),
+            style=_style(name),
+        )
+    return table
+
+
+def position_table(comparison: Comparison) -> Table | None:
+    """Return the position errors of all controllers, one a row, or None where there is no position loop."""
+    found = {name: run.position_metrics for name, run in comparison.runs.items() if run.position_metrics is not None}
+    if not found:
+        return None
+    linear = comparison.scenario.joint.axis == "linear"
+    typical = [found[BASELINE]] if BASELINE in found else list(found.values())
+    factor, unit = scale_for([one.rms_position_error_settled for one in typical], "m" if linear else "rad")
+    table = Table(title=f"Position error, {unit} (rms)", box=SIMPLE, title_style="bold")
+    table.add_column("controller", no_wrap=True)
+    for heading in ("settled", f"{BASELINE} / own", "settled max", "whole run", "max"):
+        table.add_column(heading, justify="right", no_wrap=True, min_width=6)
+    base = found[BASELINE].rms_position_error_settled if BASELINE in found else None
+    for name, metrics in found.items():
+        settled = metrics.rms_position_error_settled
+        others = (metrics.max_position_error_settled, metrics.rms_position_error, metrics.max_position_error)
+        table.add_row(
+            name,
+            shown(factor * settled),
+            f"{base / settled:.2f}" if base is not None and settled > 0.0 else "-",
+            *(shown(factor * error) for error in others),
+            style=_style(name),
         )
     return table
 
@@ -44,10 +79,17 @@ def estimates_table(comparison: Comparison) -> Table | None:
         table.add_column(run.name, justify="right")
     model = last_model(comparison.scenario)
     found = [run.final_estimates for run in runs]
-    for name in (name for name in PER_DIRECTION if any(name in estimates for estimates in found)):
-        true = getattr(model, name)
+    weight = comparison.scenario.joint.weight
+    truth = model._asdict() | {
+        "gravity_sin": weight.amplitude * math.cos(weight.phase),
+        "gravity_cos": weight.amplitude * math.sin(weight.phase),
+    }
+    there = dict.fromkeys(name for estimates in found for name in estimates)
+    known = [name for name in PER_DIRECTION_WITH_GRAVITY if name in there]
+    for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
-        table.add_row(f"{name}, {UNITS[name]}", f"{true:.4g}", *cells)
+        true = f"{truth[name]:.4g}" if name in known else "-"
+        table.add_row(f"{name}, {unit_of(name)}" if name in known else name, true, *cells)
     return table
 
 
@@ -61,6 +103,23 @@ def sweep_table(result: dict[str, Any]) -> Table:
         label = {0.0: "least", 0.5: "median", 1.0: "most"}.get(quantile, f"{100 * quantile:g} %")
         values = (quantiles[str(quantile)] for quantiles in result["quantiles"].values())
         table.add_row(label, *(f"{value:.3g}" for value in values))
+    return table
+
+
+def own_sweep_table(result: dict[str, Any]) -> Table:
+    """Return how own controllers fared in a sweep."""
+    table = Table(title="Own controllers", box=SIMPLE, title_style="bold")
+    table.add_column("controller", no_wrap=True)
+    quantiles = ("0.0", "0.05", "0.5", "0.95", "1.0")
+    for heading in ("settled: pi / own", "whole run: own / pi"):
+        table.add_column(f"{heading}: least, 5 %, median, 95 %, most", justify="right")
+    table.add_column("failed", justify="right")
+    for name, found in result["own"].items():
+        cells = (
+            ", ".join(f"{found[key][one]:.3g}" for one in quantiles) if key in found else "-"
+            for key in ("improvement", "whole_run")
+        )
+        table.add_row(name, *cells, str(found["failed"]), style="bold cyan")
     return table
 
 
@@ -81,5 +140,8 @@ def classes_table(result: dict[str, Any]) -> Table:
     return table
 
 
-def _milli(value: float) -> str:
-    return f"{1e3 * value:.3g}"
+def _style(name: str) -> str | None:
+    """Return how a controller is highlighted: the adaptive one, and a user's own."""
+    if name not in CONTROLLERS:
+        return "bold cyan"
+    return "bold" if name == "adaptive" else None

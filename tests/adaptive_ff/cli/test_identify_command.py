@@ -8,7 +8,7 @@ from command_line import content_of, refusal, run_command_line
 from synthetic_logs import JOINT, make_log, motion
 
 from adaptive_ff import compare, load_scenario
-from adaptive_ff.report.files import write_csv
+from adaptive_ff.files import write_csv
 
 FILES = {"identification.json", "scenario.toml", "reference.csv", "torque.png", "friction.png", "lag.png"}
 
