@@ -97,14 +97,14 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     comments = {
         **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "viscous", "friction_lag")},
         "joint.stiction": known,
-        "joint.stribeck_velocity": known,
+        "joint.stribeck_velocity": bend_known,
         "joint.stribeck_shape": known if shape != 1.0 else "assumed",
         "sampling.period": "as recorded",
         "sensor.velocity_noise": "scatter of the log's velocity without a filter",
         "reference.path": "the motion of the log in its band, its end led to its start, so that it repeats",
         "feedback.inertia": "assumed: the designer knows it",
         "feedback.bandwidth": "assumed; the machine's own loop is not known",
-        "adaptation.stribeck_velocity": known,
+        "adaptation.stribeck_velocity": bend_known,
         "adaptation.memory": "assumed",
         "fixed": "the identified Coulomb and viscous friction",
     }

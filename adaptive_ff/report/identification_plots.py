@@ -140,7 +140,7 @@ def _friction(found: LogIdentification) -> Figure:
     curve.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
     label_above(
         curve,
-        f"{Path(found.name).name}: torque without that of inertia ({found.units['torque']}), while sliding, offset included",
+        f"{Path(found.name).name}: torque without inertia ({found.units['torque']}), while sliding, offset included",
     )
     label_above(left, f"measured − identified ({found.units['torque']})")
     left.set_xlabel(f"velocity ({found.units['velocity']})")
