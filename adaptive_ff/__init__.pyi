@@ -17,6 +17,8 @@ from .identify.result import LogIdentification as LogIdentification
 from .logs.log import Log as Log
 from .logs.log import read_log as read_log
 from .model.friction import PER_DIRECTION as PER_DIRECTION
+from .model.friction import PER_DIRECTION_WITH_GRAVITY as PER_DIRECTION_WITH_GRAVITY
+from .model.friction import WITH_GRAVITY as WITH_GRAVITY
 from .model.friction import WITH_OFFSET as WITH_OFFSET
 from .model.friction import TorqueModel as TorqueModel
 from .scenario.scenario import Scenario as Scenario

@@ -2,7 +2,10 @@
 
 import json
 import os
-from collections.abc import Mapping
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,48 @@ from numpy.typing import NDArray
 
 from adaptive_ff import __version__
 from adaptive_ff.errors import InputError
-from adaptive_ff.staging import staged as staged
+
+
+@contextmanager
+def staged(folder: Path) -> Iterator[Path]:
+    """Collect files in a temporary folder; move them to their place when all are there.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files go; it is made where it is missing. Files of the same name are replaced, others stay.
+
+    Yields
+    ------
+    Path
+        The temporary folder. Where the body fails, it is removed and everything else is left as it was.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written.
+    """
+    stage, made = None, []
+    try:
+        made = [part for part in (folder, *folder.parents) if not part.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
+        stage = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+        yield stage
+        files = sorted(stage.iterdir())
+        for file in files:
+            if os.path.isdir(folder / file.name):
+                raise InputError(f"{folder / file.name}: cannot be written: it is a folder")
+        for file in files:
+            os.replace(file, folder / file.name)
+        made = []
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+    finally:
+        if stage is not None:
+            shutil.rmtree(stage, ignore_errors=True)
+        for part in made:  # innermost first
+            with suppress(OSError):
+                part.rmdir()
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -127,6 +127,18 @@ ESTIMATES: dict[type, Callable[..., Any]] = {}
 """Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
 
 
+class _Monitors(dict[type, Callable[..., Any]]):
+    """Kernels of the classes that have any; the others write nothing."""
+
+    def get(self, block: type, default: Any = None) -> Any:
+        """Return the kernel of a class of parameters."""
+        return super().get(block, without_estimates)
+
+
+MONITORS: dict[type, Callable[..., Any]] = _Monitors()
+"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
+
+
 def _step(block: Any, state: Any, inputs: Inputs) -> Any:
     return STEPS[type(block)](block, state, inputs)
 
@@ -135,11 +147,19 @@ def _write_estimates(block: Any, state: Any, row: Any) -> Any:
     return ESTIMATES[type(block)](block, state, row)
 
 
+def _write_monitors(block: Any, state: Any, row: Any) -> Any:
+    return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
+
+
 step = dispatched(STEPS, _step)
 """One sample of any controller, compiled or not."""
 
 write_estimates = dispatched(ESTIMATES, _write_estimates)
 """Write the physical estimates of any controller into a row of floats."""
+
+
+write_monitors = dispatched(MONITORS, _write_monitors)
+"""Write what any controller watches itself by into a row of floats."""
 
 
 @register_jitable
@@ -171,6 +191,7 @@ class Controller:
     """
 
     estimate_names: tuple[str, ...] = ()
+    monitor_names: tuple[str, ...] = ()
 
     def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
         if not (math.isfinite(period) and period > 0.0):
@@ -192,6 +213,7 @@ class Controller:
         realised_torque: float | None = None,
         feedforward: float = 0.0,
         inertia: float | None = None,
+        regressors: Sequence[float] | None = None,
         dt: float | None = None,
     ) -> float:
         """Compute the torque for the coming period.
@@ -218,6 +240,9 @@ class Controller:
         inertia : float, optional
             Inertia in the present configuration, kg m^2, for the torque fed forward along the plan and for observers,
             instead of the one that the controller was made with or has identified.
+        regressors : sequence of float, optional
+            Further known regressors now, for a controller that was made for some; where none are given, or one is not
+            finite, the last ones hold.
         dt : float, optional
             Time since the last call, s; the nominal period by default.
 
@@ -229,11 +254,13 @@ class Controller:
         Raises
         ------
         ValueError
-            The reference, the preview, the correction or the feedforward is not finite, or the inertia or ``dt`` is
-            not positive and finite.
+            The reference, the preview, the correction or the feedforward is not finite, the inertia or ``dt`` is
+            not positive and finite, or the regressors are not as many as the controller was made for.
         """
         if inertia is not None:
             check_positive(inertia=inertia)
+        if regressors is not None:
+            self._take_regressors(regressors)
         inputs = Inputs(
             _finite("reference", reference),
             float(velocity),
@@ -250,6 +277,10 @@ class Controller:
         output, self.state = self._step(self.parameters, self.state, inputs)
         torque: float = output.torque
         return torque
+
+    def _take_regressors(self, regressors: Sequence[float]) -> None:
+        """Take further known regressors for the coming step; a controller that knows none refuses them."""
+        raise ValueError(f"regressors is not allowed: {type(self).__name__} has no use for known regressors")
 
     def reset(self) -> None:
         """Return to the state of a new controller; estimates are forgotten."""

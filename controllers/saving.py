@@ -34,6 +34,8 @@ def rebuilt_state(template: Any, content: Any, where: str) -> Any:
         if array.size and array.dtype.kind not in allowed:
             raise ValueError(f"it must hold numbers of type {kind.__name__}")
         array = array.astype(kind)
+        if array.size == 0 and np.size(template) == 0:
+            array = array.reshape(np.shape(template))  # JSON keeps no shape of an array without numbers
     except (TypeError, ValueError) as error:
         raise ValueError(f"{where} = {content!r} is not allowed: {error}") from error
     if array.shape != np.shape(template) or not np.all(np.isfinite(array)):

@@ -1,4 +1,7 @@
-"""The adaptive controller: PI loop with feedforward from a model that is identified online; see ``step``."""
+"""The adaptive controller: PI loop with feedforward from a model that is identified online.
+
+``step`` holds its kernels, ``supervised_step`` those of the supervision around them.
+"""
 
 import math
 from collections.abc import Sequence
@@ -7,11 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adaptive_ff.adaptive.estimator import EstimatorParameters
+from adaptive_ff.adaptive.observer import ObserverParameters
 from adaptive_ff.adaptive.step import AdaptiveParameters, initial_adaptive_state
+from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
-from adaptive_ff.model.bounds import largest_lag, possible_ranges
-from adaptive_ff.model.friction import ESTIMATED
-from adaptive_ff.model.identifying import IdentifyingController, check_parameters
+from adaptive_ff.model.bounds import INERTIA, largest_lag, possible_ranges
+from adaptive_ff.model.friction import ESTIMATED, FURTHER, WITH_OFFSET
+from adaptive_ff.model.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
 
@@ -41,6 +46,19 @@ Until the joint has moved both ways, the offset and Coulomb friction are one num
 taken for an offset. With equal units the first seconds were worse than with the five parameters of a symmetric joint.
 """
 
+LOAD_SHARE = 1.0
+"""Unit of the sizes of known loads, gravity among them, as a share of that of friction."""
+
+MOST_REGRESSORS = 20
+"""Most further regressors: with some 25 columns and more, all of them are learnt worse."""
+
+
+def further_names(count: int) -> tuple[str, ...]:
+    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
+        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
+    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
+
 
 def default_memory(period: float, pole: float) -> float:
     """Return the memory (s of sliding motion) that suits a sampling period (s) and a pole of the filters (rad/s).
@@ -51,10 +69,167 @@ def default_memory(period: float, pole: float) -> float:
     return MEMORY * math.sqrt(period / pole)
 
 
-class AdaptiveController(IdentifyingController):
+def adaptive_parameters(
+    proportional: float,
+    integral: float,
+    period: float,
+    *,
+    inertia: float,
+    stribeck_velocity: float,
+    stribeck_shape: float,
+    memory: float | None,
+    filter_pole: float | None,
+    parameters: Sequence[str],
+    delay: float,
+    velocity_lag: float,
+    tunes_lag: bool,
+    regressors: int,
+    gear_ratio: float,
+) -> tuple[tuple[str, ...], AdaptiveParameters]:
+    """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+    """
+    feedback = check_gains(proportional, integral, delay)
+    names = check_parameters(parameters, ALL_CHOICES)
+    named = (*names, *further_names(regressors))
+    check_positive(
+        proportional=proportional,
+        inertia=inertia,
+        stribeck_velocity=stribeck_velocity,
+        stribeck_shape=stribeck_shape,
+        period=period,
+    )
+    pole = proportional / inertia if filter_pole is None else filter_pole
+    check_positive(filter_pole=pole)
+    memory = default_memory(period, pole) if memory is None else memory
+    check_positive(memory=memory)
+    if not 0.0 <= velocity_lag < math.inf:
+        raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
+    if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
+        raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
+    torque_scale, response, slope = (
+        proportional * stribeck_velocity,
+        inertia / proportional,
+        VISCOUS_SHARE * proportional,
+    )
+    units = {
+        "inertia": inertia,
+        "coulomb": torque_scale,
+        "stiction": torque_scale,
+        "viscous": slope,
+        "friction_lag": max(response, LAG_UNIT),
+        "offset": ONE_SIDED_SHARE * torque_scale,
+        "stiction_asymmetry": ONE_SIDED_SHARE * torque_scale,
+        "viscous_asymmetry": ONE_SIDED_SHARE * slope,
+    }
+    first = {"inertia": inertia, "friction_lag": response}
+    estimator = EstimatorParameters(
+        TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
+        np.array([first.get(name, 0.0) for name in named]),
+        np.array([units.get(name, LOAD_SHARE * torque_scale) for name in named]),
+        float(torque_scale),
+        float(memory),
+        possible_ranges(inertia, largest_lag(response), len(named)),
+        regressors,
+        has_gravity(names),
+        float(gear_ratio),
+    )
+    return named, AdaptiveParameters(
+        feedback,
+        estimator,
+        GATE_SHARE * float(stribeck_velocity),
+        GATE_HOLD / float(pole),
+        float(velocity_lag),
+        float(period),
+        bool(tunes_lag),
+    )
+
+
+class AdaptiveBase(IdentifyingController):
+    """What the adaptive controllers share: reading what has been learnt, and taking further regressors."""
+
+    def _take_regressors(self, regressors: Sequence[float]) -> None:
+        place = self.state.estimator.regressors
+        values = np.asarray(regressors, dtype=float)
+        if values.shape != place.shape:
+            raise ValueError(
+                f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"
+            )
+        place[:] = values
+
+    @property
+    def uncertainties(self) -> dict[str, float]:
+        """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
+        errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
+        return dict(zip(self.estimate_names, errors.tolist(), strict=True))
+
+    @property
+    def feedforward_lag(self) -> float:
+        """Friction lag that the feedforward is computed with, s: the identified one, tuned by the tracking error."""
+        return float(self.state.timing.lag)
+
+    def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":
+        """Return what the controller has identified and how uncertain it is; see ``report.diagnosis``."""
+        from adaptive_ff.report.diagnosis import diagnose
+
+        return diagnose(self, run)
+
+
+class UnsupervisedController(AdaptiveBase):
     """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + f_ref + offset``, the model identified online.
 
-    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``.
+    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. What it has
+    identified is fed forward in full, also where the model does not hold: it is there for comparison, and to watch the
+    motion of another controller. Arguments are those of :class:`AdaptiveController`, but for the observer's.
+    """
+
+    def __init__(
+        self,
+        proportional: float,
+        integral: float,
+        period: float,
+        *,
+        inertia: float,
+        stribeck_velocity: float,
+        stribeck_shape: float = 1.0,
+        memory: float | None = None,
+        filter_pole: float | None = None,
+        parameters: Sequence[str] = ESTIMATED,
+        delay: float = 0.0,
+        velocity_lag: float = 0.0,
+        tunes_lag: bool = True,
+        regressors: int = 0,
+        gear_ratio: float = 1.0,
+    ) -> None:
+        self.estimate_names, block = adaptive_parameters(
+            proportional,
+            integral,
+            period,
+            inertia=inertia,
+            stribeck_velocity=stribeck_velocity,
+            stribeck_shape=stribeck_shape,
+            memory=memory,
+            filter_pole=filter_pole,
+            parameters=parameters,
+            delay=delay,
+            velocity_lag=velocity_lag,
+            tunes_lag=tunes_lag,
+            regressors=regressors,
+            gear_ratio=gear_ratio,
+        )
+        super().__init__(block, period, initial_adaptive_state)
+
+
+class AdaptiveController(AdaptiveBase):
+    """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + gamma f_ref + offset + g d``, identified online.
+
+    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. ``d`` is an
+    observer of the torque that the feedforward lacks, ``g`` its gain, which noise closes; ``gamma`` is the trust in the
+    friction; the room's README.md says why together they never hurt.
 
     The first estimate is a frictionless joint of the assumed inertia, with a friction lag equal to the time constant
     ``J/Kp`` of the feedback; lags that are much shorter hardly matter to the loop.
@@ -77,8 +252,10 @@ class AdaptiveController(IdentifyingController):
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
-        What is identified: ``model.ESTIMATED`` by default; ``model.WITH_OFFSET`` for a joint with a constant load or
-        with Coulomb friction that differs by direction; ``model.PER_DIRECTION`` where all friction may.
+        What is identified: ``model.WITH_OFFSET`` by default: what differs by direction of Coulomb friction, and
+        a constant load, is an offset; ``model.ESTIMATED`` without it; ``model.PER_DIRECTION`` where all friction may
+        differ by direction; ``model.WITH_GRAVITY`` or ``model.PER_DIRECTION_WITH_GRAVITY`` for a rotary joint whose
+        position is given.
     delay : float, optional
         Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.
@@ -88,6 +265,16 @@ class AdaptiveController(IdentifyingController):
     tunes_lag : bool, optional
         Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
         :mod:`timing`. For a controller that only watches another one's motion it must be false.
+    regressors : int, optional
+        How many further known regressors there are, for instance sines of summed angles in a coupled arm: the joint
+        carries the torque ``sum_i a_i x_i`` beside gravity, and the ``a_i`` are identified. Their values, of the size
+        of one, are given at each step.
+    gear_ratio : float, optional
+        Position and velocity as they are given over those of the joint that gravity turns: that of the gear where they
+        are the motor's, negative where the gear reverses the direction.
+    observer_bandwidth : float, optional
+        Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
+        delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
 
     Raises
     ------
@@ -107,6 +294,8 @@ class AdaptiveController(IdentifyingController):
     0.0
     """
 
+    monitor_names = ("trust", "observer_gain", "observer_torque")
+
     def __init__(
         self,
         proportional: float,
@@ -118,64 +307,54 @@ class AdaptiveController(IdentifyingController):
         stribeck_shape: float = 1.0,
         memory: float | None = None,
         filter_pole: float | None = None,
-        parameters: Sequence[str] = ESTIMATED,
+        parameters: Sequence[str] = WITH_OFFSET,
         delay: float = 0.0,
         velocity_lag: float = 0.0,
         tunes_lag: bool = True,
+        regressors: int = 0,
+        gear_ratio: float = 1.0,
+        observer_bandwidth: float | None = None,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
-        self.estimate_names = check_parameters(parameters)
-        check_positive(
-            proportional=proportional,
+        self.estimate_names, block = adaptive_parameters(
+            proportional,
+            integral,
+            period,
             inertia=inertia,
             stribeck_velocity=stribeck_velocity,
             stribeck_shape=stribeck_shape,
-            period=period,
+            memory=memory,
+            filter_pole=filter_pole,
+            parameters=parameters,
+            delay=delay,
+            velocity_lag=velocity_lag,
+            tunes_lag=tunes_lag,
+            regressors=regressors,
+            gear_ratio=gear_ratio,
         )
-        pole = proportional / inertia if filter_pole is None else filter_pole
-        check_positive(filter_pole=pole)
-        memory = default_memory(period, pole) if memory is None else memory
-        check_positive(memory=memory)
-        if not 0.0 <= velocity_lag < math.inf:
-            raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
-        torque_scale = proportional * stribeck_velocity
-        response = inertia / proportional
-        slope = VISCOUS_SHARE * proportional
-        size = len(self.estimate_names)
-        one_sided = [ONE_SIDED_SHARE * unit for unit in (torque_scale, torque_scale, slope)]
-        scale = [inertia, torque_scale, torque_scale, slope, max(response, LAG_UNIT), *one_sided]
-        estimator = EstimatorParameters(
-            TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-            np.array([inertia, 0.0, 0.0, 0.0, response, 0.0, 0.0, 0.0])[:size],
-            np.array(scale)[:size],
-            float(torque_scale),
-            float(memory),
-            possible_ranges(inertia, largest_lag(response), size),
-        )
-        block = AdaptiveParameters(
-            feedback,
-            estimator,
-            GATE_SHARE * float(stribeck_velocity),
-            GATE_HOLD / float(pole),
-            float(velocity_lag),
-            float(period),
-            bool(tunes_lag),
-        )
-        super().__init__(block, period, initial_adaptive_state)
+        pole = _observer_pole(block, observer_bandwidth)
+        observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
+        super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)
 
     @property
-    def uncertainties(self) -> dict[str, float]:
-        """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
-        errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
-        return dict(zip(self.estimate_names, errors.tolist(), strict=True))
+    def trust(self) -> float:
+        """Share of the identified friction that is fed forward."""
+        return float(self.state.trust.trust)
 
     @property
-    def feedforward_lag(self) -> float:
-        """Friction lag that the feedforward is computed with, s: the identified one, tuned by the tracking error."""
-        return float(self.state.timing.lag)
+    def observer_gain(self) -> float:
+        """Gain with which the observed torque is fed back, from 0 to 1."""
+        return float(self.state.observer.gain)
 
-    def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":
-        """Return what the controller has identified and how uncertain it is; see ``report.diagnosis``."""
-        from adaptive_ff.report.diagnosis import diagnose
+    @property
+    def observed_torque(self) -> float:
+        """Torque that the feedforward lacks, as observed, N m."""
+        return float(self.state.observer.disturbance)
 
-        return diagnose(self, run)
+
+def _observer_pole(block: AdaptiveParameters, bandwidth: float | None) -> float:
+    crossover = block.feedback.proportional / float(block.estimator.first[INERTIA])
+    if bandwidth is None:
+        # a delay of d samples costs the observer's loop the phase that it costs the feedback once more
+        return crossover / (1.0 + 2.0 * block.feedback.delay * block.period * crossover)
+    check_positive(observer_bandwidth=bandwidth)
+    return min(2.0 * math.pi * bandwidth, crossover)

@@ -15,7 +15,8 @@ model that is still wrong, saturation) the measured gradient takes its place, wh
 by noise but safe.
 
 An estimate has five parameters, six with the offset, eight where friction differs by direction; what follows the
-friction lag enters linearly, a column each.
+friction lag enters linearly, a column each. The last parameters may be sizes of known loads, such as gravity (see
+``regression.known_loads``); their regressors are known without noise and are their own instruments.
 """
 
 import math
@@ -26,12 +27,20 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.change_detection import (
+    EITHER,
     JUMP,
     JUMP_WINDOW,
     LEAST_ERROR,
+    LOAD,
+    LONGEST_WAIT,
+    NO_ALARM,
+    UNDECIDED,
+    Alarm,
     Surprise,
+    attribute_change,
     explained_by_friction,
     forget_friction_in_place,
+    forget_offset_in_place,
     note_surprise,
 )
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
@@ -50,6 +59,7 @@ from adaptive_ff.model.bounds import (
     confine_in_place,
     write_ranges,
 )
+from adaptive_ff.regression.known_loads import advance_loads_in_place, initial_loads, load_torque, write_loads
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals, TorqueForm, write_regressors
 
 FLOOR = 0.2
@@ -95,6 +105,12 @@ class EstimatorParameters(NamedTuple):
         Memory, s of sliding motion.
     ranges : ndarray, shape (n, 2)
         Least and largest possible value of each parameter before there are data; see ``possible_ranges``.
+    regressors : int
+        How many of the last parameters are sizes of further known regressors.
+    gravity : bool
+        Whether the two parameters before these are those of gravity.
+    gear_ratio : float
+        Measured position and velocity over those of the joint that gravity turns.
     """
 
     form: TorqueForm
@@ -103,6 +119,9 @@ class EstimatorParameters(NamedTuple):
     torque_scale: float
     memory: float
     ranges: NDArray[np.float64]
+    regressors: int = 0
+    gravity: bool = False
+    gear_ratio: float = 1.0
 
 
 class Levels(NamedTuple):
@@ -131,8 +150,8 @@ class Scratch(NamedTuple):
 
     Attributes
     ----------
-    row : ndarray, shape (n + 1,)
-        Regressors.
+    row : ndarray, shape (n + 1 + m,)
+        Regressors, and the derivatives of those of the ``m`` known loads.
     model_gradient, measured_gradient : ndarray, shape (n,)
         Scaled gradients of the predicted torque.
     ranges : ndarray, shape (n, 2)
@@ -158,6 +177,12 @@ class EstimatorState(NamedTuple):
         Levels of error, torque and speed.
     surprise : Surprise
         Short means that a change of friction is noticed from.
+    alarm : Alarm
+        Change that was noticed and has not been attributed yet.
+    loads : ndarray, shape (m, 3)
+        Filters of the regressors of known loads; see ``known_loads``.
+    regressors : ndarray
+        Further known regressors at the present sample; written before each step.
     scratch : Scratch
         Scratch.
     """
@@ -166,12 +191,21 @@ class EstimatorState(NamedTuple):
     agreement: NDArray[np.float64]
     levels: Levels
     surprise: Surprise
+    alarm: Alarm
+    loads: NDArray[np.float64]
+    regressors: NDArray[np.float64]
     scratch: Scratch
+
+
+@register_jitable(forceinline=True)
+def load_count(estimator: EstimatorParameters) -> int:
+    """Return how many of the last parameters are sizes of known loads."""
+    return estimator.regressors + (2 if estimator.gravity else 0)
 
 
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     """Return the state of an estimator that has seen nothing."""
-    size = estimator.first.size
+    size, loads = estimator.first.size, load_count(estimator)
     information = PRIOR * np.eye(size)
     information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
     return EstimatorState(
@@ -179,14 +213,19 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
         np.zeros((size, 2)),
         Levels(0.0, 0.0, 0.0, 0.0),
         Surprise(0.0, 0.0),
-        Scratch(np.zeros(size + 1), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
+        NO_ALARM,
+        initial_loads(loads),
+        np.zeros(estimator.regressors),
+        Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
     )
 
 
 @register_jitable(forceinline=True)
-def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise) -> EstimatorState:
-    """Return the state with other levels and short means; it shares the arrays."""
-    return EstimatorState(state.recursion, state.agreement, levels, surprise, state.scratch)
+def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
+    """Return the state with other levels, short means and alarm; it shares the arrays."""
+    return EstimatorState(
+        state.recursion, state.agreement, levels, surprise, alarm, state.loads, state.regressors, state.scratch
+    )
 
 
 @register_jitable(forceinline=True)
@@ -200,8 +239,18 @@ def add_friction(torque: float, estimate: NDArray[np.float64], row: NDArray[np.f
     """Add to a torque (N m) the filtered friction, without the offset, that an estimate predicts from regressors."""
     for i in range(COULOMB, FRICTION_LAG):
         torque += estimate[i] * row[i + 1]
-    for i in range(OFFSET + 1, estimate.size):
+    loads = row.size - estimate.size - 1
+    for i in range(OFFSET + 1, estimate.size - loads):
         torque += estimate[i] * row[i + 1]
+    return torque
+
+
+@register_jitable(forceinline=True)
+def add_loads(torque: float, estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
+    """Add to a torque (N m) what an estimate predicts of known loads and their derivatives from regressors."""
+    loads = row.size - estimate.size - 1
+    for i in range(estimate.size - loads, estimate.size):
+        torque += estimate[i] * (row[i + 1] + estimate[FRICTION_LAG] * row[i + 1 + loads])
     return torque
 
 
@@ -210,9 +259,9 @@ def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> f
     """Return the filtered torque (N m) that an estimate predicts from a row of regressors."""
     lag = estimate[FRICTION_LAG]
     prediction = add_friction(estimate[INERTIA] * (row[1] + lag * row[0]) + lag * row[5], estimate, row)
-    if estimate.size > OFFSET:
+    if estimate.size - (row.size - estimate.size - 1) > OFFSET:
         prediction += estimate[OFFSET] * row[OFFSET + 1]
-    return prediction
+    return add_loads(prediction, estimate, row)
 
 
 @register_jitable(forceinline=True)
@@ -227,13 +276,39 @@ def write_gradient(
         gradient[i] = row[i + 1]
     gradient[INERTIA] += estimate[FRICTION_LAG] * row[0]
     gradient[FRICTION_LAG] += estimate[INERTIA] * row[0]
+    loads = row.size - estimate.size - 1
+    for i in range(estimate.size - loads, estimate.size):
+        gradient[i] += estimate[FRICTION_LAG] * row[i + 1 + loads]
+        gradient[FRICTION_LAG] += estimate[i] * row[i + 1 + loads]
     for i in range(gradient.size):
         gradient[i] *= estimator.scale[i] / estimator.torque_scale
 
 
 @register_jitable(forceinline=True)
+def scale_inertia_in_place(row: NDArray[np.float64], ratio: float) -> None:
+    """Multiply the regressors of the inertia by the ratio of the present inertia to the one that is estimated."""
+    row[0] *= ratio
+    row[1] *= ratio
+
+
+@register_jitable(forceinline=True)
+def follow_loads_in_place(
+    estimator: EstimatorParameters, state: EstimatorState, position: float, duration: float, first: bool
+) -> None:
+    """Advance the filters of known loads by one sample; see ``advance_loads_in_place``."""
+    angle = position / estimator.gear_ratio
+    advance_loads_in_place(state.loads, state.regressors, estimator.form.pole, angle, duration, first)
+
+
+@register_jitable(forceinline=True)
+def estimated_load(estimator: EstimatorParameters, state: EstimatorState, turn: float) -> float:
+    """Return the torque (N m) that carries the known loads, gravity as it is after a change of position (rad)."""
+    return load_torque(state.recursion.estimate, state.loads, state.regressors, turn / estimator.gear_ratio)
+
+
+@register_jitable(forceinline=True)
 def guess_friction_in_place(
-    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals
+    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, ratio: float = 1.0
 ) -> EstimatorState:
     """Guess Coulomb friction and stiction from the largest friction torque so far, before there is anything to learn.
 
@@ -248,20 +323,29 @@ def guess_friction_in_place(
     estimate, levels = state.recursion.estimate, state.levels
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
-        return with_levels(state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise)
+        return with_levels(
+            state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise, state.alarm
+        )
     torque = measured.filters[FILTER_TORQUE, 0]
     largest = max(levels.torque, abs(torque))
-    friction = torque - estimate[INERTIA] * measured.filters[FILTER_VELOCITY, 1]
+    friction = torque - estimate[INERTIA] * ratio * measured.filters[FILTER_VELOCITY, 1]
+    write_loads(state.loads, state.scratch.row)
+    friction -= add_loads(0.0, estimate, state.scratch.row)
     guess = min(GUESS * math.copysign(friction, friction * model.velocity), PEAK_FACTOR * largest)
     if guess > estimate[COULOMB]:
         estimate[COULOMB] = guess
         estimate[STICTION] = guess
-    return with_levels(state, Levels(levels.squared_error, largest, speed, levels.learnt), state.surprise)
+    return with_levels(state, Levels(levels.squared_error, largest, speed, levels.learnt), state.surprise, state.alarm)
 
 
 @register_jitable(forceinline=True)
 def learn_in_place(
-    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, duration: float
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    measured: Signals,
+    model: Signals,
+    duration: float,
+    ratio: float = 1.0,
 ) -> EstimatorState:
     """Take one sample of sliding motion into account.
 
@@ -277,6 +361,8 @@ def learn_in_place(
         Filters over the reference and the torque of the model.
     duration : float
         Time since the last sample, s.
+    ratio : float, optional
+        Inertia in the present configuration over that of the first estimate; what is estimated is the latter.
 
     Returns
     -------
@@ -286,12 +372,18 @@ def learn_in_place(
     recursion, scratch, levels = state.recursion, state.scratch, state.levels
     estimate, row, gradient = recursion.estimate, scratch.row, scratch.measured_gradient
     write_regressors(estimator.form, model, row)
+    write_loads(state.loads, row)
+    scale_inertia_in_place(row, ratio)
     write_gradient(estimator, estimate, row, scratch.model_gradient)
     torque = write_regressors(estimator.form, measured, row)
+    write_loads(state.loads, row)
+    scale_inertia_in_place(row, ratio)
     write_gradient(estimator, estimate, row, gradient)
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
-        return with_levels(state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise)
+        return with_levels(
+            state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise, state.alarm
+        )
     largest_torque, learnt = max(levels.torque, abs(torque)), levels.learnt + duration
     peak = PEAK_FACTOR * largest_torque
     largest = peak / estimator.torque_scale
@@ -304,18 +396,44 @@ def learn_in_place(
     window = JUMP_WINDOW / estimator.form.pole
     surprise = note_surprise(state.surprise, friction, error, duration, window)
     squared, usual = error * error, JUMP * (levels.squared_error + LEAST_ERROR)
-    if learnt > estimator.memory and explained_by_friction(surprise) > usual:
-        # what a change of friction explains must not count as usual, or the next change would not be noticed
+    noticed = learnt > estimator.memory and explained_by_friction(surprise) > usual
+    alarm = state.alarm
+    if estimate.size - load_count(estimator) > OFFSET:
+        longest = LONGEST_WAIT * estimator.memory
+        alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
+        if alarm.cause == UNDECIDED:  # the observer carries it; the levels must not get used to it
+            levels = Levels(levels.squared_error, largest_torque, speed, learnt)
+            return with_levels(state, levels, surprise, alarm)
+    if noticed:
+        # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
         known, share = surprise.friction_squared, window / estimator.memory
-        forget_friction_in_place(
-            recursion.information, estimate, estimator.scale, known, estimator.torque_scale, share, recursion.factor
-        )
-    update_resetting_in_place(recursion, floor, keep, error)
-    write_ranges(estimator.ranges, peak, speed, scratch.ranges)
-    correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
+        if alarm.cause != LOAD:
+            forget_friction_in_place(
+                recursion.information,
+                estimate,
+                estimator.scale,
+                known,
+                estimator.torque_scale,
+                share,
+                recursion.factor,
+                load_count(estimator),
+            )
+        if alarm.cause == LOAD or alarm.cause == EITHER:
+            forget_offset_in_place(
+                recursion.information,
+                estimator.scale,
+                estimator.torque_scale,
+                share,
+                recursion.factor,
+                load_count(estimator),
+            )
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
-    return with_levels(state, Levels(squared_error, largest_torque, speed, learnt), surprise)
+    levels = Levels(squared_error, largest_torque, speed, learnt)
+    update_resetting_in_place(recursion, floor, keep, error)
+    write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
+    correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
+    return with_levels(state, levels, surprise, alarm)
 
 
 @register_jitable(forceinline=True)

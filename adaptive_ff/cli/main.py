@@ -17,6 +17,7 @@ from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.matrix import matrix_command
 from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
+from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
 from adaptive_ff.errors import InputError
 
@@ -62,6 +63,7 @@ for _name, _command in (
     ("identify", identify_command),
     ("replay", replay_command),
     ("export", export_command),
+    ("score", score_command),
 ):
     app.command(_name)(with_common_options(_command))
 

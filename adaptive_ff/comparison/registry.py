@@ -1,15 +1,22 @@
 """The controllers of a comparison, made for a scenario."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
+from adaptive_ff.comparison.literature import (
+    make_lugre_observer,
+    make_maxwell_adaptive,
+    make_radial_basis,
+    make_repetitive,
+    make_super_twisting,
+)
 from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, TorqueModel
 from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
 from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
 from adaptive_ff.rivals.model_based import ModelBased
@@ -93,10 +100,23 @@ def _feedback_error(scenario: Scenario) -> FeedbackErrorLearning:
     return FeedbackErrorLearning(*scenario.feedback.gains, **_assumed(scenario))
 
 
-def _adaptive(scenario: Scenario) -> AdaptiveController:
+def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, Any]:
     assumed = _with_memory(_assumed(scenario), scenario.adaptation.memory)
-    assumed |= {"parameters": scenario.adaptation.parameters, "velocity_lag": scenario.velocity_lag}
-    return AdaptiveController(*scenario.feedback.gains, **assumed)
+    return assumed | {
+        "parameters": scenario.adaptation.parameters or default,
+        "velocity_lag": scenario.velocity_lag,
+    }
+
+
+def _adaptive(scenario: Scenario) -> AdaptiveController:
+    gains = scenario.feedback.gains
+    bandwidth = _observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains)
+    settings = _adaptive_settings(scenario, WITH_OFFSET)
+    return AdaptiveController(*gains, **settings, observer_bandwidth=bandwidth)
+
+
+def _adaptive_unsupervised(scenario: Scenario) -> UnsupervisedController:
+    return UnsupervisedController(*scenario.feedback.gains, **_adaptive_settings(scenario, ESTIMATED))
 
 
 def balance(scenario: Scenario) -> float:
@@ -206,10 +226,16 @@ CONTROLLERS: dict[str, Maker] = {
     "observed_nominal": make_observed_nominal,
     "observed_batch": make_observed_batch,
     "adaptive_paper": _adaptive_paper,
+    "adaptive_unsupervised": _adaptive_unsupervised,
     "adaptive": _adaptive,
     "canudas": _canudas,
     "canudas_measured": _canudas_measured,
     "feedback_error": _feedback_error,
+    "lugre_observer": make_lugre_observer,
+    "maxwell_adaptive": make_maxwell_adaptive,
+    "radial_basis": make_radial_basis,
+    "super_twisting": make_super_twisting,
+    "repetitive": make_repetitive,
     **FIXED,
 }
 """Controllers by name."""

@@ -7,7 +7,7 @@ from adaptive_ff.export.fmu import fmu
 from adaptive_ff.export.header import header
 from adaptive_ff.export.selftest import example, self_test
 from adaptive_ff.export.source import source
-from adaptive_ff.staging import staged
+from adaptive_ff.files import staged
 from controllers import Controller
 
 CMAKE = """cmake_minimum_required(VERSION 3.10)

@@ -53,7 +53,9 @@ def largest_lag(response: float) -> float:
 
 
 @register_jitable(forceinline=True)
-def write_ranges(possible: NDArray[np.float64], torque: float, speed: float, ranges: NDArray[np.float64]) -> None:
+def write_ranges(
+    possible: NDArray[np.float64], torque: float, speed: float, ranges: NDArray[np.float64], loads: int = 0
+) -> None:
     """Write the possible ranges, those of friction narrowed to what the data can explain.
 
     Parameters
@@ -66,15 +68,20 @@ def write_ranges(possible: NDArray[np.float64], torque: float, speed: float, ran
         Largest speed, rad/s.
     ranges : ndarray, shape (n, 2)
         Filled in.
+    loads : int, optional
+        How many of the last parameters are sizes of known loads: none can be larger than the torque.
     """
-    for i in range(possible.shape[0]):
+    size = ranges.shape[0] - loads
+    for i in range(size, ranges.shape[0]):
+        ranges[i, 0], ranges[i, 1] = -torque, torque
+    for i in range(size):
         ranges[i, 0], ranges[i, 1] = possible[i, 0], possible[i, 1]
     ranges[COULOMB, 1] = torque
     ranges[STICTION, 1] = torque
     ranges[VISCOUS, 1] = torque / speed
-    if ranges.shape[0] > OFFSET:
+    if size > OFFSET:
         ranges[OFFSET, 0], ranges[OFFSET, 1] = -torque, torque
-    if ranges.shape[0] > STICTION_ASYMMETRY:
+    if size > STICTION_ASYMMETRY:
         ranges[STICTION_ASYMMETRY, 0], ranges[STICTION_ASYMMETRY, 1] = -torque, torque
         ranges[VISCOUS_ASYMMETRY, 0], ranges[VISCOUS_ASYMMETRY, 1] = -torque / speed, torque / speed
 
@@ -88,17 +95,19 @@ def confine_in_place(estimate: NDArray[np.float64], ranges: NDArray[np.float64])
 
 @register_jitable(forceinline=True)
 def torque_model(
-    estimate: NDArray[np.float64], lag: float, stribeck_velocity: float, stribeck_shape: float
+    estimate: NDArray[np.float64], lag: float, stribeck_velocity: float, stribeck_shape: float, loads: int = 0
 ) -> TorqueModel:
     """Return the model that an estimate stands for, with a friction lag (s) that may be another one.
 
-    In either direction stiction is at least Coulomb friction and the viscous coefficient is not negative.
+    The last parameters, so many as there are known loads, are no part of the model. In either
+    direction stiction is at least Coulomb friction and the viscous coefficient is not negative.
     """
     stiction = max(estimate[STICTION], estimate[COULOMB])
+    size = estimate.size - loads
     offset, adhesion, slope = 0.0, 0.0, 0.0
-    if estimate.size > OFFSET:
+    if size > OFFSET:
         offset = estimate[OFFSET]
-    if estimate.size > STICTION_ASYMMETRY:
+    if size > STICTION_ASYMMETRY:
         excess = stiction - estimate[COULOMB]
         adhesion = min(max(estimate[STICTION_ASYMMETRY], -excess), excess)
         slope = min(max(estimate[VISCOUS_ASYMMETRY], -estimate[VISCOUS]), estimate[VISCOUS])
@@ -117,15 +126,16 @@ def torque_model(
 
 
 @register_jitable(forceinline=True)
-def write_model(model: TorqueModel, row: NDArray[np.float64]) -> None:
-    """Write the identified parameters of a model into a row of as many as are identified."""
+def write_model(model: TorqueModel, row: NDArray[np.float64], loads: int = 0) -> None:
+    """Write the identified parameters of a model into a row of as many as are identified, but for its last, loads."""
+    size = row.size - loads
     row[INERTIA] = model.inertia
     row[COULOMB] = model.coulomb
     row[STICTION] = model.stiction
     row[VISCOUS] = model.viscous
     row[FRICTION_LAG] = model.friction_lag
-    if row.size > OFFSET:
+    if size > OFFSET:
         row[OFFSET] = model.offset
-    if row.size > STICTION_ASYMMETRY:
+    if size > STICTION_ASYMMETRY:
         row[STICTION_ASYMMETRY] = model.stiction_asymmetry
         row[VISCOUS_ASYMMETRY] = model.viscous_asymmetry

@@ -111,7 +111,22 @@ WITH_OFFSET = (*ESTIMATED, "offset")
 PER_DIRECTION = (*WITH_OFFSET, "stiction_asymmetry", "viscous_asymmetry")
 """The same, with the offset and what differs by direction."""
 
-IDENTIFIED = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+GRAVITY = ("gravity_sin", "gravity_cos")
+"""Torque of a weight on a rotary joint at the position ``q``: ``gravity_sin sin q + gravity_cos cos q``, N m."""
+
+WITH_GRAVITY = (*WITH_OFFSET, *GRAVITY)
+"""The parameters of a symmetric joint with the offset and gravity."""
+
+PER_DIRECTION_WITH_GRAVITY = (*PER_DIRECTION, *GRAVITY)
+"""The same, with what differs by direction."""
+
+IDENTIFIED = {
+    "symmetric": ESTIMATED,
+    "offset": WITH_OFFSET,
+    "directions": PER_DIRECTION,
+    "gravity": WITH_GRAVITY,
+    "directions_and_gravity": PER_DIRECTION_WITH_GRAVITY,
+}
 """What may be identified, by the name that a user gives."""
 
 UNITS = {
@@ -123,8 +138,18 @@ UNITS = {
     "offset": "N m",
     "stiction_asymmetry": "N m",
     "viscous_asymmetry": "N m s/rad",
+    "gravity_sin": "N m",
+    "gravity_cos": "N m",
 }
-"""Units of the identified parameters."""
+"""Units of the identified parameters but for those of further regressors; see :func:`unit_of`."""
+
+FURTHER = "regressor_"
+"""Names of the sizes of further known regressors begin with this; their number, from 1 on, follows."""
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of an identified parameter; further regressors count as numbers, their sizes as torques."""
+    return "N m" if name.startswith(FURTHER) else UNITS[name]
 
 
 @register_jitable

@@ -2,7 +2,14 @@
 
 from collections.abc import Sequence
 
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from adaptive_ff.model.friction import (
+    ESTIMATED,
+    GRAVITY,
+    PER_DIRECTION,
+    PER_DIRECTION_WITH_GRAVITY,
+    WITH_GRAVITY,
+    WITH_OFFSET,
+)
 from controllers import Controller
 
 
@@ -21,10 +28,24 @@ class IdentifyingController(Controller):
         self.state = self.state._replace(enabled=bool(value))
 
 
-def check_parameters(parameters: Sequence[str]) -> tuple[str, ...]:
+FRICTION_CHOICES = (ESTIMATED, WITH_OFFSET, PER_DIRECTION)
+"""What may be identified of friction, and of a constant load."""
+
+ALL_CHOICES = (*FRICTION_CHOICES, WITH_GRAVITY, PER_DIRECTION_WITH_GRAVITY)
+"""What may be identified where the position is known."""
+
+
+def check_parameters(
+    parameters: Sequence[str], choices: Sequence[tuple[str, ...]] = FRICTION_CHOICES
+) -> tuple[str, ...]:
     """Return the names of the parameters to identify, or raise ``ValueError`` where they are no such choice."""
-    names, choices = tuple(parameters), (ESTIMATED, WITH_OFFSET, PER_DIRECTION)
+    names = tuple(parameters)
     if names not in choices:
         allowed = ", or ".join(str(choice) for choice in choices)
         raise ValueError(f"parameters = {names} is not allowed: it must be {allowed}")
     return names
+
+
+def has_gravity(parameters: Sequence[str]) -> bool:
+    """Return whether gravity is among the parameters to identify."""
+    return tuple(parameters[-len(GRAVITY) :]) == GRAVITY

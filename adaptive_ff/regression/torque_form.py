@@ -156,7 +156,10 @@ def advance_signals_in_place(
 
 @register_jitable(forceinline=True)
 def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64]) -> float:
-    """Write the regressors into a row of as many as there are columns, and return the regressed torque ``u_f``, N m."""
+    """Write the regressors into a row, and return the regressed torque ``u_f``, N m.
+
+    The row has as many places as there are columns; what follows these belongs to known loads and is written after.
+    """
     velocity = signals.filters[FILTER_VELOCITY]
     row[0] = second_derivative(velocity, form.pole, signals.velocity)
     row[1] = velocity[1]
@@ -166,7 +169,7 @@ def write_regressors(form: TorqueForm, signals: Signals, row: NDArray[np.float64
     row[5] = -signals.filters[FILTER_TORQUE, 1]
     if row.size > 6:
         row[6] = 1.0
-    if row.size > 7:
+    if signals.filters.shape[0] > FILTER_SHARE:
         row[7] = signals.filters[FILTER_SHARE, 0]
         row[8] = signals.filters[FILTER_SPEED, 0]
     return signals.filters[FILTER_TORQUE, 0]  # type: ignore[no-any-return]

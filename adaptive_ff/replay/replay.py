@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log
@@ -204,7 +204,7 @@ def _notes(
 
 
 def _runners(
-    settings: ReplaySettings, model: TorqueModel | None, saved: AdaptiveController | None, is_position: bool
+    settings: ReplaySettings, model: TorqueModel | None, saved: UnsupervisedController | None, is_position: bool
 ) -> dict[str, Runner]:
     """Return the controllers that watch, by the name of their feedforward."""
     controllers: dict[str, Controller] = {}

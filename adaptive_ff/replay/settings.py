@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Self
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import difference_velocity, direct_velocity, low_pass_velocity, pi_gains
@@ -88,9 +88,9 @@ class ReplaySettings:
         """Gains of the loop, N m s/rad and N m/rad."""
         return pi_gains(self.inertia, self.loop_bandwidth)
 
-    def controller(self) -> AdaptiveController:
+    def controller(self) -> UnsupervisedController:
         """Return the controller, which knows nothing yet."""
-        return AdaptiveController(
+        return UnsupervisedController(
             *self.gains,
             self.period,
             inertia=self.inertia,

@@ -1,5 +1,6 @@
 """Results as tables for a terminal."""
 
+import math
 from typing import Any
 
 from rich.box import SIMPLE
@@ -8,7 +9,7 @@ from rich.table import Table
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.model.friction import PER_DIRECTION, UNITS
+from adaptive_ff.model.friction import PER_DIRECTION_WITH_GRAVITY, unit_of
 from adaptive_ff.report.scaling import scale_for, shown
 from adaptive_ff.scenario.truth import last_model
 
@@ -78,12 +79,17 @@ def estimates_table(comparison: Comparison) -> Table | None:
         table.add_column(run.name, justify="right")
     model = last_model(comparison.scenario)
     found = [run.final_estimates for run in runs]
+    weight = comparison.scenario.joint.weight
+    truth = model._asdict() | {
+        "gravity_sin": weight.amplitude * math.cos(weight.phase),
+        "gravity_cos": weight.amplitude * math.sin(weight.phase),
+    }
     there = dict.fromkeys(name for estimates in found for name in estimates)
-    for name in sorted(there, key=lambda name: PER_DIRECTION.index(name) if name in UNITS else len(UNITS)):
+    known = [name for name in PER_DIRECTION_WITH_GRAVITY if name in there]
+    for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
-        known = name in UNITS
-        true = f"{getattr(model, name):.4g}" if known else "-"
-        table.add_row(f"{name}, {UNITS[name]}" if known else name, true, *cells)
+        true = f"{truth[name]:.4g}" if name in known else "-"
+        table.add_row(f"{name}, {unit_of(name)}" if name in known else name, true, *cells)
     return table
 
 

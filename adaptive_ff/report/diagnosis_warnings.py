@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.uncertainty import Confidence
 from adaptive_ff.estimation.instruments import AGREEMENT
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, write_ranges
-from adaptive_ff.model.friction import UNITS
+from adaptive_ff.model.friction import unit_of
 
 NOT_IDENTIFIABLE = 0.5
 """Standard deviation of a parameter, as a share of its scale, from which on the data do not identify it."""
@@ -29,12 +29,12 @@ LONG_WITHOUT = 10.0
 """Time without a sample to learn from that calls for a warning, s."""
 
 
-def find_warnings(controller: AdaptiveController, confidence: Confidence, unexplained: float) -> Iterator[str]:
+def find_warnings(controller: AdaptiveBase, confidence: Confidence, unexplained: float) -> Iterator[str]:
     """Yield what should be looked at.
 
     Parameters
     ----------
-    controller : AdaptiveController
+    controller : AdaptiveBase
         The controller; it is left as it is.
     confidence : Confidence
         How well the recent data determine its parameters.
@@ -75,7 +75,7 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
         )
 
 
-def _bounds(controller: AdaptiveController) -> Iterator[str]:
+def _bounds(controller: AdaptiveBase) -> Iterator[str]:
     """Yield a sentence for each parameter at an end of its assumed range."""
     estimator, state = controller.parameters.estimator, controller.state.estimator
     ranges = np.empty_like(estimator.ranges)
@@ -83,10 +83,10 @@ def _bounds(controller: AdaptiveController) -> Iterator[str]:
     for name, value, (least, most) in zip(controller.estimate_names, state.recursion.estimate, ranges, strict=True):
         end = "least" if value <= least else "largest" if value >= most else ""
         if end:
-            yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {UNITS[name]}."
+            yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {unit_of(name)}."
 
 
-def _implausible(controller: AdaptiveController, confidence: Confidence) -> Iterator[str]:
+def _implausible(controller: AdaptiveBase, confidence: Confidence) -> Iterator[str]:
     estimate, errors = controller.state.estimator.recursion.estimate, confidence.errors
     doubt = math.hypot(errors[COULOMB], errors[STICTION])
     if estimate[COULOMB] - estimate[STICTION] > SURE * doubt:

@@ -7,7 +7,7 @@ import pytest
 from closed_loops import SCENARIO, drive, lay_course, own_loop, run_plain
 from unequal_joint import EQUAL, LAG, Unequal, rms
 
-from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.identify.batch import identify_torque_form
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET, directed_friction
@@ -21,7 +21,7 @@ SHORT = SCENARIO.modified(duration=6.0)
 
 
 def make(parameters=PER_DIRECTION):
-    return AdaptiveController(*GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters)
+    return UnsupervisedController(*GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters)
 
 
 @pytest.fixture(scope="module")
@@ -100,16 +100,21 @@ def test_state_is_saved_and_restored_with_all_parameters():
         make(WITH_OFFSET).state_from_json(first.state_to_json())
 
 
+def arrays_in(state):
+    """Return all arrays of a nested state."""
+    if isinstance(state, np.ndarray):
+        return [state]
+    return [array for item in state for array in arrays_in(item)] if isinstance(state, tuple) else []
+
+
 def test_steps_neither_leak_nor_lose_the_arrays_of_the_state():
     controller = make()
     controller.step(0.1, 0.1)
-    signals, estimator = controller.state.measured, controller.state.estimator
-    arrays = [signals.filters, *estimator]
-    del signals, estimator
+    arrays = arrays_in(controller.state)
     before = [sys.getrefcount(array) for array in arrays]
     for _ in range(1000):
         controller.step(0.1, 0.1)
-    assert all(new is old for new, old in zip(controller.state.estimator, arrays[1:], strict=True))
+    assert all(new is old for new, old in zip(arrays_in(controller.state), arrays, strict=True))
     assert [sys.getrefcount(array) for array in arrays] == before
 
 

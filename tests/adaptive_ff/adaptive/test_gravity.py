@@ -1,0 +1,135 @@
+"""Gravity and further known regressors identified beside the friction."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adaptive_ff import PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET, AdaptiveController
+from controllers import PI, pi_gains
+from tests.helpers.driven_joint import PERIOD, drive, reference_joint, rms
+
+GAINS = pi_gains(20.0, 10.0)
+END = 25.0
+
+
+def make(parameters=WITH_GRAVITY, **options):
+    return AdaptiveController(
+        *GAINS, period=PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, **options
+    )
+
+
+def weight(time, position):
+    return 100.0 * math.sin(position + 0.4)
+
+
+def settled(run):
+    return rms(run.error[run.time > 0.6 * END])
+
+
+def known_position(time, position):
+    return position
+
+
+@pytest.fixture(scope="module")
+def unloaded():
+    return settled(drive(make(), reference_joint(), 0.0, END, position=known_position))
+
+
+@pytest.mark.parametrize("parameters", [WITH_GRAVITY, PER_DIRECTION_WITH_GRAVITY], ids=["symmetric", "directions"])
+def test_joint_with_weight_settles_as_without(unloaded, parameters):
+    controller = make(parameters)
+    run = drive(controller, reference_joint(), 0.0, END, load=weight, position=known_position)
+    assert settled(run) < 1.1 * unloaded
+    assert controller.estimates["gravity_sin"] == pytest.approx(100.0 * math.cos(0.4), abs=2.0)
+    assert controller.estimates["gravity_cos"] == pytest.approx(100.0 * math.sin(0.4), abs=2.0)
+    assert controller.estimates["coulomb"] == pytest.approx(60.0, abs=2.0)
+
+
+def test_what_the_weight_costs_where_it_is_not_identified(unloaded):
+    """The margin of the test above means something."""
+    run = drive(make(WITH_OFFSET), reference_joint(), 0.0, END, load=weight, position=known_position)
+    assert settled(run) > 1.5 * unloaded
+
+
+def test_without_a_position_nothing_of_gravity_is_identified_or_fed():
+    plain, blind = make(WITH_OFFSET), make()
+    first = drive(plain, reference_joint(), 0.0, 5.0)
+    second = drive(blind, reference_joint(), 0.0, 5.0)
+    assert blind.estimates["gravity_sin"] == blind.estimates["gravity_cos"] == 0.0
+    np.testing.assert_array_equal(first.torque, second.torque)
+
+
+def test_position_of_the_motor_through_a_gear():
+    ratio = -50.0
+    controller, direct = make(gear_ratio=ratio), make()
+    drive(direct, reference_joint(), 0.0, 10.0, load=weight, position=known_position)
+    for name in ("gravity_sin", "gravity_cos"):
+        assert abs(direct.estimates[name]) > 20.0
+    drive(controller, reference_joint(), 0.0, 10.0, load=lambda t, q: weight(t, q / ratio), position=lambda t, q: q)
+    # over half a radian of the motor the joint hardly turns: only the sum at this angle is identifiable
+    here = controller.estimates["gravity_cos"] + controller.estimates["offset"]
+    assert here == pytest.approx(100.0 * math.sin(0.4), rel=0.05)
+    for wrong in (0.0, math.nan, math.inf):
+        with pytest.raises(ValueError, match="^gear_ratio = "):
+            make(gear_ratio=wrong)
+
+
+def test_lost_positions_hold_the_last_one(unloaded):
+    def torn(time, position):
+        return math.nan if 12.0 < time < 12.5 else position
+
+    run = drive(make(), reference_joint(), 0.0, END, load=weight, position=torn)
+    lost = (run.time > 12.0) & (run.time < 13.5)
+    assert rms(run.error[lost]) < 4.0 * unloaded
+    assert settled(run) < 1.15 * unloaded
+
+
+def test_further_regressors_carry_what_another_joint_hangs_on_this_one(unloaded):
+    """Sines of a summed angle: the second joint of an arm moves on its own."""
+
+    def other(time):
+        return 0.8 * math.sin(0.9 * time)
+
+    def load(time, position):
+        return weight(time, position) + 40.0 * math.sin(position + other(time))
+
+    def sines(time, position):
+        return math.sin(position + other(time)), math.cos(position + other(time))
+
+    told, alone = make(regressors=2), make()
+    run = drive(told, reference_joint(), 0.0, END, load=load, position=known_position, regressors=sines)
+    assert settled(run) < 1.2 * unloaded
+    assert told.estimates["regressor_1"] == pytest.approx(40.0, abs=3.0)
+    assert told.estimates["regressor_2"] == pytest.approx(0.0, abs=3.0)
+    assert settled(drive(alone, reference_joint(), 0.0, END, load=load, position=known_position)) > 1.5 * settled(run)
+
+
+def test_numbers_of_regressors_are_checked():
+    for wrong in (-1, 21, 1.5, True):
+        with pytest.raises(ValueError, match=f"^regressors = {wrong} is not allowed"):
+            make(regressors=wrong)
+    for values in ([], [1.0], [1.0, 2.0, 3.0], 1.0):
+        with pytest.raises(ValueError, match="it must be 2 numbers"):
+            make(regressors=2).step(0.0, 0.0, regressors=values)
+    with pytest.raises(ValueError, match="^regressors is not allowed: PI"):
+        PI(*GAINS, PERIOD).step(0.0, 0.0, regressors=[1.0])
+
+
+def test_state_is_saved_and_restored_with_its_loads():
+    first = make(regressors=1)
+    drive(first, reference_joint(), 0.0, 3.0, load=weight, position=known_position, regressors=lambda t, q: [0.5])
+    for controller, others in ((first, make(regressors=1)), (make(WITH_OFFSET), make(WITH_OFFSET))):
+        others.state_from_json(controller.state_to_json())
+        assert others.step(0.1, 0.09, position=0.2) == controller.step(0.1, 0.09, position=0.2)
+    with pytest.raises(ValueError, match="state"):
+        make().state_from_json(first.state_to_json())
+
+
+def test_compiled_and_plain_steps_agree():
+    compiled, plain = make(regressors=1), make(regressors=1).run_uncompiled()
+    arguments = {"load": weight, "position": known_position, "regressors": lambda t, q: [math.sin(2.0 * q)]}
+    arguments["inertia"] = lambda t, q: 20.0 + 5.0 * math.cos(q)
+    one = drive(compiled, reference_joint(), 0.0, 4.0, **arguments)
+    other = drive(plain, reference_joint(), 0.0, 4.0, **arguments)
+    np.testing.assert_allclose(one.torque, other.torque, rtol=1e-9, atol=1e-9)

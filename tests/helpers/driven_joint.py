@@ -1,0 +1,65 @@
+"""A joint driven by a controller from one's own loop, with whatever a test puts on it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from plant import Joint, JointModel
+
+PERIOD, STEPS = 0.01, 5
+
+FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05, "friction_lag": 0.02}
+
+
+class Driven(NamedTuple):
+    """Series at the samples: time, velocity error, position, torque."""
+
+    time: np.ndarray
+    error: np.ndarray
+    position: np.ndarray
+    torque: np.ndarray
+
+
+def plan(time):
+    """A velocity that turns the joint by some 0.5 rad to either side."""
+    fade = min(time / 2.0, 1.0)
+    return fade * (0.3 * math.sin(0.6 * time) + 0.15 * math.sin(2.3 * time + 0.4))
+
+
+def slope(time):
+    """Mean acceleration of the plan over the coming period."""
+    return (plan(time + PERIOD) - plan(time)) / PERIOD
+
+
+def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=None, **given):
+    """Move a joint along the plan from one time to another.
+
+    ``load(time, position)`` is a torque against the motor's, ``clamped(time)`` tells whether a brake holds the joint;
+    what else is given are functions ``(time, position)`` for the arguments of a step.
+    """
+    rows = []
+    for k in range(round(begin / PERIOD), round(end / PERIOD)):
+        time, state = k * PERIOD, joint.state
+        arguments = {name: value(time, state.position) for name, value in given.items()}
+        following = plan(time + PERIOD)
+        torque = controller.step(plan(time), state.velocity, next_reference=following, **arguments)
+        rows.append((time, plan(time) - state.velocity, state.position, torque))
+        acting = min(max(torque, -limit), limit)
+        for _ in range(STEPS):
+            if clamped is not None and clamped(time):
+                joint.state = joint.state._replace(velocity=0.0, friction_torque=0.0)
+            else:
+                pull = 0.0 if load is None else load(time, joint.state.position)
+                joint.step(acting - pull, PERIOD / STEPS)
+    return Driven(*np.array(rows).T)
+
+
+def reference_joint(**changes):
+    """Return the joint of the package's scenario, with a coarse solver."""
+    return Joint(JointModel(**{"inertia": 20.0, "solver_period": PERIOD / STEPS, **FRICTION, **changes}))
+
+
+def rms(series):
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(series))))
