@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from adaptive_ff.report.files import write_json
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
