@@ -10,7 +10,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from adaptive_ff.report.files import write_json
+from adaptive_ff.files import write_json
 from benchmarks.export.identity import closed_loops, random_runs
 from benchmarks.export.machines import emulated, objects, sanitized
 from benchmarks.export.rows import Row
