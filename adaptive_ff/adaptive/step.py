@@ -12,6 +12,15 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.command import (
+    CommandParameters,
+    CommandState,
+    fade,
+    inertia_torque,
+    initial_command_state,
+    limited,
+    machine_inputs,
+)
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     EstimatorParameters,
@@ -19,10 +28,10 @@ from adaptive_ff.adaptive.estimator import (
     estimated_load,
     follow_loads_in_place,
     guess_friction_in_place,
-    has_learnt,
     initial_estimator_state,
     learn_in_place,
     load_count,
+    may_guess,
 )
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,
@@ -73,6 +82,10 @@ from controllers import (
 )
 
 
+GUESS_HOLD = 0.5
+"""Time for which the joint must have been sliding for a guess of its friction, in holds of the gate."""
+
+
 class AdaptiveParameters(NamedTuple):
     """Parameters of the adaptive controller.
 
@@ -92,6 +105,8 @@ class AdaptiveParameters(NamedTuple):
         Nominal period, s.
     tunes_lag : bool
         Whether the lag of the feedforward is tuned by the tracking error.
+    command : CommandParameters
+        What stands between the controller and the machine.
     """
 
     feedback: PIParameters
@@ -101,6 +116,7 @@ class AdaptiveParameters(NamedTuple):
     velocity_lag: float
     period: float
     tunes_lag: bool
+    command: CommandParameters
 
 
 class AdaptiveState(NamedTuple):
@@ -129,6 +145,8 @@ class AdaptiveState(NamedTuple):
         State of the tuning of the feedforward's lag.
     enabled : bool
         Whether the estimates adapt.
+    command : CommandState
+        How much of the feedforward is fed.
     """
 
     feedback: PIState
@@ -142,6 +160,7 @@ class AdaptiveState(NamedTuple):
     known_torques: tuple[float, ...]
     timing: TimingState
     enabled: bool
+    command: CommandState
 
 
 def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
@@ -159,6 +178,7 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
         delay_line(block.feedback.delay),
         initial_timing_state(block.feedback, float(block.estimator.first[FRICTION_LAG])),
         True,
+        initial_command_state(),
     )
 
 
@@ -255,7 +275,13 @@ def learn_bumpless_in_place(
     new = fed_model(block, estimator, timing.lag)
     feedforward = exchange_model(state.feedforward, old, new, start)
     after, feedforward = step_model(block, new, estimator, feedforward, inputs)
-    return after, feedforward, hand_over(block.feedback, state.feedback, after - before), estimator, timing
+    return (
+        after,
+        feedforward,
+        hand_over(block.feedback, state.feedback, state.command.share * (after - before)),
+        estimator,
+        timing,
+    )
 
 
 @register_jitable(forceinline=True)
@@ -266,6 +292,11 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     that ends were computed earlier.
     """
     valid, delay = math.isfinite(inputs.velocity), block.feedback.delay
+    moved = 0.0
+    if block.command.includes_inertia:
+        moved = inertia_torque(block.estimator.first[INERTIA], state.feedforward, inputs, block.period, delay)
+    inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, moved)
+    command = fade(state.command, inputs.dt)
     velocity = inputs.velocity if valid else state.feedback.velocity
     form = block.estimator.form
     measured, model = state.measured, state.model
@@ -281,18 +312,22 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
     feedback, estimator, timing = state.feedback, state.estimator, state.timing
-    if block.tunes_lag:
+    if block.tunes_lag and command.share == 1.0:
         timing = tune_lag(block, state, inputs)
     learns = sliding > block.hold
-    if state.enabled and (learns or (valid and not has_learnt(estimator))):
+    # a joint that a brake clamps does not move, and what it takes is not friction
+    guesses = sliding > GUESS_HOLD * block.hold and may_guess(block.estimator, estimator)
+    if state.enabled and (learns or (valid and guesses)):
         torque, feedforward, feedback, estimator, timing = learn_bumpless_in_place(
             block, state, measured, model, timing, inputs, learns
         )
     else:
         model_now = fed_model(block, estimator, timing.lag)
         torque, feedforward = step_model(block, model_now, estimator, state.feedforward, inputs)
-    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
-    return output, AdaptiveState(
+    # what was given for the inertia is not the controller's to fade
+    fed = moved + command.share * (torque - moved)
+    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, fed))
+    return Output(limited(output.torque, block.command.torque_limit), output.feedforward), AdaptiveState(
         feedback,
         feedforward,
         measured,
@@ -304,6 +339,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         remember(state.known_torques, inputs.feedforward),
         note_friction(timing, state.feedforward.friction, feedforward.friction, timing.lag, block.period),
         state.enabled,
+        command,
     )
 
 
