@@ -1,12 +1,16 @@
 from .adaptive.controller import AdaptiveController as AdaptiveController
+from .adaptive.group import JointGroup as JointGroup
 from .comparison.baseline import read_baseline as read_baseline
 from .comparison.comparison import Comparison as Comparison
 from .comparison.comparison import compare as compare
 from .comparison.gate import assert_no_regression as assert_no_regression
 from .comparison.gate import regressions as regressions
+from .comparison.own import OwnController as OwnController
 from .comparison.run import Run as Run
 from .comparison.run import simulate as simulate
 from .errors import InputError as InputError
+from .export.in_c import run_in_c as run_in_c
+from .export.project import export_controller as export_controller
 from .identify.batch import identify_series as identify_series
 from .identify.batch import identify_torque_form as identify_torque_form
 from .identify.identification import identify_log as identify_log

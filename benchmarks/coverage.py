@@ -18,9 +18,9 @@ from rich.table import Table
 from scipy import signal
 
 from adaptive_ff import InputError
+from adaptive_ff.files import write_json
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
-from adaptive_ff.report.files import write_json
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,10 @@ def make_case(seed: int) -> Case:
     saturation = coulomb * generator.uniform(0.2, 0.8) if generator.random() < 1.0 / 3.0 else 0.0
     bend = float(generator.uniform(0.1, 0.4) * np.max(np.abs(velocity)))
     phase, offset = generator.uniform(0.0, 2.0 * np.pi), coulomb * generator.uniform(-0.2, 0.2)
-    static = coulomb * np.sign(velocity) + viscous * velocity + saturation * np.tanh(velocity / bend)
+    relative = velocity / bend
+    shapes = (np.tanh(relative), -np.sign(relative) * np.expm1(-np.abs(relative)), relative / (1.0 + np.abs(relative)))
+    saturated = shapes[int(generator.integers(3))]  # the last one is none that is identified
+    static = coulomb * np.sign(velocity) + viscous * velocity + saturation * saturated
     friction = _lagged(static, lag, 1.0 / fine)
     torque = inertia * acceleration + friction + offset + gravity * np.sin(position + phase)
     kept = slice(round(fine), None, round(fine / rate))

@@ -15,7 +15,7 @@ from rich.progress import track
 from rich.table import Table
 
 from adaptive_ff import Scenario, compare, load_scenario
-from adaptive_ff.report.files import write_json
+from adaptive_ff.files import write_json
 
 RATES = {"100 Hz": 0.01, "1 kHz": 0.001}
 TARGETS = {

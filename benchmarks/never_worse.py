@@ -8,7 +8,6 @@ Where it falls by more than the gain, PI itself hunts. Reported are references o
 """
 
 import os
-import sys
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
@@ -23,13 +22,11 @@ from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario
 from adaptive_ff.comparison.drawn_joints import CLASSES, class_of, draw_scenario, fall_over_gain
+from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
-from adaptive_ff.report.files import write_json
-from benchmarks.tracking.cells import SCENARIOS, scenario_names
-
-WIDTH = 150
-"""Width of the table where it is not printed to a terminal, characters."""
+from adaptive_ff.files import write_json
+from benchmarks.wide import wide_console
 
 WINDOW_LIMIT = 1.2
 """Largest error in a window over what counts for PI there."""
@@ -241,7 +238,7 @@ def main(
             if name not in allowed:
                 raise typer.BadParameter(f"{name!r} is not known; there are {', '.join(allowed)}", param_hint=option)
     names = known if every else scenario or ([] if joints else list(SITUATIONS))
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = wide_console()
     rows: list[dict[str, Any]] = []
     parts = {
         f"{controller} against pi, {references} references of {draws} draws of the noise": named_cases(

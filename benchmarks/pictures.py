@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from adaptive_ff import compare
-from adaptive_ff.report.files import staged
+from adaptive_ff.files import staged
 from benchmarks.paper import closed_loop, offline
 
 FOLDER = Path(__file__).resolve().parent / "pictures"

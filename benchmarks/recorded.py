@@ -15,8 +15,8 @@ import typer
 from rich.console import Console
 
 from adaptive_ff import Comparison, compare, load_scenario
+from adaptive_ff.files import write_csv, write_json
 from adaptive_ff.report.comparison_tables import estimates_table, tracking_table
-from adaptive_ff.report.files import write_csv, write_json
 
 ROOT = Path(__file__).resolve().parent.parent
 DATA = ROOT.parent / "shared" / "data" / "kuka_kr300"

@@ -31,7 +31,7 @@ from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.report.files import write_json
+from adaptive_ff.files import write_json
 from benchmarks.processor_time import REPEATS, help_beside_numpy
 from benchmarks.speed_rivals import CLOCK, CLoop, OwnLoop, PythonControlLoop, check_alike, compile_loop, compiler
 

@@ -108,8 +108,8 @@ CANDIDATES: dict[str, dict[str, Maker]] = {
         **_by_balance(_without_integral(make_kalman_disturbance), [2.0, 2.8], ", P"),
         **_by_crossover(make_kalman_disturbance, [1.0, 3.0, 6.0, 8.0]),
     },
-    "observed_nominal": _by_balance(make_observed_nominal, [0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 1.7, 2.0]),
-    "observed_batch": _by_balance(make_observed_batch, [0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 1.7, 2.0]),
+    "observed_nominal": _by_balance(make_observed_nominal, [0.05, 0.1, 0.14, 0.2, 0.28, 0.35, 0.5, 1.0, 1.7]),
+    "observed_batch": _by_balance(make_observed_batch, [0.05, 0.1, 0.14, 0.2, 0.28, 0.35, 0.5, 1.0, 1.7]),
     **candidates(),
 }
 """Makers by controller and label."""

@@ -13,6 +13,9 @@ from .design.pi_design import PIDesign as PIDesign
 from .design.pi_design import design_pi as design_pi
 from .design.pi_design import fastest_bandwidth as fastest_bandwidth
 from .design.pi_design import pi_gains as pi_gains
+from .design.position_design import PositionDesign as PositionDesign
+from .design.position_design import default_position_gain as default_position_gain
+from .design.position_design import design_position_loop as design_position_loop
 from .interface import ESTIMATES as ESTIMATES
 from .interface import STEPS as STEPS
 from .interface import Controller as Controller
@@ -38,6 +41,11 @@ from .pi import check_gains as check_gains
 from .pi import hand_over as hand_over
 from .pi import initial_pi_state as initial_pi_state
 from .pi import step_pi as step_pi
+from .position_loop import PositionLoop as PositionLoop
+from .position_loop import PositionLoopParameters as PositionLoopParameters
+from .position_loop import PositionLoopState as PositionLoopState
+from .position_loop import initial_position_loop_state as initial_position_loop_state
+from .position_loop import step_position_loop as step_position_loop
 from .saving import plain_state as plain_state
 from .saving import rebuilt_state as rebuilt_state
 from .torques import acting_torque as acting_torque

@@ -272,7 +272,8 @@ class Controller:
         """Prepare for taking over from a controller that runs, without a jump of the torque.
 
         The step that comes next with the same arguments returns this torque, but for a torque limit; what was learnt
-        stays. The integral of the feedback makes up for the difference, and gives it back as any error.
+        stays. The integral of the feedback makes up for the difference; an adaptive controller begins as its PI loop
+        alone and fades its feedforward in.
 
         Parameters
         ----------
@@ -298,8 +299,7 @@ class Controller:
         self.state = copy.deepcopy(begun)
         self.step(reference, velocity, **given)
         missing = torque - feedback_state(self.state).commands[0]
-        with_integral = started._replace(integral=started.integral + missing)
-        self.state = with_feedback_state(begun, with_integral)
+        self.state = with_feedback_state(begun, started._replace(integral=started.integral + missing))
 
     def _prepare(self, reference: float, torque: float) -> None:
         """Forget what the last motion left in filters, before a takeover at a reference (rad/s) and a torque (N m)."""

@@ -6,6 +6,13 @@ from plant.backlash_joint import BacklashJoint
 from plant.change import UNCHANGED, JointChange
 from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
 from plant.elastic_joint import ElasticJoint
+from plant.elasto_plastic import (
+    ElastoPlasticParameters,
+    ElastoPlasticState,
+    scaled_elasto_plastic,
+    step_elasto_plastic,
+)
+from plant.elasto_plastic_joint import ElastoPlasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
 from plant.gravity import Gravity, gravity_torque
 from plant.joint import FrictionFields, JointModel, whole_multiple
@@ -22,6 +29,8 @@ from plant.kinds import (
 )
 from plant.lugre import LuGreParameters, LuGreState, scaled_lugre, step_lugre
 from plant.lugre_joint import LuGreJoint
+from plant.maxwell import MaxwellParameters, MaxwellState, scaled_maxwell, step_maxwell
+from plant.maxwell_joint import MaxwellJoint, RollingJoint
 from plant.schedule import (
     FrictionChange,
     FrictionSchedule,
@@ -51,6 +60,9 @@ __all__ = [
     "ElasticJoint",
     "ElasticParameters",
     "ElasticState",
+    "ElastoPlasticJoint",
+    "ElastoPlasticParameters",
+    "ElastoPlasticState",
     "FrictionChange",
     "FrictionFields",
     "FrictionSchedule",
@@ -64,6 +76,10 @@ __all__ = [
     "LuGreJoint",
     "LuGreParameters",
     "LuGreState",
+    "MaxwellJoint",
+    "MaxwellParameters",
+    "MaxwellState",
+    "RollingJoint",
     "Sensor",
     "Stribeck",
     "check_factor",
@@ -77,15 +93,19 @@ __all__ = [
     "ripple_torque",
     "scaled_backlash",
     "scaled_elastic",
+    "scaled_elasto_plastic",
     "scaled_joint",
     "scaled_lugre",
+    "scaled_maxwell",
     "schedule",
     "sliding_friction",
     "steepest_fall",
     "step_backlash",
     "step_elastic",
+    "step_elasto_plastic",
     "step_joint",
     "step_lugre",
+    "step_maxwell",
     "stribeck_decay",
     "whole_multiple",
 ]

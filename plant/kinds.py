@@ -26,6 +26,16 @@ from plant.elastic import (
     step_elastic,
 )
 from plant.elastic_joint import ElasticJoint, check_elastic_period
+from plant.elasto_plastic import (
+    ElastoPlasticParameters,
+    ElastoPlasticState,
+    changed_elasto_plastic,
+    initial_elasto_plastic,
+    scaled_elasto_plastic,
+    sensed_elasto_plastic,
+    step_elasto_plastic,
+)
+from plant.elasto_plastic_joint import ElastoPlasticJoint, check_elasto_plastic_period
 from plant.gravity import gravity_torque
 from plant.joint import JointModel, check_unique_step, whole_multiple
 from plant.lugre import (
@@ -38,6 +48,16 @@ from plant.lugre import (
     step_lugre,
 )
 from plant.lugre_joint import LuGreJoint, check_lugre_period
+from plant.maxwell import (
+    MaxwellParameters,
+    MaxwellState,
+    changed_maxwell,
+    initial_maxwell,
+    scaled_maxwell,
+    sensed_maxwell,
+    step_maxwell,
+)
+from plant.maxwell_joint import MaxwellJoint, RollingJoint, check_maxwell_period
 from plant.step import (
     JointParameters,
     JointState,
@@ -53,6 +73,8 @@ STEP_JOINT: dict[type, Callable[..., Any]] = {
     LuGreParameters: step_lugre,
     ElasticParameters: step_elastic,
     BacklashParameters: step_backlash,
+    MaxwellParameters: step_maxwell,
+    ElastoPlasticParameters: step_elasto_plastic,
 }
 """Kernel ``step(parameters, state, torque, period) -> state`` for each class of parameters."""
 
@@ -61,6 +83,8 @@ SCALE_JOINT: dict[type, Callable[..., Any]] = {
     LuGreParameters: scaled_lugre,
     ElasticParameters: scaled_elastic,
     BacklashParameters: scaled_backlash,
+    MaxwellParameters: scaled_maxwell,
+    ElastoPlasticParameters: scaled_elasto_plastic,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
 
@@ -69,6 +93,8 @@ CHANGE_JOINT: dict[type, Callable[..., Any]] = {
     LuGreParameters: changed_lugre,
     ElasticParameters: changed_elastic,
     BacklashParameters: changed_backlash,
+    MaxwellParameters: changed_maxwell,
+    ElastoPlasticParameters: changed_elasto_plastic,
 }
 """Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
 
@@ -77,6 +103,8 @@ SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
     LuGreState: sensed_lugre,
     ElasticState: sensed_elastic,
     BacklashState: sensed_backlash,
+    MaxwellState: sensed_maxwell,
+    ElastoPlasticState: sensed_elasto_plastic,
 }
 """Kernel ``sensed(state) -> velocity`` at the motor, rad/s, for each class of states."""
 
@@ -85,6 +113,8 @@ INITIAL_STATE: dict[type, Callable[..., Any]] = {
     LuGreParameters: initial_lugre,
     ElasticParameters: initial_elastic,
     BacklashParameters: initial_backlash,
+    MaxwellParameters: initial_maxwell,
+    ElastoPlasticParameters: initial_elasto_plastic,
 }
 """``initial(parameters, velocity) -> state``, in plain Python, for each class of parameters."""
 
@@ -93,6 +123,8 @@ CHECK_PERIOD: dict[type, Callable[..., None]] = {
     LuGreParameters: check_lugre_period,
     ElasticParameters: check_elastic_period,
     BacklashParameters: check_backlash_period,
+    MaxwellParameters: check_maxwell_period,
+    ElastoPlasticParameters: check_elasto_plastic_period,
 }
 """``check(parameters, period)``, in plain Python, for each class of parameters; refuses a solver period."""
 
@@ -105,7 +137,10 @@ AnyJoint = Annotated[
     Annotated[JointModel, Tag("stribeck")]
     | Annotated[LuGreJoint, Tag("lugre")]
     | Annotated[ElasticJoint, Tag("elastic")]
-    | Annotated[BacklashJoint, Tag("backlash")],
+    | Annotated[BacklashJoint, Tag("backlash")]
+    | Annotated[MaxwellJoint, Tag("maxwell")]
+    | Annotated[RollingJoint, Tag("rolling")]
+    | Annotated[ElastoPlasticJoint, Tag("elasto_plastic")],
     Discriminator(_kind),
 ]
 """A joint of any kind, as a field of a model; without a kind it is a rigid joint with lagged Stribeck friction."""

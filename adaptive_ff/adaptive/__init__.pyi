@@ -1,1 +1,2 @@
 from .controller import AdaptiveController as AdaptiveController
+from .controller import UnsupervisedController as UnsupervisedController

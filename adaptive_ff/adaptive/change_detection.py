@@ -15,8 +15,11 @@ reduced to what the short window holds,
     M  ->  M - (1 - known / d'M d) M d d'M / (d'M d)
 
 which is what a large variance added along ``d`` makes of a covariance; what ``M`` holds of everything else, the ratios
-of the parameters among them, stays. For ``known > 0`` the result is positive definite. Where an offset is estimated, it
-is forgotten as well: while the joint moves one way, a load and a change of Coulomb friction are one number.
+of the parameters among them, stays. For ``known > 0`` the result is positive definite.
+
+Where an offset is estimated, the change may be a load as well. While the joint moves one way nobody can know: then
+nothing is learnt, whoever has an observer lets it carry the torque, and the change is attributed when the joint has
+moved the other way (:func:`attribute_change`). Only what it is attributed to is forgotten.
 
 For comparing short with long means see M. Basseville and I. Nikiforov, "Detection of Abrupt Changes" (Prentice Hall,
 1993).
@@ -39,6 +42,19 @@ JUMP_WINDOW = 4.0
 
 LEAST_ERROR = 1e-9
 """Mean squared error, in units of the torque scale squared, that is usual at least."""
+
+
+TURNED = 0.5
+"""Friction the other way, as a share of that at the alarm, from which the joint has turned."""
+
+TURNED_FOR = 1.5
+"""For how long it must have, in short windows, until their means tell of that direction alone."""
+
+LONGEST_WAIT = 1.0
+"""Longest time without a decision, in memories of the estimator."""
+
+SETTLING = 20.0
+"""Time after a decision in which no other is made, in short windows."""
 
 
 class Surprise(NamedTuple):
@@ -111,6 +127,81 @@ def release_in_place(
             information[i, j] -= share * work[i] * work[j]
 
 
+NOTHING, UNDECIDED, FRICTION, LOAD, EITHER = range(5)
+"""What a change is attributed to."""
+
+
+class Alarm(NamedTuple):
+    """A change that was noticed, and what it is attributed to.
+
+    Attributes
+    ----------
+    cause : int
+        ``NOTHING``, ``UNDECIDED``, ``FRICTION``, ``LOAD`` or ``EITHER``.
+    product : float
+        Mean of prediction error times predicted friction when it was noticed; see :class:`Surprise`.
+    friction : float
+        Predicted friction then, in units of the torque scale.
+    age : float
+        For how long this has been the cause, s of sliding motion.
+    turned : float
+        For how much of it the joint has moved the other way, s.
+    """
+
+    cause: int
+    product: float
+    friction: float
+    age: float
+    turned: float
+
+
+NO_ALARM = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0)
+
+
+@register_jitable(forceinline=True)
+def attribute_change(
+    alarm: Alarm, noticed: bool, surprise: Surprise, friction: float, window: float, longest: float, duration: float
+) -> Alarm:
+    """Return the alarm after a sample of sliding motion.
+
+    While the joint moves one way, a load and a change of friction are one number. So a change waits for a decision
+    until the joint has moved the other way: if the errors then have the sign that they had before, it is a load; if
+    they have turned with the motion, it is friction.
+
+    Parameters
+    ----------
+    alarm : Alarm
+        The alarm so far.
+    noticed : bool
+        Whether there is a change at this sample.
+    surprise : Surprise
+        Means over the short window.
+    friction : float
+        Predicted friction at this sample, in units of the torque scale.
+    window, longest : float
+        Length of the short window, and longest time without a decision, s.
+    duration : float
+        Time since the last sample, s.
+    """
+    if alarm.cause == NOTHING:
+        if noticed:
+            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0)
+        return alarm
+    age, turned = alarm.age + duration, alarm.turned
+    if alarm.cause != UNDECIDED:
+        if age > SETTLING * window:
+            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0)
+        return Alarm(alarm.cause, alarm.product, alarm.friction, age, turned)
+    if friction * alarm.friction < 0.0 and abs(friction) > TURNED * abs(alarm.friction):
+        turned += duration
+    if turned > TURNED_FOR * window:
+        cause = LOAD if surprise.product * alarm.product < 0.0 else FRICTION
+        return Alarm(cause, alarm.product, alarm.friction, 0.0, 0.0)
+    if age > longest:
+        return Alarm(EITHER, alarm.product, alarm.friction, 0.0, 0.0)
+    return Alarm(UNDECIDED, alarm.product, alarm.friction, age, turned)
+
+
 @register_jitable
 def forget_friction_in_place(
     information: NDArray[np.float64],
@@ -122,7 +213,7 @@ def forget_friction_in_place(
     work: NDArray[np.float64],
     loads: int = 0,
 ) -> None:
-    """Forget how large friction is, and the offset where there is one, but for what the short window holds.
+    """Forget how large friction is, but for what the short window holds.
 
     Parameters
     ----------
@@ -145,7 +236,20 @@ def forget_friction_in_place(
     for i in range(estimate.size):
         direction[i] = estimate[i] / scale[i] if COULOMB <= i < FRICTION_LAG or OFFSET < i < size else 0.0
     release_in_place(information, direction, share * mean, work[1])
-    if size > OFFSET:
+
+
+@register_jitable
+def forget_offset_in_place(
+    information: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    unit: float,
+    share: float,
+    work: NDArray[np.float64],
+    loads: int = 0,
+) -> None:
+    """Forget the offset, but for what the short window holds; arguments as of :func:`forget_friction_in_place`."""
+    if scale.size - loads > OFFSET:
+        direction = work[0]
         direction[:] = 0.0
         direction[OFFSET] = 1.0
         release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])

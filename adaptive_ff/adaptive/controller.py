@@ -1,4 +1,7 @@
-"""The adaptive controller: PI loop with feedforward from a model that is identified online; see ``step``."""
+"""The adaptive controller: PI loop with feedforward from a model that is identified online.
+
+``step`` holds its kernels, ``supervised_step`` those of the supervision around them.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,13 +11,15 @@ import numpy as np
 
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator import EstimatorParameters, load_count
+from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.prior import prior_of
 from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state
+from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.bounds import largest_lag
-from adaptive_ff.model.friction import ESTIMATED, FURTHER, TorqueModel, directed_friction
-from adaptive_ff.model.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
 from adaptive_ff.model.feedforward import FeedforwardState
+from adaptive_ff.model.friction import ESTIMATED, FURTHER, WITH_OFFSET, TorqueModel, directed_friction
+from adaptive_ff.model.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, TorqueForm, initial_signals
 from controllers import check_gains, check_positive
 
@@ -29,6 +34,9 @@ GATE_HOLD = 3.0
 
 MEMORY = 320.0
 """Default memory, in geometric means of the sampling period and the time constant of the filters."""
+
+DEVIATION = 0.2
+"""How sure a first model is where nothing else is said, as a share of each of its values."""
 
 MOST_REGRESSORS = 20
 """Most further regressors: with some 25 columns and more, all of them are learnt worse."""
@@ -50,10 +58,196 @@ def default_memory(period: float, pole: float) -> float:
     return MEMORY * math.sqrt(period / pole)
 
 
-class AdaptiveController(IdentifyingController):
+def adaptive_parameters(
+    proportional: float,
+    integral: float,
+    period: float,
+    *,
+    inertia: float,
+    stribeck_velocity: float,
+    stribeck_shape: float,
+    memory: float | None,
+    filter_pole: float | None,
+    parameters: Sequence[str],
+    delay: float,
+    velocity_lag: float,
+    tunes_lag: bool,
+    regressors: int,
+    gear_ratio: float,
+    model: TorqueModel | Mapping[str, float] | None = None,
+    deviation: float | Mapping[str, float] = DEVIATION,
+    torque_limit: float = math.inf,
+    feedforward_includes_inertia: bool = False,
+) -> tuple[tuple[str, ...], AdaptiveParameters]:
+    """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+    """
+    feedback = check_gains(proportional, integral, delay)
+    names = check_parameters(parameters, ALL_CHOICES)
+    named = (*names, *further_names(regressors))
+    check_positive(
+        proportional=proportional,
+        inertia=inertia,
+        stribeck_velocity=stribeck_velocity,
+        stribeck_shape=stribeck_shape,
+        period=period,
+    )
+    pole = proportional / inertia if filter_pole is None else filter_pole
+    check_positive(filter_pole=pole)
+    memory = default_memory(period, pole) if memory is None else memory
+    check_positive(memory=memory)
+    if not 0.0 <= velocity_lag < math.inf:
+        raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
+    if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
+        raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
+    if not torque_limit > 0.0:
+        raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
+    prior, ranges = prior_of(
+        named,
+        inertia=float(inertia),
+        proportional=float(proportional),
+        stribeck=(float(stribeck_velocity), float(stribeck_shape)),
+        largest_lag=largest_lag(inertia / proportional),
+        model=model,
+        deviation=deviation,
+    )
+    estimator = EstimatorParameters(
+        TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
+        prior.first,
+        prior.scale,
+        float(proportional * stribeck_velocity),
+        float(memory),
+        ranges,
+        int(regressors),
+        has_gravity(names),
+        float(gear_ratio),
+        prior.deviation,
+        prior.given,
+    )
+    return named, AdaptiveParameters(
+        feedback,
+        estimator,
+        GATE_SHARE * float(stribeck_velocity),
+        GATE_HOLD / float(pole),
+        float(velocity_lag),
+        float(period),
+        bool(tunes_lag),
+        CommandParameters(float(torque_limit), bool(feedforward_includes_inertia)),
+    )
+
+
+class AdaptiveBase(IdentifyingController):
+    """What the adaptive controllers share: reading what has been learnt, and taking further regressors."""
+
+    @property
+    def feedforward_enabled(self) -> bool:
+        """Whether what is identified is fed forward; it is faded in and out, and identification goes on."""
+        return bool(self.state.command.feedforward_enabled)
+
+    @feedforward_enabled.setter
+    def feedforward_enabled(self, value: bool) -> None:
+        self.state = self.state._replace(command=self.state.command._replace(feedforward_enabled=bool(value)))
+
+    def _prepare(self, reference: float, torque: float) -> None:
+        block, state = self.parameters, self.state
+        model = identified_model(block, state)
+        friction = 0.0 if reference == 0.0 else directed_friction(model, abs(reference), reference)
+        count = block.estimator.first.size - load_count(block.estimator)
+        measured = initial_signals(count)
+        measured.filters[FILTER_TORQUE, 0] = torque
+        self.state = state._replace(
+            feedforward=FeedforwardState(friction, reference, True),
+            measured=measured,
+            model=initial_signals(count),
+            sliding=-block.hold,
+            lagged_torque=torque,
+            model_torques=(friction,) * len(state.model_torques),
+            known_torques=(0.0,) * len(state.known_torques),
+            command=state.command._replace(share=0.0),  # the integral holds the torque; what is fed fades in
+        )
+
+    def _take_regressors(self, regressors: Sequence[float]) -> None:
+        place = self.state.estimator.regressors
+        values = np.asarray(regressors, dtype=float)
+        if values.shape != place.shape:
+            raise ValueError(
+                f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"
+            )
+        place[:] = values
+
+    @property
+    def uncertainties(self) -> dict[str, float]:
+        """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
+        errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
+        return dict(zip(self.estimate_names, errors.tolist(), strict=True))
+
+    @property
+    def feedforward_lag(self) -> float:
+        """Friction lag that the feedforward is computed with, s: the identified one, tuned by the tracking error."""
+        return float(self.state.timing.lag)
+
+    def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":
+        """Return what the controller has identified and how uncertain it is; see ``report.diagnosis``."""
+        from adaptive_ff.report.diagnosis import diagnose
+
+        return diagnose(self, run)
+
+
+class UnsupervisedController(AdaptiveBase):
     """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + f_ref + offset``, the model identified online.
 
-    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``.
+    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. What it has
+    identified is fed forward in full, also where the model does not hold: it is there for comparison, and to watch the
+    motion of another controller. Arguments are those of :class:`AdaptiveController`, but for the observer's.
+    """
+
+    def __init__(
+        self,
+        proportional: float,
+        integral: float,
+        period: float,
+        *,
+        inertia: float,
+        stribeck_velocity: float,
+        stribeck_shape: float = 1.0,
+        memory: float | None = None,
+        filter_pole: float | None = None,
+        parameters: Sequence[str] = ESTIMATED,
+        delay: float = 0.0,
+        velocity_lag: float = 0.0,
+        tunes_lag: bool = True,
+        regressors: int = 0,
+        gear_ratio: float = 1.0,
+    ) -> None:
+        self.estimate_names, block = adaptive_parameters(
+            proportional,
+            integral,
+            period,
+            inertia=inertia,
+            stribeck_velocity=stribeck_velocity,
+            stribeck_shape=stribeck_shape,
+            memory=memory,
+            filter_pole=filter_pole,
+            parameters=parameters,
+            delay=delay,
+            velocity_lag=velocity_lag,
+            tunes_lag=tunes_lag,
+            regressors=regressors,
+            gear_ratio=gear_ratio,
+        )
+        super().__init__(block, period, initial_adaptive_state)
+
+
+class AdaptiveController(AdaptiveBase):
+    """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + gamma f_ref + offset + g d``, identified online.
+
+    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. ``d`` is an
+    observer of the torque that the feedforward lacks, ``g`` its gain, which noise closes; ``gamma`` is the trust in the
+    friction; the room's README.md says why together they never hurt.
 
     The first estimate is a frictionless joint of the assumed inertia, with a friction lag equal to the time constant
     ``J/Kp`` of the feedback; lags that are much shorter hardly matter to the loop.
@@ -76,9 +270,10 @@ class AdaptiveController(IdentifyingController):
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
-        What is identified: ``model.ESTIMATED`` by default; ``model.WITH_OFFSET`` for a joint with a constant load or
-        with Coulomb friction that differs by direction; ``model.PER_DIRECTION`` where all friction may;
-        ``model.WITH_GRAVITY`` or ``model.PER_DIRECTION_WITH_GRAVITY`` for a rotary joint whose position is given.
+        What is identified: ``model.WITH_OFFSET`` by default: what differs by direction of Coulomb friction, and
+        a constant load, is an offset; ``model.ESTIMATED`` without it; ``model.PER_DIRECTION`` where all friction may
+        differ by direction; ``model.WITH_GRAVITY`` or ``model.PER_DIRECTION_WITH_GRAVITY`` for a rotary joint whose
+        position is given.
     delay : float, optional
         Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.
@@ -107,6 +302,9 @@ class AdaptiveController(IdentifyingController):
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then
         identified as ever, and fed once.
+    observer_bandwidth : float, optional
+        Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
+        delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
 
     Raises
     ------
@@ -137,121 +335,67 @@ class AdaptiveController(IdentifyingController):
         stribeck_shape: float = 1.0,
         memory: float | None = None,
         filter_pole: float | None = None,
-        parameters: Sequence[str] = ESTIMATED,
+        parameters: Sequence[str] = WITH_OFFSET,
         delay: float = 0.0,
         velocity_lag: float = 0.0,
         tunes_lag: bool = True,
         regressors: int = 0,
         gear_ratio: float = 1.0,
         model: TorqueModel | Mapping[str, float] | None = None,
-        deviation: float | Mapping[str, float] = 0.2,
+        deviation: float | Mapping[str, float] = DEVIATION,
         torque_limit: float = math.inf,
         feedforward_includes_inertia: bool = False,
+        observer_bandwidth: float | None = None,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
-        names = check_parameters(parameters, ALL_CHOICES)
-        self.estimate_names = (*names, *further_names(regressors))
-        check_positive(
-            proportional=proportional,
+        self.estimate_names, block = adaptive_parameters(
+            proportional,
+            integral,
+            period,
             inertia=inertia,
             stribeck_velocity=stribeck_velocity,
             stribeck_shape=stribeck_shape,
-            period=period,
-        )
-        pole = proportional / inertia if filter_pole is None else filter_pole
-        check_positive(filter_pole=pole)
-        memory = default_memory(period, pole) if memory is None else memory
-        check_positive(memory=memory)
-        if not 0.0 <= velocity_lag < math.inf:
-            raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
-        if not torque_limit > 0.0:
-            raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
-        if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
-            raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
-        torque_scale = proportional * stribeck_velocity
-        response = inertia / proportional
-        prior, ranges = prior_of(
-            self.estimate_names,
-            inertia=float(inertia),
-            proportional=float(proportional),
-            stribeck=(float(stribeck_velocity), float(stribeck_shape)),
-            largest_lag=largest_lag(response),
+            memory=memory,
+            filter_pole=filter_pole,
+            parameters=parameters,
+            delay=delay,
+            velocity_lag=velocity_lag,
+            tunes_lag=tunes_lag,
+            regressors=regressors,
+            gear_ratio=gear_ratio,
             model=model,
             deviation=deviation,
+            torque_limit=torque_limit,
+            feedforward_includes_inertia=feedforward_includes_inertia,
         )
-        estimator = EstimatorParameters(
-            TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-            prior.first,
-            prior.scale,
-            float(torque_scale),
-            float(memory),
-            ranges,
-            int(regressors),
-            has_gravity(names),
-            float(gear_ratio),
-            prior.deviation,
-            prior.given,
-        )
-        block = AdaptiveParameters(
-            feedback,
-            estimator,
-            GATE_SHARE * float(stribeck_velocity),
-            GATE_HOLD / float(pole),
-            float(velocity_lag),
-            float(period),
-            bool(tunes_lag),
-            CommandParameters(float(torque_limit), bool(feedforward_includes_inertia)),
-        )
-        super().__init__(block, period, initial_adaptive_state)
-
-    @property
-    def feedforward_enabled(self) -> bool:
-        """Whether what is identified is fed forward; it is faded in and out, and identification goes on."""
-        return bool(self.state.command.feedforward_enabled)
-
-    @feedforward_enabled.setter
-    def feedforward_enabled(self, value: bool) -> None:
-        self.state = self.state._replace(command=self.state.command._replace(feedforward_enabled=bool(value)))
+        pole = _observer_pole(block, float(inertia), observer_bandwidth)
+        observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
+        super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)
 
     def _prepare(self, reference: float, torque: float) -> None:
-        block, state = self.parameters, self.state
-        model = identified_model(block, state)
-        friction = 0.0 if reference == 0.0 else directed_friction(model, abs(reference), reference)
-        count = block.estimator.first.size - load_count(block.estimator)
-        measured = initial_signals(count)
-        measured.filters[FILTER_TORQUE, 0] = torque
-        self.state = state._replace(
-            feedforward=FeedforwardState(friction, reference, True),
-            measured=measured,
-            model=initial_signals(count),
-            sliding=-block.hold,
-            lagged_torque=torque,
-            model_torques=(friction,) * len(state.model_torques),
-            known_torques=(0.0,) * len(state.known_torques),
-        )
-
-    def _take_regressors(self, regressors: Sequence[float]) -> None:
-        place = self.state.estimator.regressors
-        values = np.asarray(regressors, dtype=float)
-        if values.shape != place.shape:
-            raise ValueError(
-                f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"
-            )
-        place[:] = values
+        super()._prepare(reference, torque)
+        begun = initial_observer(self.parameters.feedback)._replace(noise=self.state.observer.noise)
+        self.state = self.state._replace(observer=begun)
 
     @property
-    def uncertainties(self) -> dict[str, float]:
-        """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
-        errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
-        return dict(zip(self.estimate_names, errors.tolist(), strict=True))
+    def trust(self) -> float:
+        """Share of the identified friction that is fed forward."""
+        return float(self.state.trust.trust)
 
     @property
-    def feedforward_lag(self) -> float:
-        """Friction lag that the feedforward is computed with, s: the identified one, tuned by the tracking error."""
-        return float(self.state.timing.lag)
+    def observer_gain(self) -> float:
+        """Gain with which the observed torque is fed back, from 0 to 1."""
+        return float(self.state.observer.gain)
 
-    def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":
-        """Return what the controller has identified and how uncertain it is; see ``report.diagnosis``."""
-        from adaptive_ff.report.diagnosis import diagnose
+    @property
+    def observed_torque(self) -> float:
+        """Torque that the feedforward lacks, as observed, N m."""
+        return float(self.state.observer.disturbance)
 
-        return diagnose(self, run)
+
+def _observer_pole(block: AdaptiveParameters, inertia: float, bandwidth: float | None) -> float:
+    crossover = block.feedback.proportional / inertia
+    if bandwidth is None:
+        # a delay of d samples costs the observer's loop the phase that it costs the feedback once more
+        return crossover / (1.0 + 2.0 * block.feedback.delay * block.period * crossover)
+    check_positive(observer_bandwidth=bandwidth)
+    return min(2.0 * math.pi * bandwidth, crossover)

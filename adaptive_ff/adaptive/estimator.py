@@ -27,12 +27,20 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.change_detection import (
+    EITHER,
     JUMP,
     JUMP_WINDOW,
     LEAST_ERROR,
+    LOAD,
+    LONGEST_WAIT,
+    NO_ALARM,
+    UNDECIDED,
+    Alarm,
     Surprise,
+    attribute_change,
     explained_by_friction,
     forget_friction_in_place,
+    forget_offset_in_place,
     note_surprise,
 )
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
@@ -175,6 +183,8 @@ class EstimatorState(NamedTuple):
         Levels of error, torque and speed.
     surprise : Surprise
         Short means that a change of friction is noticed from.
+    alarm : Alarm
+        Change that was noticed and has not been attributed yet.
     loads : ndarray, shape (m, 3)
         Filters of the regressors of known loads; see ``known_loads``.
     regressors : ndarray
@@ -187,6 +197,7 @@ class EstimatorState(NamedTuple):
     agreement: NDArray[np.float64]
     levels: Levels
     surprise: Surprise
+    alarm: Alarm
     loads: NDArray[np.float64]
     regressors: NDArray[np.float64]
     scratch: Scratch
@@ -216,6 +227,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
         np.zeros((size, 2)),
         Levels(0.0, largest, 0.0, 0.0),
         Surprise(0.0, 0.0),
+        NO_ALARM,
         initial_loads(loads),
         np.zeros(estimator.regressors),
         Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
@@ -223,10 +235,10 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
 
 
 @register_jitable(forceinline=True)
-def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise) -> EstimatorState:
-    """Return the state with other levels and short means; it shares the arrays."""
+def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
+    """Return the state with other levels, short means and alarm; it shares the arrays."""
     return EstimatorState(
-        state.recursion, state.agreement, levels, surprise, state.loads, state.regressors, state.scratch
+        state.recursion, state.agreement, levels, surprise, alarm, state.loads, state.regressors, state.scratch
     )
 
 
@@ -331,7 +343,9 @@ def guess_friction_in_place(
     estimate, levels = state.recursion.estimate, state.levels
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
-        return with_levels(state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise)
+        return with_levels(
+            state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise, state.alarm
+        )
     torque = measured.filters[FILTER_TORQUE, 0]
     largest = max(levels.torque, abs(torque))
     friction = torque - estimate[INERTIA] * ratio * measured.filters[FILTER_VELOCITY, 1]
@@ -341,7 +355,7 @@ def guess_friction_in_place(
     if guess > estimate[COULOMB]:
         estimate[COULOMB] = guess
         estimate[STICTION] = guess
-    return with_levels(state, Levels(levels.squared_error, largest, speed, levels.learnt), state.surprise)
+    return with_levels(state, Levels(levels.squared_error, largest, speed, levels.learnt), state.surprise, state.alarm)
 
 
 @register_jitable(forceinline=True)
@@ -387,7 +401,9 @@ def learn_in_place(
     write_gradient(estimator, estimate, row, gradient)
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
-        return with_levels(state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise)
+        return with_levels(
+            state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise, state.alarm
+        )
     largest_torque, learnt = max(levels.torque, abs(torque)), levels.learnt + duration
     peak = PEAK_FACTOR * largest_torque
     largest = peak / estimator.torque_scale
@@ -400,25 +416,44 @@ def learn_in_place(
     window = JUMP_WINDOW / estimator.form.pole
     surprise = note_surprise(state.surprise, friction, error, duration, window)
     squared, usual = error * error, JUMP * (levels.squared_error + LEAST_ERROR)
-    if learnt > estimator.memory and explained_by_friction(surprise) > usual:
-        # what a change of friction explains must not count as usual, or the next change would not be noticed
+    noticed = learnt > estimator.memory and explained_by_friction(surprise) > usual
+    alarm = state.alarm
+    if estimate.size - load_count(estimator) > OFFSET:
+        longest = LONGEST_WAIT * estimator.memory
+        alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
+        if alarm.cause == UNDECIDED:  # the observer carries it; the levels must not get used to it
+            levels = Levels(levels.squared_error, largest_torque, speed, learnt)
+            return with_levels(state, levels, surprise, alarm)
+    if noticed:
+        # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
         known, share = surprise.friction_squared, window / estimator.memory
-        forget_friction_in_place(
-            recursion.information,
-            estimate,
-            estimator.scale,
-            known,
-            estimator.torque_scale,
-            share,
-            recursion.factor,
-            load_count(estimator),
-        )
+        if alarm.cause != LOAD:
+            forget_friction_in_place(
+                recursion.information,
+                estimate,
+                estimator.scale,
+                known,
+                estimator.torque_scale,
+                share,
+                recursion.factor,
+                load_count(estimator),
+            )
+        if alarm.cause == LOAD or alarm.cause == EITHER:
+            forget_offset_in_place(
+                recursion.information,
+                estimator.scale,
+                estimator.torque_scale,
+                share,
+                recursion.factor,
+                load_count(estimator),
+            )
+    squared_error = keep * levels.squared_error + (1.0 - keep) * squared
+    levels = Levels(squared_error, largest_torque, speed, learnt)
     update_resetting_in_place(recursion, floor, keep, error)
     write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
     correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
-    squared_error = keep * levels.squared_error + (1.0 - keep) * squared
-    return with_levels(state, Levels(squared_error, largest_torque, speed, learnt), surprise)
+    return with_levels(state, levels, surprise, alarm)
 
 
 @register_jitable(forceinline=True)

@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.adaptive.loop_response import LoopResponse, advance_loop_response
 from controllers import PIParameters, delay_line, delayed, remember
 
 PRIOR_DEVIATION = 0.3
@@ -56,9 +57,6 @@ YOUNG = 5.0
 
 LEAST_SUM = 1e-100
 """Sums at or below this come from a joint at rest for very long, or from no error at all: nothing to learn."""
-
-LARGEST_SLOPE = 1e30
-"""Where the response grows beyond this, rad/s^2, the loop that the gains make is not stable: it starts anew."""
 
 
 class Evidence(NamedTuple):
@@ -172,18 +170,18 @@ def advance_response(
     duration : float
         Length of the period, s.
     """
-    torque = delayed(state.sensitivities, feedback.delay) - delayed(state.commands, feedback.delay)
-    velocity = state.velocity + duration / inertia * torque
-    slope = velocity
-    if velocity_lag > 0.0:
-        slope = state.slope + (velocity - state.slope) * duration / (duration + velocity_lag)
-    integral = state.integral + feedback.integral * duration * slope
-    command = feedback.proportional * slope + integral
-    if not abs(command) < LARGEST_SLOPE * feedback.proportional:
-        velocity, integral, slope, command = 0.0, 0.0, 0.0, 0.0
-    commands = remember(state.commands, command)
+    response = LoopResponse(state.velocity, state.slope, state.integral, state.commands)
+    sensitivity = delayed(state.sensitivities, feedback.delay)
+    response = advance_loop_response(response, feedback, inertia, velocity_lag, sensitivity, duration)
     return TimingState(
-        state.sensitivity, velocity, integral, slope, state.sensitivities, commands, state.evidence, state.lag
+        state.sensitivity,
+        response.velocity,
+        response.integral,
+        response.measured,
+        state.sensitivities,
+        response.commands,
+        state.evidence,
+        state.lag,
     )
 
 

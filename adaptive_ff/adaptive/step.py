@@ -6,7 +6,7 @@ that begins, with a friction lag that the tracking error tunes; the PI loop does
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
@@ -51,8 +51,8 @@ from adaptive_ff.model.feedforward import (
     FeedforwardState,
     ahead,
     exchange_model,
+    feedforward_parts,
     initial_feedforward_state,
-    step_feedforward,
 )
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.sliding_gate import sliding_time
@@ -80,6 +80,9 @@ from controllers import (
     step_pi,
     with_feedforward,
 )
+
+Block = Any
+"""Parameters or state of kernels that serve the supervised controller too: its tuples have these fields and more."""
 
 
 GUESS_HOLD = 0.5
@@ -163,7 +166,7 @@ class AdaptiveState(NamedTuple):
     command: CommandState
 
 
-def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
+def initial_adaptive_state(block: Block) -> AdaptiveState:
     """Return the state of a controller that knows nothing but the assumed inertia."""
     parameters = block.estimator.first.size - load_count(block.estimator)
     return AdaptiveState(
@@ -183,14 +186,14 @@ def initial_adaptive_state(block: AdaptiveParameters) -> AdaptiveState:
 
 
 @register_jitable(forceinline=True)
-def fed_model(block: AdaptiveParameters, estimator: EstimatorState, lag: float) -> TorqueModel:
+def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form, loads = block.estimator.form, load_count(block.estimator)
     return torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
 
 
 @register_jitable(forceinline=True)
-def inertia_ratio(block: AdaptiveParameters, inputs: Inputs) -> float:
+def inertia_ratio(block: Block, inputs: Inputs) -> float:
     """Return the inertia that is given for the present configuration over the one that is estimated at first.
 
     What is given counts as the assumed inertia of the configuration; what is estimated is by how much it is wrong.
@@ -201,32 +204,34 @@ def inertia_ratio(block: AdaptiveParameters, inputs: Inputs) -> float:
 
 @register_jitable(forceinline=True)
 def step_model(
-    block: AdaptiveParameters,
+    block: Block,
     model: TorqueModel,
     estimator: EstimatorState,
     state: FeedforwardState,
     inputs: Inputs,
-) -> tuple[float, FeedforwardState]:
-    """Return the torque (N m) that a model and the estimated loads need over the coming period, and the new state.
+) -> tuple[float, float, FeedforwardState]:
+    """Return the torque (N m) that a model and the estimated loads need, the friction in it, and the new state.
 
     Loads are those at the measured position, moved on along the plan to the middle of the period.
     """
     delay, inertia = block.feedback.delay, math.nan
     if math.isfinite(inputs.inertia):
         inertia = model.inertia * inertia_ratio(block, inputs)
-    torque, new = step_feedforward(model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia)
+    torque, friction, new = feedforward_parts(
+        model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia
+    )
     turn = (delay + 0.5) * block.period * inputs.reference
-    return torque + estimated_load(block.estimator, estimator, turn), new
+    return torque + estimated_load(block.estimator, estimator, turn), friction, new
 
 
 @register_jitable(forceinline=True)
-def identified_model(block: AdaptiveParameters, state: AdaptiveState) -> TorqueModel:
+def identified_model(block: Block, state: Block) -> TorqueModel:
     """Return the model as it is identified now."""
     return fed_model(block, state.estimator, state.estimator.recursion.estimate[FRICTION_LAG])
 
 
 @register_jitable(forceinline=True)
-def tune_lag(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> TimingState:
+def tune_lag(block: Block, state: Block, inputs: Inputs) -> TimingState:
     """Return the state of the lag's tuning after the period that has ended."""
     timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
@@ -237,66 +242,58 @@ def tune_lag(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) ->
     return timing
 
 
-@register_jitable(forceinline=True)
-def learn_bumpless_in_place(
-    block: AdaptiveParameters,
-    state: AdaptiveState,
-    measured: Signals,
-    model: Signals,
-    timing: TimingState,
-    inputs: Inputs,
-    learns: bool,
-) -> tuple[float, FeedforwardState, PIState, EstimatorState, TimingState]:
-    """Learn, or guess before there is anything to learn, and hand over to the feedforward what that adds to it.
+class Period(NamedTuple):
+    """What the period that has ended brought, before anything is learnt from it.
 
-    The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
-
-    Returns
-    -------
-    torque : float
-        Torque that is fed forward, N m.
-    feedforward, feedback, estimator, timing : NamedTuple
-        The new states; the estimator shares the arrays of the old one, which are changed in place.
+    Attributes
+    ----------
+    measured, model : Signals
+        Filters at its end; their arrays are those of the state.
+    lagged_torque : float
+        Torque behind a low-pass with the lag of the measured velocity, N m.
+    sliding : float
+        For how long the joint has been sliding, s.
+    timing : TimingState
+        State of the tuning of the feedforward's lag.
     """
-    reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
-    start, _ = ahead(state.feedforward, reference, following, delay)
-    # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
-    old = fed_model(block, state.estimator, timing.lag)
-    before, _ = step_model(block, old, state.estimator, state.feedforward, inputs)
-    ratio = inertia_ratio(block, inputs)
-    if learns:
-        estimator = learn_in_place(block.estimator, state.estimator, measured, model, inputs.dt, ratio)
-    else:
-        estimator = guess_friction_in_place(block.estimator, state.estimator, measured, model, ratio)
-    identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
-    young = estimator.levels.learnt < YOUNG * block.estimator.memory
-    timing = drop_stale_evidence(timing, identified, block.period, young)
-    timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
-    new = fed_model(block, estimator, timing.lag)
-    feedforward = exchange_model(state.feedforward, old, new, start)
-    after, feedforward = step_model(block, new, estimator, feedforward, inputs)
-    return (
-        after,
-        feedforward,
-        hand_over(block.feedback, state.feedback, state.command.share * (after - before)),
-        estimator,
-        timing,
-    )
+
+    measured: Signals
+    model: Signals
+    lagged_torque: float
+    sliding: float
+    timing: TimingState
+
+
+class Fed(NamedTuple):
+    """What is fed forward over the coming period, and what it would be with the estimates of before.
+
+    Attributes
+    ----------
+    old_torque, old_friction : float
+        Torque that the old estimates feed, and the friction in it, N m.
+    torque, friction : float
+        Torque that the new estimates feed, and the friction in it, N m.
+    feedforward : FeedforwardState
+        New state of the feedforward.
+    estimator : EstimatorState
+        New state of the estimator; it shares the arrays of the old one, which are changed in place.
+    timing : TimingState
+        State of the tuning, with the lag that is fed.
+    """
+
+    old_torque: float
+    old_friction: float
+    torque: float
+    friction: float
+    feedforward: FeedforwardState
+    estimator: EstimatorState
+    timing: TimingState
 
 
 @register_jitable(forceinline=True)
-def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
-    """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback.
-
-    With a computation delay the period that the feedforward is for begins later, and the torques that belong to the one
-    that ends were computed earlier.
-    """
+def end_period_in_place(block: Block, state: Block, inputs: Inputs) -> Period:
+    """Advance the filters, in place, and what else follows the signals over the period that has ended."""
     valid, delay = math.isfinite(inputs.velocity), block.feedback.delay
-    moved = 0.0
-    if block.command.includes_inertia:
-        moved = inertia_torque(block.estimator.first[INERTIA], state.feedforward, inputs, block.period, delay)
-    inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, moved)
-    command = fade(state.command, inputs.dt)
     velocity = inputs.velocity if valid else state.feedback.velocity
     form = block.estimator.form
     measured, model = state.measured, state.model
@@ -311,40 +308,85 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
-    feedback, estimator, timing = state.feedback, state.estimator, state.timing
-    if block.tunes_lag and command.share == 1.0:
+    timing = state.timing
+    if block.tunes_lag and state.command.share == 1.0:
         timing = tune_lag(block, state, inputs)
-    learns = sliding > block.hold
+    return Period(measured, model, lagged_torque, sliding, timing)
+
+
+@register_jitable(forceinline=True)
+def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: Inputs) -> Fed:
+    """Learn, or guess before there is anything to learn, and feed forward for the period that begins.
+
+    With a computation delay the period that the feedforward is for begins later, and the torques that belong to the one
+    that ends were computed earlier.
+    """
+    reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
+    estimator, timing = state.estimator, period.timing
+    # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
+    old = fed_model(block, estimator, timing.lag)
+    before, old_friction, feedforward = step_model(block, old, estimator, state.feedforward, inputs)
+    learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
     # a joint that a brake clamps does not move, and what it takes is not friction
-    guesses = sliding > GUESS_HOLD * block.hold and may_guess(block.estimator, estimator)
-    if state.enabled and (learns or (valid and guesses)):
-        torque, feedforward, feedback, estimator, timing = learn_bumpless_in_place(
-            block, state, measured, model, timing, inputs, learns
-        )
+    guesses = period.sliding > GUESS_HOLD * block.hold and may_guess(block.estimator, estimator)
+    if not (state.enabled and (learns or (math.isfinite(inputs.velocity) and guesses))):
+        return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
+    start, _ = ahead(state.feedforward, reference, following, delay)
+    if learns:
+        estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
     else:
-        model_now = fed_model(block, estimator, timing.lag)
-        torque, feedforward = step_model(block, model_now, estimator, state.feedforward, inputs)
-    # what was given for the inertia is not the controller's to fade
-    fed = moved + command.share * (torque - moved)
-    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, fed))
+        estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, ratio)
+    identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
+    young = estimator.levels.learnt < YOUNG * block.estimator.memory
+    timing = drop_stale_evidence(timing, identified, block.period, young)
+    timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
+    new = fed_model(block, estimator, timing.lag)
+    moved = exchange_model(state.feedforward, old, new, start)
+    torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)
+    return Fed(before, old_friction, torque, friction, feedforward, estimator, timing)
+
+
+@register_jitable(forceinline=True)
+def given_inertia_torque(block: Block, state: Block, inputs: Inputs) -> float:
+    """Return the torque (N m) of the inertia along the plan that is part of the torque known from elsewhere."""
+    if not block.command.includes_inertia:
+        return 0.0
+    first, delay = block.estimator.first[INERTIA], block.feedback.delay
+    return inertia_torque(first, state.feedforward, inputs, block.period, delay)
+
+
+@register_jitable(forceinline=True)
+def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
+    """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback.
+
+    The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
+    """
+    given = given_inertia_torque(block, state, inputs)
+    inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
+    command = fade(state.command, inputs.dt)
+    period = end_period_in_place(block, state, inputs)
+    fed = learn_and_feed_in_place(block, state, period, inputs)
+    feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
+    torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade
+    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
     return Output(limited(output.torque, block.command.torque_limit), output.feedforward), AdaptiveState(
         feedback,
-        feedforward,
-        measured,
-        model,
-        estimator,
-        sliding,
-        lagged_torque,
-        remember(state.model_torques, torque),
+        fed.feedforward,
+        period.measured,
+        period.model,
+        fed.estimator,
+        period.sliding,
+        period.lagged_torque,
+        remember(state.model_torques, fed.torque),
         remember(state.known_torques, inputs.feedforward),
-        note_friction(timing, state.feedforward.friction, feedforward.friction, timing.lag, block.period),
+        note_friction(fed.timing, state.feedforward.friction, fed.feedforward.friction, fed.timing.lag, block.period),
         state.enabled,
         command,
     )
 
 
 @register_jitable(forceinline=True)
-def write_adaptive(block: AdaptiveParameters, state: AdaptiveState, row: NDArray[np.float64]) -> None:
+def write_adaptive(block: Block, state: Block, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
     loads = load_count(block.estimator)
     write_model(identified_model(block, state), row, loads)

@@ -17,6 +17,7 @@ def chosen_columns(
     position: str | None,
     velocity: str | None,
     torque: str | None,
+    known_torque: str | None = None,
 ) -> dict[str, str]:
     """Return the column of each role; where none is named, the one of a usual name."""
     from adaptive_ff.logs.columns import column_names, usual_column
@@ -34,7 +35,12 @@ def chosen_columns(
         names = column_names(log) if names is None else names
         role, column = usual_column(log, names, roles)
         columns[role] = column
-    return columns
+    return columns if known_torque is None else {**columns, "known_torque": known_torque}
+
+
+def columns_taken(columns: Mapping[str, str]) -> str:
+    """Return a sentence that says which columns were taken."""
+    return "Columns: " + ", ".join(f"{role.replace('_', ' ')} {column}" for role, column in columns.items()) + "."
 
 
 def read_columns(
@@ -56,4 +62,5 @@ def read_columns(
         period=period,
         extra=extra,
         scale=scales,
+        known_torque=columns.get("known_torque"),
     )

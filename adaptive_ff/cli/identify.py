@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, read_columns
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     OUT,
     JsonCopy,
+    KnownTorque,
     Linear,
     LogFile,
     Period,
@@ -41,6 +42,7 @@ def identify_command(
     position: Position = None,
     velocity: Velocity = None,
     torque: Torque = None,
+    known_torque: KnownTorque = None,
     scale: Scale = None,
     bandwidth: Annotated[float | None, typer.Option(help="Band of the regression, Hz; chosen if not given.")] = None,
     held_out: Annotated[float, typer.Option(help="Share of the log, at its end, to validate on.")] = HELD_OUT,
@@ -50,17 +52,24 @@ def identify_command(
     torque_delay: Annotated[
         float, typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held.")
     ] = 0.0,
+    model: Annotated[
+        str,
+        typer.Option(
+            help="Family of models: symmetric, offset, directions, gravity or gravity-directions; auto takes the one "
+            "that says best what it has not seen."
+        ),
+    ] = "auto",
     linear: Linear = False,
     out: Annotated[Path, typer.Option(help="Folder for plots, identification.json and a scenario.")] = OUT,
     json: JsonCopy = None,
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
+    from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.columns import read_scales
-    from adaptive_ff.report.files import write_result
 
     scales = read_scales(scale or [])
-    columns = chosen_columns(log, time, period, position, velocity, torque)
+    columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)
     with places(out, json) as (stage, beside):
@@ -71,19 +80,20 @@ def identify_command(
             validation=other,
             torque_delay=torque_delay,
             linear=linear,
+            model=model,
         )
         refused = _write_scenario(found, stage)
         found.plot(stage)
-        result = {**found.to_dict(), "scenario": SCENARIO if refused is None else None}
+        result = {**found.to_dict(), "columns": columns, "scenario": SCENARIO if refused is None else None}
         for file in (stage / "identification.json", *beside.values()):
             write_result(file, result)
-    _print(found, out, refused)
+    _print(found, columns, out, refused)
 
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     """Write the scenario and its reference; where it cannot be, say why."""
+    from adaptive_ff.files import write_csv
     from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
-    from adaptive_ff.report.files import write_csv
     from adaptive_ff.scenario.scenario import load_scenario
 
     files = stage / SCENARIO, stage / REFERENCE
@@ -100,7 +110,7 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     return None
 
 
-def _print(found: "LogIdentification", out: Path, refused: str | None) -> None:
+def _print(found: "LogIdentification", columns: dict[str, str], out: Path, refused: str | None) -> None:
     from adaptive_ff.report.parameter_tables import parameters_table
 
     errors = error_console()
@@ -108,6 +118,7 @@ def _print(found: "LogIdentification", out: Path, refused: str | None) -> None:
     warn_of_skips(errors, found.skipped, "identification.json")
     console = Printer()
     console.print(parameters_table(found))
+    console.say(columns_taken(columns))
     for sentence in found.verdict:
         console.print(sentence, highlight=False, markup=False)
     if refused is not None:

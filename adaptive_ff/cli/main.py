@@ -11,7 +11,9 @@ from typing import TextIO
 import typer
 
 from adaptive_ff.cli.compare import compare_command
+from adaptive_ff.cli.export import export_command
 from adaptive_ff.cli.identify import identify_command
+from adaptive_ff.cli.matrix import matrix_command
 from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.cli.sweep import sweep_command
@@ -43,9 +45,11 @@ def version_command() -> None:
 
 app.command("new")(new_command)
 app.command("compare")(compare_command)
+app.command("matrix")(matrix_command)
 app.command("sweep")(sweep_command)
 app.command("identify")(identify_command)
 app.command("replay")(replay_command)
+app.command("export")(export_command)
 
 
 def main() -> None:

@@ -10,6 +10,14 @@ OUT = Path("results")
 """Default of ``--out``."""
 
 ScenarioFile = Annotated[Path | None, typer.Argument(help=SCENARIO_HELP)]
+OwnControllers = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--own",
+        metavar="[NAME=]FILE.py:OBJECT",
+        help="Own controller: a class, a factory or an object with a method step. May be given several times.",
+    ),
+]
 JsonCopy = Annotated[Path | None, typer.Option("--json", help="Write the result there, too.")]
 
 LogFile = Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5 or Parquet file.", show_default=False)]
@@ -18,6 +26,9 @@ Period = Annotated[float | None, typer.Option(help="Constant sample time, s, ins
 Position = Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")]
 Velocity = Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")]
 Torque = Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")]
+KnownTorque = Annotated[
+    str | None, typer.Option(help="Column of a torque that is known (gravity, coupling), N m; it is subtracted.")
+]
 Scale = Annotated[
     list[str] | None, typer.Option(help="NAME=FACTOR for a column in other units, such as q=pi/180 or u=-1/48.")
 ]

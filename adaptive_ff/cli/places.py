@@ -31,7 +31,7 @@ def places(out: Path, *files: Path | None) -> Iterator[tuple[Path, dict[Path, Pa
     InputError
         One of them cannot be written.
     """
-    from adaptive_ff.report.files import staged
+    from adaptive_ff.files import staged
 
     wanted = [file for file in files if file is not None]
     with ExitStack() as stack:

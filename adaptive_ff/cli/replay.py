@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.cli.columns import chosen_columns, read_columns
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     OUT,
     JsonCopy,
+    KnownTorque,
     Linear,
     LogFile,
     Period,
@@ -38,6 +39,7 @@ def replay_command(
     position: Position = None,
     velocity: Velocity = None,
     torque: Torque = None,
+    known_torque: KnownTorque = None,
     reference_velocity: Annotated[str | None, typer.Option(help="Column of the reference velocity, rad/s.")] = None,
     reference_position: Annotated[
         str | None, typer.Option(help="Column of the reference position, rad, instead of a velocity.")
@@ -78,14 +80,14 @@ def replay_command(
     json: JsonCopy = None,
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
+    from adaptive_ff.files import write_result
     from adaptive_ff.logs.columns import read_scales
     from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
     from adaptive_ff.replay.state import read_state
-    from adaptive_ff.report.files import write_result
 
     if reference_velocity is not None and reference_position is not None:
         raise InputError("--reference-velocity and --reference-position are both given; give one of them")
-    columns = chosen_columns(log, time, period, position, velocity, torque)
+    columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
     named = {
         REFERENCE_VELOCITY: reference_velocity,
         REFERENCE_POSITION: reference_position,
@@ -114,10 +116,10 @@ def replay_command(
         )
         found.plot(stage)
         for file in (stage / "replay.json", *([beside[json]] if json is not None else [])):
-            write_result(file, found.to_dict())
+            write_result(file, {**found.to_dict(), "columns": columns})
         if save_state is not None:
             beside[save_state].write_text(found.state_to_json(), encoding="utf-8")
-    _print(found, errors, out)
+    _print(found, columns, errors, out)
 
 
 def _run(log: "Log", errors: Console, **options: object) -> "Replay":
@@ -130,12 +132,13 @@ def _run(log: "Log", errors: Console, **options: object) -> "Replay":
         return replay_log(log, progress=lambda share: progress.update(task, completed=share), **options)  # type: ignore[arg-type]
 
 
-def _print(found: "Replay", errors: Console, out: Path) -> None:
+def _print(found: "Replay", columns: dict[str, str], errors: Console, out: Path) -> None:
     from adaptive_ff.report.replay_table import left_table
 
     warn_of_skips(errors, found.skipped, "replay.json")
     console = Printer()
     console.print(left_table(found))
+    console.say(columns_taken(columns))
     for note in found.notes:
         console.print(note, highlight=False, markup=False)
     for name, estimates in found.estimates.items():

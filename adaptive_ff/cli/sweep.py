@@ -19,8 +19,8 @@ def sweep_command(
 ) -> None:
     """Draw joints at random, and show how pi, oracle and adaptive fare on them."""
     from adaptive_ff.comparison.drawn_joints import draw_scenario, summary, sweep
+    from adaptive_ff.files import write_result
     from adaptive_ff.report.comparison_tables import classes_table, sweep_table
-    from adaptive_ff.report.files import write_result
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_compiled

@@ -1,13 +1,14 @@
 """All controllers of a scenario side by side."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adaptive_ff.comparison.registry import CONTROLLERS, Maker, make_controller
+from adaptive_ff.comparison.own import Own, check_own_names
+from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.comparison.run import Run, simulate
-from adaptive_ff.errors import InputError
+from adaptive_ff.files import write_result
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
 
@@ -44,9 +45,9 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as ``--json`` writes it."""
-        controllers: dict[str, Any] = {}
+        controllers: dict[str, dict[str, Any]] = {}
         for name, run in self.runs.items():
-            controllers[name] = asdict(run.metrics)
+            controllers[name] = run.figures()
             if run.estimates:
                 controllers[name]["estimates"] = run.final_estimates
         return {
@@ -63,8 +64,6 @@ class Comparison:
         InputError
             The file cannot be written.
         """
-        from adaptive_ff.report.files import write_result
-
         write_result(Path(path), self.to_dict())
 
     def plot(self, folder: str | Path | None = None) -> dict[str, "Figure"]:
@@ -77,7 +76,7 @@ class Comparison:
 def compare(
     scenario: Scenario | None = None,
     *,
-    own: Mapping[str, Maker] | None = None,
+    own: Mapping[str, Own] | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Comparison:
     """Run every controller of a scenario.
@@ -87,7 +86,9 @@ def compare(
     scenario : Scenario, optional
         The scenario; the built-in one by default.
     own : mapping, optional
-        Makers of further controllers by name; they run after those that the scenario names.
+        Further controllers by name; they run after those that the scenario names. Each is an object with a method
+        ``step``, a class or a factory that gets the scenario and the PI gains, or ``FILE.py:NAME`` of one of these;
+        see :func:`~adaptive_ff.comparison.own.make_own`.
     progress : callable, optional
         Is called with the name of the controller and the share of its run that is done.
 
@@ -103,9 +104,7 @@ def compare(
     """
     scenario = load_scenario() if scenario is None else scenario
     own = own or {}
-    taken = [name for name in own if name in CONTROLLERS]
-    if taken:
-        raise InputError(f"own = {taken[0]!r} is not allowed: that is the name of a controller of this package")
+    check_own_names(own, CONTROLLERS)
     names = dict.fromkeys([*scenario.controllers, *own])
     made = {name: make_controller(scenario, name, own) for name in names}
     course = lay_course(scenario)

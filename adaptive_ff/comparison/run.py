@@ -1,87 +1,27 @@
 """One controller in the closed loop of a scenario."""
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from inspect import Parameter, signature
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
-from adaptive_ff.simulation.metrics import Metrics, evaluate
-from controllers import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
+from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
+from controllers import Controller
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PART = 20_000
 """Samples between two reports of progress."""
-
-
-class Foreign(NamedTuple):
-    """A user's own controller, as parameters of the loop in plain Python.
-
-    Attributes
-    ----------
-    controller : object
-        Has a method ``step`` like :meth:`controllers.Controller.step`.
-    accepted : frozenset of str
-        Names of the keyword arguments that its ``step`` accepts; it is given no others.
-    """
-
-    controller: Any
-    accepted: frozenset[str]
-
-
-def own_controller(controller: Any) -> Foreign:
-    """Return a user's controller with the keyword arguments that it accepts."""
-    try:
-        parameters = signature(controller.step).parameters.values()
-    except (TypeError, ValueError):  # written in another language
-        return Foreign(controller, frozenset(Inputs._fields))
-    if any(parameter.kind is Parameter.VAR_KEYWORD for parameter in parameters):
-        return Foreign(controller, frozenset(Inputs._fields))
-    named = (Parameter.KEYWORD_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
-    return Foreign(controller, frozenset(parameter.name for parameter in parameters if parameter.kind in named))
-
-
-def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, None]:
-    reference, following = inputs.reference, inputs.next_reference
-    if "correction" not in block.accepted:  # one velocity is all it can follow: that of plan and outer loop together
-        reference, following = reference + inputs.correction, following + inputs.correction
-    others = {
-        "next_reference": following,
-        "correction": inputs.correction,
-        "position": _known(inputs.position),
-        "realised_torque": _known(inputs.realised_torque),
-        "feedforward": inputs.feedforward,
-        "inertia": _known(inputs.inertia),
-        "dt": inputs.dt,
-    }
-    accepted = {name: value for name, value in others.items() if name in block.accepted}
-    torque = block.controller.step(reference, inputs.velocity, **accepted)
-    try:
-        value = float(torque)
-    except (TypeError, ValueError):
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(f"the controller {block.controller!r} returned a torque of {torque!r}; it must be finite")
-    return Output(value, 0.0), state
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-STEPS[Foreign] = _step_foreign
-ESTIMATES[Foreign] = without_estimates
 
 
 @dataclass(frozen=True)
@@ -110,6 +50,10 @@ class Run:
         Physical estimates by name, for controllers that have any.
     metrics : Metrics
         Figures of merit.
+    position_error : ndarray, shape (steps + 1,), or None
+        Planned minus true position on the solver's grid, rad; None without a position loop.
+    position_metrics : PositionMetrics or None
+        Figures of merit of the position; None without a position loop.
     """
 
     name: str
@@ -124,6 +68,8 @@ class Run:
     friction: NDArray[np.float64]
     estimates: dict[str, NDArray[np.float64]]
     metrics: Metrics
+    position_error: NDArray[np.float64] | None = None
+    position_metrics: PositionMetrics | None = None
 
     @property
     def final_estimates(self) -> dict[str, float]:
@@ -142,8 +88,13 @@ class Run:
             "torque": self.torque,
             "feedforward": self.feedforward,
             "friction": self.friction,
+            **({} if self.position_error is None else {"position_error": self.position_error[samples]}),
             **named,
         }
+
+    def figures(self) -> dict[str, float]:
+        """Return the figures of merit by name, those of the position too where there is a position loop."""
+        return {**asdict(self.metrics), **({} if self.position_metrics is None else asdict(self.position_metrics))}
 
     def plot(self, path: str | Path | None = None) -> "Figure":
         """Draw tracking, error and torque; write the picture where a path is given."""
@@ -168,9 +119,8 @@ def simulate(
         What to simulate.
     controller : str, Controller or any object with a method ``step``
         Name of a controller, or a controller in the state that it has; it ends in the state at the end of the run.
-        An object of another class runs in the same loop, in plain Python, and is given those keyword arguments of
-        :meth:`controllers.Controller.step` that its ``step`` accepts; where ``correction`` is not among them, it is
-        part of the reference.
+        An object of another class runs in the same loop, in plain Python; see
+        :class:`~adaptive_ff.comparison.own.OwnController` for what it is given and what of it is recorded.
     name : str, optional
         Name of the run; by default that of the controller or its class.
     course : Course, optional
@@ -198,9 +148,9 @@ def simulate(
         )
     course = lay_course(scenario) if course is None else course
     own = not isinstance(controller, Controller)
-    names = () if own else controller.estimate_names
-    record = empty_record(course, len(names))
     block, state = (own_controller(controller), None) if own else (controller.parameters, controller.state)
+    names = block.estimate_names if own else controller.estimate_names
+    record = empty_record(course, len(names))
     run = run_plain if own else run_compiled
     position = start_position(course)
     count = course.noise.size
@@ -218,6 +168,10 @@ def _finished(name: str, scenario: Scenario, course: Course, record: Record, nam
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
         metrics = evaluate(time, course.reference, record.velocity, record.torque, scenario.last_change)
+        position_error = None if scenario.position is None else course.planned - record.position
+        position_metrics = (
+            None if position_error is None else evaluate_position(time, position_error, scenario.last_change)
+        )
     if not all(np.isfinite(list(vars(metrics).values()))):
         raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
     return Run(
@@ -233,4 +187,6 @@ def _finished(name: str, scenario: Scenario, course: Course, record: Record, nam
         record.friction,
         {key: record.estimates[:, i] for i, key in enumerate(names)},
         metrics,
+        position_error,
+        position_metrics,
     )

@@ -1,1 +1,1 @@
-"""Controllers for machines: C99 source translated from the kernels, FMUs around it, and the same source behind Python."""
+"""Controllers for machines: C99 source translated from the kernels, FMUs around it, and that source behind Python."""

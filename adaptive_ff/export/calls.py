@@ -22,6 +22,8 @@ LIBRARY: dict[Any, str] = {
     math.log: "log",
     math.sqrt: "sqrt",
     math.pow: "pow",
+    math.sin: "sin",
+    math.cos: "cos",
     math.copysign: "copysign",
     math.fabs: "fabs",
     abs: "fabs",
@@ -116,7 +118,9 @@ class Calls:
     def _kernel(self, expressions: "Expressions", node: ast.Call, function: Any) -> Value:
         kernel, unit = expressions.kernel, expressions.unit
         if not inspect.isfunction(function):
-            allowed = "abs, min, max, int, float, math.exp, expm1, log, sqrt, pow, copysign, fabs, isfinite, isnan"
+            allowed = (
+                "abs, min, max, int, float, math.exp, expm1, log, sqrt, pow, sin, cos, copysign, fabs, isfinite, isnan"
+            )
             raise kernel.refusal(node, f"{ast.unparse(node.func)} has no translation; there are {allowed} and kernels")
         if function in DISPATCHED:
             first = expressions.translate(node.args[0]).type

@@ -1,5 +1,6 @@
 """A controller prepared for export: its kernels translated, its numbers listed."""
 
+import copy
 import keyword
 import re
 from functools import cached_property
@@ -97,6 +98,10 @@ class Export:
     def recording(self) -> Recording:
         """A run of the controller in Python from the state that it starts in."""
         return record(self.controller)
+
+    def copy(self) -> Controller:
+        """Return a copy of the controller with its state."""
+        return copy.deepcopy(self.controller)
 
     @property
     def input_names(self) -> tuple[str, ...]:

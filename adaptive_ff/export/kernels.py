@@ -1,6 +1,7 @@
 """Sources of kernels: syntax tree, comments, where it stands, and what its global names stand for."""
 
 import ast
+import builtins
 import importlib
 import inspect
 import io
@@ -113,7 +114,7 @@ def resolve(kernel: Kernel, node: ast.expr) -> Any:
             return _constant(kernel.function.__module__, node.id, value)
         return value
     if isinstance(node, ast.Name) and node.id in ("abs", "max", "min", "int", "float", "bool", "range"):
-        return __builtins__[node.id] if isinstance(__builtins__, dict) else getattr(__builtins__, node.id)
+        return getattr(builtins, node.id)
     if isinstance(node, ast.Attribute):
         owner = resolve(kernel, node.value)
         value = getattr(owner, node.attr, None)

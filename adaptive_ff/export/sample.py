@@ -56,7 +56,7 @@ class Recording:
 
 def check_exportable(controller: Any) -> None:
     """Raise ``NotExportable`` for what is no controller with kernels."""
-    known = [cls.__name__.removesuffix("Parameters") for cls in STEPS]
+    known = [cls.__name__.removesuffix("Parameters") for cls in STEPS if cls.__name__.endswith("Parameters")]
     if not isinstance(controller, Controller) or type(controller.parameters) not in STEPS:
         name = type(controller).__name__
         raise NotExportable(f"controller = {name} cannot be exported: it has no kernel; there are {', '.join(known)}")
@@ -150,6 +150,9 @@ def made_up_inputs(period: float, samples: int, seed: int = 101) -> NDArray[np.f
     columns["realised_torque"] = 60.0 * np.tanh(20.0 * speed) + 100.0 * np.gradient(speed)
     columns["feedforward"] = 0.5 * np.sin(time / (17.0 * period))
     columns["dt"] = lengths
+    columns["correction"] = 0.005 * np.sin(time / (11.0 * period))
+    columns["position"] = np.cumsum(speed * lengths)
+    columns["inertia"] = 20.0 + 2.0 * np.sin(time / (29.0 * period))
     for name in optional_inputs():
         columns[name] = np.where(generator.uniform(size=samples) < 0.1, math.nan, columns[name])
     lost = generator.uniform(size=samples) < 0.03

@@ -62,6 +62,8 @@ class Statements:
                 self._return(statement)
             case ast.Assign(targets=[target]):
                 self._assign(target, statement.value, path)
+            case ast.Assign(targets=[*targets]) if all(isinstance(target, ast.Name) for target in targets):
+                self._bind_all(targets, statement.value, path)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self._assign(target, value, path)
             case ast.AugAssign():
@@ -161,6 +163,15 @@ class Statements:
                 self._fill(target, node)
             case _:
                 self._store(target, self.expressions.translate(node))
+
+    def _bind_all(self, targets: list[ast.expr], node: ast.expr, path: Path) -> None:
+        """Give several variables one value."""
+        value = self.expressions.translate(node)
+        if value.constant is None and not isinstance(node, ast.Name):
+            value = self._kept(node, value)
+        for target in targets:
+            assert isinstance(target, ast.Name)
+            self._bind(target, value, path)
 
     def _store(self, target: ast.expr, value: Value) -> None:
         """Assign to an element of an array."""

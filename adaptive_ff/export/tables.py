@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from adaptive_ff.export.buffer import state_to_bytes
+from adaptive_ff.export.comments import joined
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf, value_at
 from adaptive_ff.export.scope import c_name
@@ -27,15 +29,16 @@ def record_table(export: Export, name: str, kind: Record, value: Any) -> str:
 def _initialiser(export: Export, kind: Type, value: Any, depth: int, where: str) -> str:
     if isinstance(kind, Record):
         inner = "    " * (depth + 1)
-        lines = [
-            f"{inner}.{c_name(name)} = {_initialiser(export, field, getattr(value, name), depth + 1, f'{where}.{name}')},"
+        items = {
+            c_name(name): _initialiser(export, field, getattr(value, name), depth + 1, f"{where}.{name}")
             for name, field in kind.fields
             if not isinstance(field, Array)
-        ]
+        }
+        lines = [f"{inner}.{name} = {item}," for name, item in items.items()]
         return "{0}" if not lines else "{\n" + "\n".join(lines) + "\n" + "    " * depth + "}"
     if isinstance(kind, Line):
-        items = [_initialiser(export, kind.element, item, depth + 1, where) for item in value]
-        return "{.at = {" + ", ".join(items) + "}}"
+        listed = [_initialiser(export, kind.element, item, depth + 1, where) for item in value]
+        return "{.at = {" + ", ".join(listed) + "}}"
     return export.precision.literal(value, where)
 
 
@@ -54,7 +57,8 @@ def _numbers(export: Export, array: Any, where: str, depth: int) -> str:
         rows = [f"{inner}{_numbers(export, row, where, depth + 1)}," for row in array]
         return "{\n" + "\n".join(rows) + "\n" + "    " * depth + "}"
     items = [export.precision.literal(item, where) for item in array.tolist()]
-    lines, line = [], ""
+    lines: list[str] = []
+    line = ""
     for item in items:
         if line and len(line) + len(item) > WIDTH:
             lines.append(line)
@@ -62,3 +66,30 @@ def _numbers(export: Export, array: Any, where: str, depth: int) -> str:
         line += f"{item}, "
     lines.append(line)
     return "{" + ("\n" + "    " * (depth + 1)).join(part.rstrip() for part in lines).removesuffix(",") + "}"
+
+
+def state_tables(export: Export) -> str:
+    """Return settings and states as constants; the state to start in only where it is not that of a new controller."""
+    found = export.parameter_leaves
+    parts = [record_table(export, "PARAMETERS", export.parameters, export.controller.parameters)]
+    if arrays_of(found):
+        struct = f"{export.prefix}_ParameterArrays"
+        parts.append(array_table(export, struct, "PARAMETER_ARRAYS", found, export.controller.parameters))
+    states = [("NEW", export.fresh.state)]
+    states += [("START", export.controller.state)] if has_own_start(export) else []
+    for name, value in states:
+        parts.append(record_table(export, f"{name}_STATE", export.state, value))
+        if arrays_of(export.state_leaves):
+            struct = f"{export.prefix}_StateArrays"
+            parts.append(array_table(export, struct, f"{name}_STATE_ARRAYS", export.state_leaves, value))
+    return joined(parts)
+
+
+def has_own_start(export: Export) -> bool:
+    """Tell whether the controller was exported in another state than that of a new one."""
+    return state_to_bytes(export.controller) != state_to_bytes(export.fresh)
+
+
+def has_arrays(export: Export) -> bool:
+    """Tell whether parameters or state hold arrays."""
+    return bool(arrays_of(export.parameter_leaves) or arrays_of(export.state_leaves))

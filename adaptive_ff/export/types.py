@@ -73,7 +73,7 @@ def type_of(value: Any, where: str) -> Type:
     if isinstance(value, np.ndarray) and value.dtype.kind in KINDS:
         return Array(KINDS[value.dtype.kind], value.shape)
     if isinstance(value, tuple) and hasattr(value, "_fields"):
-        names = type(value)._fields  # type: ignore[attr-defined]
+        names = type(value)._fields
         fields = tuple((name, type_of(item, f"{where}.{name}")) for name, item in zip(names, value, strict=True))
         return Record(type(value).__name__, fields, type(value))
     if isinstance(value, tuple) and value:

@@ -3,7 +3,7 @@
 Only where none does may the machine be blamed: a model with terms too many is worse on other motion, too.
 """
 
-from adaptive_ff.identify.families import LAG, SATURATION, STICTION, Terms
+from adaptive_ff.identify.families import LAG, SATURATION, SLOW_SATURATION, STICTION, Terms
 from adaptive_ff.identify.fit import fit_terms
 from adaptive_ff.identify.prediction import TorqueError, predict, torque_error
 from adaptive_ff.identify.regressors import BENT, Problem
@@ -12,7 +12,7 @@ from adaptive_ff.identify.term_selection import Selection
 ENOUGH = 1.5
 """Error on what was held out, over that of the fit, up to which a model carries over."""
 
-WITHIN = (LAG, STICTION, SATURATION)
+WITHIN = (LAG, STICTION, SATURATION, SLOW_SATURATION)
 """Terms that models of one family may differ by."""
 
 

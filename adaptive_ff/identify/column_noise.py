@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.filtering import WITHIN, uniform
+from adaptive_ff.identify.filtering import uniform
 from adaptive_ff.identify.preparation import Prepared
-from adaptive_ff.logs.bandwidth import DERIVATIVE_TIMES, rounding_noise
+from adaptive_ff.logs.bandwidth import motion_noise
 from adaptive_ff.logs.derivatives import ORDER
 
 POINTS = 2000
@@ -31,10 +31,10 @@ def column_noise(prepared: Prepared) -> ColumnNoise:
     period, band = prepared.period, prepared.bandwidth
     is_position = prepared.log.position is not None
     motion = uniform(prepared.log, piece, period)[1]
-    white = max(_white_noise(motion, is_position=is_position), rounding_noise(motion, period, is_position=is_position))
+    white = motion_noise(motion, period, is_position=is_position)
     frequency = (np.arange(POINTS) + 0.5) * (0.5 / period / POINTS)
     gain = np.ones_like(frequency)
-    for corner in (DERIVATIVE_TIMES * band * WITHIN, band):
+    for corner in (prepared.rest.corner, band):
         gain /= (1.0 + (frequency / corner) ** (2 * ORDER)) ** 2  # forward and backward, squared
     omega = 2.0 * np.pi * frequency
     density = 2.0 * period * white * (0.5 / period / POINTS)
@@ -42,14 +42,3 @@ def column_noise(prepared: Prepared) -> ColumnNoise:
     return ColumnNoise(
         float(density * np.sum(gain * omega ** (order + 2))), float(density * np.sum(gain * omega**order))
     )
-
-
-def _white_noise(motion: np.ndarray[tuple[int], np.dtype[np.float64]], *, is_position: bool) -> float:
-    """Return the variance of white noise, from the upper half of the spectrum of what is differenced."""
-    series = np.diff(motion) if is_position else motion - np.mean(motion)
-    window = np.hanning(series.size)
-    power = np.abs(np.fft.rfft(series * window)) ** 2 / float(np.sum(window**2))
-    share = np.arange(power.size) / max(1, power.size - 1)  # of half the sampling frequency
-    gain = (2.0 * np.sin(0.5 * np.pi * share)) ** 2 if is_position else np.ones_like(share)
-    upper = share > 0.5
-    return float(np.mean(power[upper]) / np.mean(gain[upper]))

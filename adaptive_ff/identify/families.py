@@ -10,8 +10,9 @@ BASE = ("inertia", "coulomb", "viscous")
 GRAVITY = ("gravity_sine", "gravity_cosine")
 """Terms of gravity, which come together."""
 
-LAG, STICTION, SATURATION, ASYMMETRY = "friction_lag", "stiction_excess", "saturation", "viscous_asymmetry"
-"""Further terms; stiction and saturation exclude each other, as one log seldom determines both bends."""
+LAG, STICTION, ASYMMETRY = "friction_lag", "stiction_excess", "viscous_asymmetry"
+SATURATION, SLOW_SATURATION = "saturation", "slow_saturation"
+"""Further terms; stiction and both shapes of saturation exclude each other, as one log seldom determines two bends."""
 
 FAMILIES = {
     "symmetric": (),
@@ -55,7 +56,7 @@ def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Ter
     else:
         sides = [FAMILIES[family]]
     made: dict[Terms, None] = {}
-    for side, lag, bend in product(sides, ((), (LAG,)), ((), (STICTION,), (SATURATION,))):
+    for side, lag, bend in product(sides, ((), (LAG,)), ((), (STICTION,), (SATURATION,), (SLOW_SATURATION,))):
         kept = side if both_ways else tuple(term for term in side if term not in ("offset", ASYMMETRY))
         made[(*BASE, *kept, *bend, *lag)] = None
     return sorted(made, key=len)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from adaptive_ff.logs.bandwidth import DERIVATIVE_TIMES
+from adaptive_ff.identify.families import SATURATION, SLOW_SATURATION, STICTION
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
 from adaptive_ff.logs.log import Log
@@ -40,26 +40,31 @@ REST_CYCLES = 1.0
 REST_REACH = 0.75
 """Cycles of the band around a rest that are not regressed: what the filters smear."""
 
-WITHIN = 0.98
-"""Keeps the corner of the wide filter below half the sampling frequency, where the band is a tenth of it."""
+STRIBECK_GRID, SATURATION_GRID = 16, 8
+"""Speeds for which the columns of stiction and of saturation are made; between them they are interpolated."""
 
-STRIBECK_GRID = 16
-"""Stribeck velocities for which the column of stiction is made; between them it is interpolated."""
+
+SMEARED = 0.05
+"""Slowest speed at which friction may saturate, over the largest: below, noise around a reversal, which smears the sign
+of the velocity, looks the same."""
 
 
 class Rest(NamedTuple):
-    """What counts as rest, and the grid of Stribeck velocities that goes with it.
+    """What counts as rest, and the grids of speeds that go with it.
 
     Attributes
     ----------
     slowest : float
         Speed below which the joint may rest, rad/s.
-    stribeck : ndarray, shape (k,)
-        Stribeck velocities, rad/s, in geometric order.
+    speeds : dict of ndarray, shape (k,)
+        Speeds of the bend of stiction and of saturation, rad/s, by term, in geometric order.
+    corner : float
+        Corner of the wide filter, behind which the sign of the velocity is taken, Hz.
     """
 
     slowest: float
-    stribeck: Array
+    speeds: dict[str, Array]
+    corner: float
 
 
 class Conditioned(NamedTuple):
@@ -71,8 +76,8 @@ class Conditioned(NamedTuple):
         Filtered; the time is that of the log.
     direction, speed : ndarray, shape (n,)
         Sign and size of the velocity, filtered after the sign was taken.
-    stiction : ndarray, shape (k, n)
-        ``sgn(w) exp(-|w|/Vs)``, filtered, for each Stribeck velocity of the grid.
+    bent : dict of ndarray, shape (k, n)
+        ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)`` and ``sgn(w) (1 - exp(-|w|/Vc))``, filtered, for each speed of their grid, by term.
     sine, cosine : ndarray, shape (n,), or None
         Sine and cosine of the position; None where the log has a velocity only.
     held : ndarray, shape (n,)
@@ -89,7 +94,7 @@ class Conditioned(NamedTuple):
     acceleration: Array
     direction: Array
     speed: Array
-    stiction: Array
+    bent: dict[str, Array]
     sine: Array | None
     cosine: Array | None
     held: Array
@@ -120,23 +125,30 @@ def uniform(log: Log, piece: Piece, period: float) -> tuple[Array, Array, Array]
     )
 
 
-def wide_velocity(motion: Array, bandwidth: float, period: float, *, is_position: bool) -> Array:
-    """Return the velocity behind the wide filter alone, whose sign is taken."""
-    wide = lowpass(motion - motion[0] if is_position else motion, (DERIVATIVE_TIMES * bandwidth * WITHIN,), period)
+def wide_velocity(motion: Array, corner: float, period: float, *, is_position: bool) -> Array:
+    """Return the velocity behind the wide filter alone, whose sign is taken; its corner is in Hz."""
+    wide = lowpass(motion - motion[0] if is_position else motion, (corner,), period)
     return differentiate(wide, period) if is_position else wide
 
 
-def find_rest(velocities: list[Array]) -> Rest:
+def find_rest(velocities: list[Array], corner: float) -> Rest:
     """Return what counts as rest in a log.
 
     Parameters
     ----------
     velocities : list of ndarray
         Velocities of the pieces behind the wide filter, rad/s.
+    corner : float
+        Corner of that filter, Hz.
     """
     largest = max(float(np.max(np.abs(velocity))) for velocity in velocities)
     slowest = REST_SHARE * largest
-    return Rest(slowest, np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID))
+    speeds = {
+        STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
+        SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
+        SLOW_SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
+    }
+    return Rest(slowest, speeds, corner)
 
 
 def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest) -> Conditioned:
@@ -162,8 +174,8 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
     """
     time, motion, torque = uniform(log, piece, period)
     is_position = log.position is not None
-    corners = (DERIVATIVE_TIMES * bandwidth * WITHIN, bandwidth)
-    fast = wide_velocity(motion, bandwidth, period, is_position=is_position)
+    corners = (rest.corner, bandwidth)
+    fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
     every = max(1, math.floor(1.0 / (ROWS_PER_CYCLE * bandwidth * period)))
     edge = math.ceil(EDGE / (bandwidth * period)) + REACH
     kept = slice(edge, time.size - edge, every)
@@ -182,7 +194,13 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         (differentiate_twice(smooth, period) if is_position else differentiate(smooth, period))[kept],
         filtered(sign),
         filtered(speed),
-        np.array([filtered(sign * np.exp(-speed / velocity)) for velocity in rest.stribeck]),
+        {
+            STICTION: np.array([filtered(sign * np.exp(-speed / bend)) for bend in rest.speeds[STICTION]]),
+            SATURATION: np.array([filtered(np.tanh(fast / bend)) for bend in rest.speeds[SATURATION]]),
+            SLOW_SATURATION: np.array(
+                [filtered(-sign * np.expm1(-speed / bend)) for bend in rest.speeds[SLOW_SATURATION]]
+            ),
+        },
         filtered(np.sin(motion)) if is_position else None,
         filtered(np.cos(motion)) if is_position else None,
         lowpass(torque, corners[:1], period)[kept],

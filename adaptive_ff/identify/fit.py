@@ -2,7 +2,8 @@
 
 For given lag and ``Vs`` the linear rest is solved for (variable projection), from the best point of the grid of
 :mod:`adaptive_ff.identify.grid`. At the solution the regression is linearised, so that all parameters together
-get a covariance that knows of correlated residuals (Newey and West, see :mod:`adaptive_ff.estimation.batch_least_squares`).
+get a covariance that knows of correlated residuals (Newey and West, see
+:mod:`adaptive_ff.estimation.batch_least_squares`).
 """
 
 import math
@@ -27,6 +28,9 @@ END = 0.01
 
 STEPS, LONGEST, CLOSE = 12, 0.05, 1e-4
 """Steps of the search at most, and the longest and shortest of them, over the range."""
+
+TIMES_ANDREWS = 2.0
+"""Reach of the correlation of residuals over that of the rule of Andrews."""
 
 SLOPE_STEP = 1e-4
 """Step of the difference quotients by a searched parameter, over its range."""
@@ -124,6 +128,7 @@ def fit_terms(
     regression = fit_least_squares(
         full, outputs, names=[*linear, *names], confidence=confidence, correlated_samples=correlated
     )
+    regression = replace(regression, covariance=regression.covariance * small_sample(correlated / target.size))
     # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
     regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
     regression = _without_attenuation(problem, full, regression)
@@ -132,7 +137,7 @@ def fit_terms(
 
 
 def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquaresFit) -> LeastSquaresFit:
-    """Undo, to first order, by what noise in its columns draws a fit towards zero; half of it is added to the errors."""
+    """Undo, to first order, what noise in its columns takes from a fit; half of it is added to the errors."""
     variance = np.array([problem.noise.get(name, 0.0) for name in regression.names])
     if not np.any(variance):
         return regression
@@ -150,7 +155,7 @@ def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
     """Return the relative error of the torque over friction lags (s), all linear terms fitted anew at each."""
     target = measured_torque(problem)
     others = {name: value for name, value in fitted.searched.items() if name != "friction_lag"}
-    errors = []
+    errors: list[float] = []
     for lag in lags.tolist():
         matrix = design(problem, fitted.linear, {**others, "friction_lag": lag})
         errors.append(np.linalg.norm(_residual(matrix, target)) / np.linalg.norm(target))
@@ -168,7 +173,8 @@ def correlation_length(residuals: Array) -> int:
     """Return over how many rows residuals are to be taken as correlated.
 
     The rule of D. Andrews (Econometrica 59, 1991) for Bartlett's weights, with a first-order autoregression:
-    ``1.1447 (4 r^2 n / (1 - r^2)^2)^(1/3)``.
+    ``1.1447 (4 r^2 n / (1 - r^2)^2)^(1/3)``; twice that, as residuals of a model that lacks something are no
+    autoregression.
     """
     size = int(residuals.size)
     power = float(residuals @ residuals)
@@ -176,14 +182,24 @@ def correlation_length(residuals: Array) -> int:
         return 0
     correlation: float = min(abs(float(residuals[1:] @ residuals[:-1])) / power, 0.99)
     length: float = 1.1447 * (4.0 * correlation**2 * size / (1.0 - correlation**2) ** 2) ** (1.0 / 3.0)
-    return min(math.ceil(length), size // 4)
+    return min(math.ceil(TIMES_ANDREWS * length), size // 4)
+
+
+def small_sample(share: float) -> float:
+    """Return the factor of a variance of Newey and West for weights that reach over a share of the rows.
+
+    N. Kiefer, T. Vogelsang, Econometric Theory 21, 2005, table 1: the critical value 1.96 becomes
+    ``1.96 + 2.9694 b + 0.416 b^2 - 0.5324 b^3``.
+    """
+    return ((1.96 + 2.9694 * share + 0.416 * share**2 - 0.5324 * share**3) / 1.96) ** 2
 
 
 def _ranges(problem: Problem, names: list[str]) -> list[tuple[float, float]]:
     """Return where each searched parameter is looked for, the Stribeck velocity as a logarithm."""
-    speeds = (math.log(problem.stribeck[0]), math.log(problem.stribeck[-1]))
-    lags = (-problem.longest_lag, problem.longest_lag)
-    return [lags if name == "friction_lag" else speeds for name in names]
+    known = {"friction_lag": (-problem.longest_lag, problem.longest_lag)}
+    for term, speeds in problem.speeds.items():
+        known[BENT[term]] = (math.log(speeds[0]), math.log(speeds[-1]))
+    return [known[name] for name in names]
 
 
 def _searched(names: list[str], point: Array) -> dict[str, float]:
@@ -217,7 +233,7 @@ def _search(problem: Problem, linear: list[str], names: list[str], target: Array
         if np.all(np.abs(step) < CLOSE * span):
             break
         point = point + step
-    return point
+    return np.asarray(point)
 
 
 def _solve(matrix: Array, target: Array) -> Array:

@@ -1,9 +1,9 @@
 """Normal equations of a log over a grid of friction lags and speeds, block by block.
 
 Every model of a log is linear once its lag and its bend of the friction curve are given. So the products of all columns
-are summed once for each lag of a grid and each block of the rows; any model, fitted to any blocks and tried on others, is
-then a matter of small matrices. The lag is interpolated between the points of the grid, where the sum of squares is a
-parabola to good accuracy.
+are summed once for each lag of a grid and each block of the rows; any model, fitted to any blocks and tried on others,
+is then a matter of small matrices. The lag is interpolated between the points of the grid, where the sum of squares is
+a parabola to good accuracy.
 """
 
 import math
@@ -33,12 +33,8 @@ LAG_STEP = 0.05
 LEAD = "friction_lead"
 """Term of a friction that leads the motion, as where the motion is recorded later than the torque."""
 
-EVERY = 2
-"""Every second speed of the log's grid is used: columns of neighbours are much alike."""
-
-SMEARED = 0.1
-"""Slowest speed at which friction may saturate, over the fastest of the grid; below that noise around a reversal, which
-smears the sign of the velocity, looks the same."""
+EVERY = {"stiction_excess": 2, "saturation": 1, "slow_saturation": 1}
+"""Step through the speeds of the log's grid: columns of neighbours are much alike."""
 
 RIDGE = 1e-10
 """Added to the diagonal of the scaled normal equations, so that dependent columns make no exception."""
@@ -53,15 +49,15 @@ class Grid(NamedTuple):
         Columns: linear terms, then the bent column for each speed of the grid, and the torque last.
     lags : ndarray, shape (lags,)
         Friction lags, s; zero is one of them.
-    speeds : ndarray, shape (speeds,)
-        Speeds of the bend, rad/s.
+    speeds : dict of ndarray, shape (speeds,)
+        Speeds of the bend, rad/s, by term.
     products : ndarray, shape (blocks, lags, columns, columns)
         Products of the scaled columns over the rows of each block.
     """
 
     names: tuple[str, ...]
     lags: Array
-    speeds: Array
+    speeds: dict[str, Array]
     products: Array
 
     @property
@@ -81,15 +77,18 @@ class Point(NamedTuple):
         On the rows that were held out.
     lag, speed : float
         Friction lag, s, and speed of the bend, rad/s.
+    at_end : bool
+        Whether that speed is the first or last of the grid.
     """
 
     squares: float
     held: float
     lag: float
     speed: float
+    at_end: bool
 
 
-NOWHERE = Point(math.inf, math.inf, 0.0, 0.0)
+NOWHERE = Point(math.inf, math.inf, 0.0, 0.0, False)
 
 
 def make_grid(problem: Problem) -> Grid:
@@ -101,11 +100,13 @@ def make_grid(problem: Problem) -> Grid:
     fixed, spectra, target = [], [], []
     for piece in problem.pieces:
         fixed.append(np.column_stack([direct_column(piece, term) for term in direct])[piece.slides])
-        bent = piece.stiction[::EVERY]
-        friction = [friction_column(piece, problem.stribeck, term, {}) for term in FRICTION]
-        spectra.append(_spectrum(np.vstack([friction, bent])))
+        friction = [friction_column(piece, problem.speeds, term, {}) for term in FRICTION]
+        bent = [piece.bent[term][:: EVERY[term]] for term in BENT]
+        spectra.append(_spectrum(np.vstack([friction, *bent])))
         target.append(piece_torque(piece, problem.torque_delay)[piece.slides])
-    names = (*direct, *FRICTION, *(f"bent {place}" for place in range(problem.stribeck[::EVERY].size)), "torque")
+    speeds = {term: problem.speeds[term][:: EVERY[term]] for term in BENT}
+    columns = [f"{term} {place}" for term in BENT for place in range(speeds[term].size)]
+    names = (*direct, *FRICTION, *columns, "torque")
     rows = sum(part.size for part in target)
     edges = np.linspace(0, rows, BLOCKS + 1).round().astype(int)
     products = np.empty((BLOCKS, lags.size, len(names), len(names)))
@@ -123,10 +124,10 @@ def make_grid(problem: Problem) -> Grid:
         for block in range(BLOCKS):
             part = scaled[edges[block] : edges[block + 1]]
             products[block, place] = part.T @ part
-    return Grid(names, lags, problem.stribeck[::EVERY], products)
+    return Grid(names, lags, speeds, products)
 
 
-def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Point:
+def fit_on_grid(grid: Grid, terms: Sequence[str], fitted: NDArray[np.bool_], held: NDArray[np.bool_]) -> Point:
     """Fit a model to some blocks, and try it on the others.
 
     Parameters
@@ -135,27 +136,23 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Po
         The products.
     terms : sequence of str
         Linear terms, and ``friction_lag`` or ``LEAD``; at most one of them is bent.
-    held : ndarray of bool, shape (blocks,)
-        Blocks that are held out.
+    fitted, held : ndarray of bool, shape (blocks,)
+        Blocks that are fitted, and those that are tried.
     """
     bent = [term for term in terms if term in BENT]
     straight = [grid.names.index(term) for term in terms if term in grid.names]
-    first = grid.names.index("bent 0")
-    slowest = SMEARED * float(grid.speeds[-1]) if bent == ["saturation"] else 0.0
-    speeds = np.flatnonzero(grid.speeds >= slowest)
-    ends = [[first + place] for place in speeds] if bent else [[]]
+    ends = [[]] if not bent else [[grid.names.index(f"{bent[0]} {k}")] for k in range(grid.speeds[bent[0]].size)]
     chosen = np.array([[*straight, *end, len(grid.names) - 1] for end in ends])
     zero = grid.without_lag
     lags = slice(0 if LEAD in terms else zero, None if "friction_lag" in terms else zero + 1)
     places = (slice(None), chosen[:, :, np.newaxis], chosen[:, np.newaxis, :])
-    train, test = (np.sum(grid.products[part][:, lags], axis=0)[places] for part in (~held, held))
+    train, test = (np.sum(grid.products[part][:, lags], axis=0)[places] for part in (fitted, held))
     size = chosen.shape[1] - 1
     matrix, vector = train[..., :size, :size] + RIDGE * np.eye(size), train[..., :size, size]
     values = np.linalg.solve(matrix, vector[..., np.newaxis])[..., 0]
     squares = train[..., size, size] - np.sum(values * vector, axis=-1)
-    if bent:  # stiction is above Coulomb friction, what saturates rises from it
-        sign = 1.0 if bent[0] == "stiction_excess" else -1.0
-        squares = np.where(sign * values[..., -1] > 0.0, squares, np.inf)
+    if bent:  # stiction is above Coulomb friction, and what saturates rises from it
+        squares = np.where(values[..., -1] > 0.0, squares, np.inf)
     best = np.unravel_index(int(np.argmin(squares)), squares.shape)
     if not np.isfinite(squares[best]):
         return NOWHERE
@@ -168,7 +165,9 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], held: NDArray[np.bool_]) -> Po
         found, unseen = float(squares[best]), float(tried[best[0]])
     else:
         found, unseen = float(weights @ squares[around, best[1]]), float(weights @ tried[around])
-    return Point(max(found, 0.0), max(unseen, 0.0), lag, float(grid.speeds[speeds[best[1]]]) if bent else 0.0)
+    speed = float(grid.speeds[bent[0]][best[1]]) if bent else 0.0
+    at_end = bool(bent) and int(best[1]) in (0, len(ends) - 1)
+    return Point(max(found, 0.0), max(unseen, 0.0), lag, speed, at_end)
 
 
 def _between(squares: Array, place: int) -> tuple[float, Array | None]:

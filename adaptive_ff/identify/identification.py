@@ -185,7 +185,7 @@ def _problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Pr
     conditioned = [condition(prepared.log, piece, band, period, rest) for piece in pieces]
     noise = column_noise(prepared)
     variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
-    return Problem(conditioned, rest.stribeck, LAG_CYCLES / band, float(torque_delay), variances)
+    return Problem(conditioned, rest.speeds, LAG_CYCLES / band, float(torque_delay), variances)
 
 
 def _select(log: Log, problem: Problem, *, family: str, rotary: bool, confidence: float) -> Selection:

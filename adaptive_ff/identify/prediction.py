@@ -72,7 +72,7 @@ def predict(problem: Problem, fitted: Fitted) -> list[Prediction]:
     values = np.array([fitted.values[name] for name in fitted.linear])
     made = []
     for piece in problem.pieces:
-        matrix = piece_columns(piece, problem.stribeck, fitted.linear, fitted.searched)
+        matrix = piece_columns(piece, problem.speeds, fitted.linear, fitted.searched)
         made.append(
             Prediction(
                 piece.time,

@@ -6,7 +6,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.filtering import Rest, find_rest, shortest_piece, uniform, wide_velocity
-from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth
+from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth, wide_corner
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
 from adaptive_ff.logs.derivatives import REACH
 from adaptive_ff.logs.log import Log
@@ -86,12 +86,14 @@ def prepare(log: Log, bandwidth: float | None = None) -> Prepared:
             f"{log.name}: the longest piece without defect has {longest.size} samples; in a band of {bandwidth:.3g} Hz "
             f"there must be {needed} (widen it with a larger bandwidth, or record for longer)"
         )
+    longest = max(enough, key=lambda piece: piece.size)
+    corner = wide_corner(uniform(log, longest, period)[1], bandwidth, period, is_position=is_position)
     velocities = [
-        wide_velocity(uniform(log, piece, period)[1], bandwidth, period, is_position=is_position) for piece in enough
+        wide_velocity(uniform(log, piece, period)[1], corner, period, is_position=is_position) for piece in enough
     ]
     if not any(np.any(velocity) for velocity in velocities):
         raise InputError(f"{log.name}: nothing moves; the joint must move to be identified")
-    return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities))
+    return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities, corner))
 
 
 def too_short(piece: Piece, period: float, needed: int) -> str:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.identify.filtering import uniform, wide_velocity
+from adaptive_ff.logs.bandwidth import DERIVATIVE_TIMES_WITHIN
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, lowpass
 from adaptive_ff.logs.log import Log
@@ -62,7 +63,7 @@ def _noise(log: Log, piece: Piece, bandwidth: float, period: float) -> float:
     """
     _, motion, _ = uniform(log, piece, period)
     is_position = log.position is not None
-    smooth = wide_velocity(motion, bandwidth, period, is_position=is_position)
+    smooth = wide_velocity(motion, DERIVATIVE_TIMES_WITHIN * bandwidth, period, is_position=is_position)
     if is_position:
         seen, smooth = np.diff(motion) / period, 0.5 * (smooth[1:] + smooth[:-1])
     else:

@@ -3,12 +3,13 @@
 ``torque = J a + f + offset + Gs sin q + Gc cos q``, where ``f`` follows ``F(w)`` with a lag, ``tau df/dt + f = F(w)``,
 (1), and
 
-    F(w) = Fc sgn(w) + sigma w + b |w| + (Fs - Fc) sgn(w) exp(-|w|/Vs) + S sgn(w) (1 - exp(-|w|/Vc))
+    F(w) = Fc sgn(w) + sigma w + b |w| + (Fs - Fc) sgn(w) exp(-|w|/Vs) + S s(w/Vc)
 
 that is (3) with a shape factor of one; viscous friction that may differ by direction, ``sigma + b`` forward and
 ``sigma - b`` backward; and viscous friction that may saturate, as that of harmonic drives does: steep at low speed, by
-``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed. Coulomb friction that differs by direction
-is an offset as long as the joint slides, and cannot be separated from one.
+``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed; ``s`` is ``tanh(x)``, or the slower
+``sgn(x) (1 - exp(-|x|))``. Coulomb friction that differs by
+direction is an offset as long as the joint slides, and cannot be separated from one.
 """
 
 import math
@@ -26,7 +27,11 @@ DIRECT = ("inertia", "offset", "gravity_sine", "gravity_cosine")
 FRICTION = ("coulomb", "viscous", "viscous_asymmetry")
 """Linear terms of friction."""
 
-BENT = {"stiction_excess": "stribeck_velocity", "saturation": "saturation_velocity"}
+BENT = {
+    "stiction_excess": "stribeck_velocity",
+    "saturation": "saturation_velocity",
+    "slow_saturation": "slow_saturation_velocity",
+}
 """Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
 
 LINEAR = (*DIRECT, *FRICTION, *BENT)
@@ -40,8 +45,8 @@ class Problem(NamedTuple):
     ----------
     pieces : sequence of Conditioned
         Rows of the pieces.
-    stribeck : ndarray, shape (k,)
-        Their grid of Stribeck velocities, rad/s.
+    speeds : mapping of ndarray, shape (k,)
+        Grid of speeds of each bent term, rad/s.
     longest_lag : float
         Largest friction lag that is looked for, s.
     torque_delay : float
@@ -51,10 +56,10 @@ class Problem(NamedTuple):
     """
 
     pieces: Sequence[Conditioned]
-    stribeck: Array
+    speeds: Mapping[str, Array]
     longest_lag: float
     torque_delay: float
-    noise: Mapping[str, float] = {}  # noqa: RUF012
+    noise: Mapping[str, float] = {}
 
 
 def measured_torque(problem: Problem) -> Array:
@@ -70,19 +75,21 @@ def piece_torque(piece: Conditioned, delay: float) -> Array:
 def design(problem: Problem, terms: Sequence[str], searched: Mapping[str, float]) -> Array:
     """Return the columns of linear terms on the regressed rows, shape (rows, terms); see ``piece_columns``."""
     return np.concatenate(
-        [piece_columns(piece, problem.stribeck, terms, searched)[piece.slides] for piece in problem.pieces]
+        [piece_columns(piece, problem.speeds, terms, searched)[piece.slides] for piece in problem.pieces]
     )
 
 
-def piece_columns(piece: Conditioned, stribeck: Array, terms: Sequence[str], searched: Mapping[str, float]) -> Array:
+def piece_columns(
+    piece: Conditioned, speeds: Mapping[str, Array], terms: Sequence[str], searched: Mapping[str, float]
+) -> Array:
     """Return the columns of linear terms on all rows of a piece.
 
     Parameters
     ----------
     piece : Conditioned
         The rows.
-    stribeck : ndarray, shape (k,)
-        Grid of Stribeck velocities, rad/s.
+    speeds : mapping of ndarray, shape (k,)
+        Grid of speeds of each bent term, rad/s.
     terms : sequence of str
         Some of ``LINEAR``.
     searched : mapping of float
@@ -100,7 +107,7 @@ def piece_columns(piece: Conditioned, stribeck: Array, terms: Sequence[str], sea
         if term in DIRECT:
             made.append(direct_column(piece, term))
         else:
-            column = friction_column(piece, stribeck, term, searched)
+            column = friction_column(piece, speeds, term, searched)
             made.append(column if lag == 0.0 else _transfer(column, lambda s: 1.0 / (1.0 + lag * s), piece.period))
     return np.column_stack(made)
 
@@ -114,17 +121,18 @@ def direct_column(piece: Conditioned, term: str) -> Array:
     return column
 
 
-def friction_column(piece: Conditioned, stribeck: Array, term: str, searched: Mapping[str, float]) -> Array:
+def friction_column(piece: Conditioned, speeds: Mapping[str, Array], term: str, searched: Mapping[str, float]) -> Array:
     """Return the column of a term of friction, before its lag."""
     if term not in BENT:
         return {"coulomb": piece.direction, "viscous": piece.velocity, "viscous_asymmetry": piece.speed}[term]
-    ratio = math.log(searched[BENT[term]] / stribeck[0]) / math.log(stribeck[1] / stribeck[0])
-    place = min(max(math.floor(ratio), 1), stribeck.size - 3)
+    grid = speeds[term]
+    ratio = math.log(searched[BENT[term]] / grid[0]) / math.log(grid[1] / grid[0])
+    place = min(max(math.floor(ratio), 1), grid.size - 3)
     x = ratio - place  # cubic of Lagrange through four neighbours of the grid
     weights = [-x * (x - 1) * (x - 2) / 6, (x + 1) * (x - 1) * (x - 2) / 2]
     weights += [-(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6]
-    column: Array = np.array(weights) @ piece.stiction[place - 1 : place + 3]
-    return piece.direction - column if term == "saturation" else column
+    column: Array = np.array(weights) @ piece.bent[term][place - 1 : place + 3]
+    return column
 
 
 def _transfer(values: Array, response: Callable[[Any], Any], period: float) -> Array:

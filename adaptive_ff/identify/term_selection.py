@@ -1,4 +1,4 @@
-"""Which terms of the friction model a log supports: chosen by blocked cross-validation, intervals over all that remain."""
+"""Which terms of the friction model a log supports: by blocked cross-validation, with intervals over what remains."""
 
 from typing import NamedTuple
 
@@ -6,12 +6,21 @@ import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.cross_validation import ALIKE, Validated, behind, choose, cross_validate
-from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, STICTION, Terms, candidate_models
+from adaptive_ff.identify.families import (
+    ASYMMETRY,
+    GRAVITY,
+    LAG,
+    SATURATION,
+    SLOW_SATURATION,
+    STICTION,
+    Terms,
+    candidate_models,
+)
 from adaptive_ff.identify.fit import Fitted, fit_terms
 from adaptive_ff.identify.grid import BLOCKS, LEAD, Grid, Point, fit_on_grid, make_grid
 from adaptive_ff.identify.regressors import BENT, Problem
 
-ADDED = (LAG, STICTION, SATURATION, ASYMMETRY, *GRAVITY)
+ADDED = (LAG, STICTION, SATURATION, SLOW_SATURATION, ASYMMETRY, *GRAVITY)
 """Terms that are estimated beside the model, too, where it does without them."""
 
 
@@ -95,7 +104,7 @@ def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool
     for term in ADDED:
         terms = next((model for model in models if set(model) == {*best.terms, term}), None)
         if terms is not None and term not in best.terms:
-            start = fit_on_grid(grid, terms, np.zeros(BLOCKS, dtype=np.bool_))
+            start = fit_on_grid(grid, terms, np.ones(BLOCKS, dtype=np.bool_), np.zeros(BLOCKS, dtype=np.bool_))
             try:
                 tried[term] = fits.get(terms) or fit_terms(problem, terms, confidence, start=_start(start))
             except ValueError as error:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, STICTION
+from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, SLOW_SATURATION, STICTION
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import ROTARY
@@ -116,8 +116,8 @@ def _of_validation(found: LogIdentification) -> str:
         )
     if ratio > WORSE:
         return sentence + (
-            f": {ratio:.1f} times the error of the fit, and every family of models gets worse there. Friction or inertia "
-            "is another there."
+            f": {ratio:.1f} times the error of the fit, and every family of models gets worse there. Friction or "
+            "inertia is another there."
         )
     if found.validation.relative_error > WORSE * found.fit.relative_error:
         return sentence + ", of a torque that is smaller there: the error itself is like that of the fit."
@@ -127,8 +127,8 @@ def _of_validation(found: LogIdentification) -> str:
 def _of_confounding(found: LogIdentification) -> list[str]:
     """Say which parameters the log cannot separate from others."""
     return [
-        f"{_words(name)[0].upper() + _words(name)[1:]} is confounded with {_listed(list(reported.confounded))}: the log "
-        f"allows {reported.estimate.lower:.3g} to {reported.estimate.upper:.3g} {found.units[name]}."
+        f"{_words(name)[0].upper() + _words(name)[1:]} is confounded with {_listed(list(reported.confounded))}: the "
+        f"log allows {reported.estimate.lower:.3g} to {reported.estimate.upper:.3g} {found.units[name]}."
         for name, reported in found.parameters.items()
         if reported.confounded
     ]
@@ -151,7 +151,7 @@ def _of_missing(found: LogIdentification) -> list[str]:
     """Say what is not identifiable from the log."""
     sentences = []
     for name, reported in found.parameters.items():
-        if reported.identifiable or name in (*BENT.values(), ASYMMETRY, *GRAVITY, SATURATION):
+        if reported.identifiable or name in (*BENT.values(), ASYMMETRY, *GRAVITY, SATURATION, SLOW_SATURATION):
             continue
         value, _, lower, upper = reported.estimate
         words, separator = _words(name), ":"
@@ -194,8 +194,8 @@ def _of_asymmetry(found: LogIdentification) -> list[str]:
     offset = f"{values['offset']:.3g} {found.units['offset']}"
     return [
         f"Viscous friction differs by direction: {values['viscous'] + value:.3g} forward and "
-        f"{values['viscous'] - value:.3g} {unit} backward, with an offset of {offset}. Coulomb friction that differs by "
-        "direction cannot be separated from the offset."
+        f"{values['viscous'] - value:.3g} {unit} backward, with an offset of {offset}. Coulomb friction that differs "
+        "by direction cannot be separated from the offset."
     ]
 
 
@@ -204,6 +204,7 @@ WORDS = {
     "coulomb": "Coulomb friction",
     STICTION: "stiction",
     SATURATION: "viscous friction that saturates",
+    SLOW_SATURATION: "viscous friction that saturates slowly",
     ASYMMETRY: "viscous friction by direction",
 }
 

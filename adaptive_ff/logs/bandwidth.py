@@ -19,15 +19,24 @@ DERIVATIVE_TIMES = 5.0
 """Corner of the wide filter, behind which the sign of the velocity is taken, over the band: 100 Hz to 20 Hz in the
 reference models of EMPS (A. Janot, M. Gautier, M. Brunot, 2019)."""
 
-NOISE_SHARE = 0.002
+NOISE_SHARE = 0.02
 """Largest power of the noise of the acceleration in the band, over that of the acceleration: noise of a regressor draws
 its coefficient towards zero by about that share."""
+
+SMOOTHED = 15
+"""Bins of the spectrum over which its power is averaged before it is compared with that of the noise."""
 
 LATTICE = 1e-9
 """Smallest step of a lattice, over the largest difference between samples."""
 
 LEAST_TIMES_MOTION = 2.0
 """Smallest band over the frequency of the motion that noise makes it choose."""
+
+DERIVATIVE_TIMES_WITHIN = 0.98 * DERIVATIVE_TIMES
+"""The same, below half the sampling frequency where the band is a tenth of it."""
+
+SIGN_NOISE = 0.005
+"""Noise of the velocity whose sign is taken, over its root mean square, from which on that filter is made narrower."""
 
 LARGEST_SHARE = 0.1
 """Largest band, over the sampling frequency: the filter of the derivatives stays at its half."""
@@ -60,10 +69,13 @@ def choose_bandwidth(motion: Array, period: float, *, is_position: bool) -> floa
     upper = frequency > 0.25 / period
     noise = np.mean(power[upper]) / np.mean(gain[upper])
     noise = max(noise, rounding_noise(motion, period, is_position=is_position) * float(np.sum(window**2)))
-    cumulated = np.cumsum(np.maximum(power - 4.0 * noise * gain, 0.0))
+    width = max(1, min(SMOOTHED, power.size // 20))
+    smooth = np.convolve(power, np.ones(width) / width, "same")  # a single bin of noise may be many times its mean
+    signal = np.maximum(np.where(smooth > 4.0 * noise * gain, power, 0.0) - noise * gain, 0.0)
+    cumulated = np.cumsum(signal)
     moving = float(frequency[int(np.searchsorted(cumulated, MOTION_SHARE * cumulated[-1]))])
     inside = frequency <= TIMES_MOTION * moving
-    accelerated = float(np.sum((np.maximum(power - 4.0 * noise * gain, 0.0) * frequency**2)[inside]))
+    accelerated = float(np.sum((signal * frequency**2)[inside]))
     loud = np.cumsum(noise * gain * frequency**2) > NOISE_SHARE * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if np.any(loud) else np.inf
     wanted = min(max(TIMES_MOTION * moving, SMALLEST), max(quiet, LEAST_TIMES_MOTION * moving))
@@ -87,6 +99,40 @@ def rounding_noise(motion: Array, period: float, *, is_position: bool) -> float:
         return 0.0
     rate = float(np.sqrt(np.mean(steps**2))) / (step * period) if is_position else np.inf
     return step**2 / 12.0 * max(1.0, 0.5 / (period * rate))
+
+
+def white_noise(motion: Array, *, is_position: bool) -> float:
+    """Return the variance of the white noise of a motion, from the upper half of its spectrum."""
+    series = np.diff(motion) if is_position else motion - np.mean(motion)
+    window = np.hanning(series.size)
+    power = np.abs(np.fft.rfft(series * window)) ** 2 / float(np.sum(window**2))
+    share = np.arange(power.size) / max(1, power.size - 1)  # of half the sampling frequency
+    gain = (2.0 * np.sin(0.5 * np.pi * share)) ** 2 if is_position else np.ones_like(share)
+    upper = share > 0.5
+    return float(np.mean(power[upper]) / np.mean(gain[upper]))
+
+
+def motion_noise(motion: Array, period: float, *, is_position: bool) -> float:
+    """Return the variance of the noise of each sample of a motion: white noise, or that of a lattice."""
+    white = white_noise(motion, is_position=is_position)
+    return max(white, rounding_noise(motion, period, is_position=is_position))
+
+
+def wide_corner(motion: Array, bandwidth: float, period: float, *, is_position: bool) -> float:
+    """Return the corner of the filter behind which the sign of the velocity is taken, Hz.
+
+    Five times the band; less, down to the band itself, where the noise of that velocity would be more than a small
+    share of its size: noise around a reversal smears the sign.
+    """
+    size = np.diff(motion) / period if is_position else motion
+    allowed = (SIGN_NOISE * float(np.sqrt(np.mean(size**2)))) ** 2
+    density = 2.0 * period * motion_noise(motion, period, is_position=is_position)
+    corner = np.inf
+    if density > 0.0:
+        corner = (3.0 * allowed / (4.0 * np.pi**2 * density)) ** (1.0 / 3.0) if is_position else allowed / density
+    return (
+        DERIVATIVE_TIMES_WITHIN * bandwidth if corner > DERIVATIVE_TIMES_WITHIN * bandwidth else max(bandwidth, corner)
+    )
 
 
 def check_bandwidth(bandwidth: float, period: float) -> None:

@@ -11,7 +11,7 @@ from adaptive_ff.logs.formats import read_content
 USUAL = {
     "time": ("time", "t"),
     "position": ("position", "q"),
-    "velocity": ("velocity", "w"),
+    "velocity": ("measured", "velocity", "w"),
     "torque": ("torque", "u"),
 }
 """Names that columns have where none are given."""
@@ -45,8 +45,7 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str]) -> tupl
                 return role, name
     options = " or ".join(f"--{role}" for role in roles)
     usual = " or ".join(name for role in roles for name in USUAL[role])
-    shown = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
-    raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {shown}")
+    raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {', '.join(names)}")
 
 
 def column_names(path: Path) -> list[str]:

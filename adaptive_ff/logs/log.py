@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 PICKED = re.compile(r"(?P<name>.+)\[(?P<place>\d+)\]")
 """``NAME[3]``."""
 
-SHOWN = 20
-"""Most columns that a message lists."""
+KNOWN = "known torque"
+"""Role of the column of a torque that is subtracted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +69,7 @@ def read_log(
     period: float | None = None,
     extra: Mapping[str, str] | None = None,
     scale: Mapping[str, float] | None = None,
+    known_torque: str | None = None,
 ) -> Log:
     """Read a log.
 
@@ -89,6 +90,8 @@ def read_log(
         Further columns: the name they get in ``Log.extra``, and their column.
     scale : mapping of str to float, optional
         Factor by column, as it is named above, that turns its values into the units given here.
+    known_torque : str, optional
+        Column of a torque that is known, such as gravity or coupling from a model, N m; it is taken from the drive's.
 
     Returns
     -------
@@ -113,7 +116,7 @@ def read_log(
         raise InputError(f"{file}: a column of time or a period must be given, one of them")
     if period is not None and not (math.isfinite(period) and period > 0.0):
         raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
-    chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity}
+    chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
     columns.update({f"extra {name}": column for name, column in (extra or {}).items()})
     factors = dict(scale or {})
@@ -124,6 +127,8 @@ def read_log(
     size = _common_size(file, series, columns)
     if period is not None:
         series["time"] = period * np.arange(size, dtype=np.float64)
+    if KNOWN in series:
+        series["torque"] = series["torque"] - series[KNOWN]
     named = {name: series[f"extra {name}"] for name in extra or {}}
     return Log(str(file), series["time"], series["torque"], series.get("position"), series.get("velocity"), named)
 
@@ -176,6 +181,4 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
 
 def _listed(content: Content) -> str:
     """Return the names of all columns, with shapes of arrays that hold several."""
-    shown = [name + (f" {shape}" if len(shape) > 1 else "") for name, shape in content.shapes.items()]
-    more = f" and {len(shown) - SHOWN} more" if len(shown) > SHOWN else ""
-    return ", ".join(shown[:SHOWN]) + more
+    return ", ".join(name + (f" {shape}" if len(shape) > 1 else "") for name, shape in content.shapes.items())

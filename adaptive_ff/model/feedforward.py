@@ -116,6 +116,30 @@ def ahead(state: FeedforwardState, reference: float, next_reference: float, dela
 
 
 @register_jitable
+def feedforward_parts(
+    model: TorqueModel,
+    state: FeedforwardState,
+    reference: float,
+    next_reference: float,
+    period: float,
+    delay: float = 0.0,
+    inertia: float = math.nan,
+) -> tuple[float, float, FeedforwardState]:
+    """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
+    moved = inertia if math.isfinite(inertia) else model.inertia
+    start, end = ahead(state, reference, next_reference, delay)
+    if start * end < 0.0:
+        turn = period * start / (start - end)
+        before, friction = one_way_friction(model, state.friction, start, 0.0, turn)
+        after, friction = one_way_friction(model, friction, 0.0, end, period - turn)
+        integral = before + after
+    else:
+        integral, friction = one_way_friction(model, state.friction, start, end, period)
+    torque = (moved * (end - start) + integral) / period + model.offset
+    return torque, integral / period, FeedforwardState(friction, reference, True)
+
+
+@register_jitable
 def step_feedforward(
     model: TorqueModel,
     state: FeedforwardState,
@@ -142,14 +166,5 @@ def step_feedforward(
     inertia : float, optional
         Inertia in the present configuration, kg m^2, in the place of the model's; not a number where that holds.
     """
-    moved = inertia if math.isfinite(inertia) else model.inertia
-    start, end = ahead(state, reference, next_reference, delay)
-    if start * end < 0.0:
-        turn = period * start / (start - end)
-        before, friction = one_way_friction(model, state.friction, start, 0.0, turn)
-        after, friction = one_way_friction(model, friction, 0.0, end, period - turn)
-        integral = before + after
-    else:
-        integral, friction = one_way_friction(model, state.friction, start, end, period)
-    torque = (moved * (end - start) + integral) / period + model.offset
-    return torque, FeedforwardState(friction, reference, True)
+    torque, _, new = feedforward_parts(model, state, reference, next_reference, period, delay, inertia)
+    return torque, new

@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.fixed import fit_fixed
+from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.parts import (
     PART,
     REFERENCE_POSITION,
@@ -17,7 +18,7 @@ from adaptive_ff.replay.parts import (
     largest_reference,
     split_log,
 )
-from adaptive_ff.replay.result import COLD, FIXED, SAVED, Replay
+from adaptive_ff.replay.result import COLD, FIXED, NONE, SAVED, Replay
 from adaptive_ff.replay.runs import Runner, Tape
 from adaptive_ff.replay.settings import LOOP, LOOP_PERIODS, RESTING, SLOW, ReplaySettings, check_names
 from adaptive_ff.replay.state import state_from_json
@@ -114,6 +115,8 @@ def replay_log(
         done += piece_part.time.size
         if progress is not None:
             progress(done / used)
+    left = tape.judge.result()
+    notes += worse_than_none(left)
     return Replay(
         log.name,
         "N" if linear else "N m",
@@ -124,10 +127,21 @@ def replay_log(
         skipped,
         notes,
         model,
-        tape.judge.result(),
+        left,
         tape.series(),
         tape.adaptive(),
     )
+
+
+def worse_than_none(left: Mapping[str, Left]) -> list[str]:
+    """Return a sentence that names the feedforwards which leave more torque than none, if any does."""
+    worse = [name for name, torque in left.items() if torque.whole > left[NONE].whole]
+    if not worse:
+        return []
+    return [
+        f"More torque than without any feedforward is left by {' and '.join(worse)}: another torque acts on the joint "
+        "(gravity, other axes), or signs or units are not those of the log."
+    ]
 
 
 def _check_arguments(log: Log, band: float) -> None:
@@ -190,7 +204,7 @@ def _notes(
 
 
 def _runners(
-    settings: ReplaySettings, model: TorqueModel | None, saved: AdaptiveController | None, is_position: bool
+    settings: ReplaySettings, model: TorqueModel | None, saved: UnsupervisedController | None, is_position: bool
 ) -> dict[str, Runner]:
     """Return the controllers that watch, by the name of their feedforward."""
     controllers: dict[str, Controller] = {}

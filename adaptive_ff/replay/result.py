@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.model.friction import TorqueModel
@@ -70,7 +70,7 @@ class Replay:
         and ``adaptive_saved``, as far as there are such.
     series : ReplaySeries
         Torques and estimates over time, thinned.
-    controllers : dict of AdaptiveController
+    controllers : dict of UnsupervisedController
         The adaptive ones, in the state at the end of the log.
     """
 
@@ -85,7 +85,7 @@ class Replay:
     fixed: TorqueModel | None
     left: dict[str, Left]
     series: ReplaySeries
-    controllers: dict[str, AdaptiveController]
+    controllers: dict[str, UnsupervisedController]
 
     @property
     def estimates(self) -> dict[str, dict[str, float]]:

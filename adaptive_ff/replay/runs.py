@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.step import initial_adaptive_state
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.derivatives import Array
@@ -48,7 +48,7 @@ class Runner:
         """Begin a piece: what is known of the joint stays, filters over its motion start anew, at the reference."""
         controller = self.controller
         self._observed = initial_velocity_state(self._observer, measurement, reference)
-        if isinstance(controller, AdaptiveController):
+        if isinstance(controller, UnsupervisedController):
             fresh, known = initial_adaptive_state(controller.parameters), controller.state
             timing = fresh.timing._replace(evidence=known.timing.evidence, lag=known.timing.lag)
             controller.state = fresh._replace(estimator=known.estimator, timing=timing, enabled=known.enabled)
@@ -94,10 +94,10 @@ class Tape:
             self._estimates[name][place] = estimates  # of several in a bin the last one stays
         self.judge.add(part.start, part.needed, feedforwards, part.seen.reference != 0.0, last=part.ends)
 
-    def adaptive(self) -> dict[str, AdaptiveController]:
+    def adaptive(self) -> dict[str, UnsupervisedController]:
         """Return the adaptive controllers in the state that they have come to."""
         controllers = {name: runner.controller for name, runner in self._runners.items()}
-        return {name: found for name, found in controllers.items() if isinstance(found, AdaptiveController)}
+        return {name: found for name, found in controllers.items() if isinstance(found, UnsupervisedController)}
 
     def series(self) -> ReplaySeries:
         """Return the thinned series."""

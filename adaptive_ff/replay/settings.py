@@ -1,15 +1,15 @@
 """Settings of a replayed controller: the numbers that its designer would have typed in on the machine.
 
-This is the only place that lists them: the arguments of :func:`adaptive_ff.replay.replay.replay_log`, the options of
-the command line and the saved state are read from the fields of :class:`ReplaySettings`.
+The arguments of :func:`adaptive_ff.replay.replay.replay_log` and the saved state are read from the fields of
+:class:`ReplaySettings`; a test compares them with the options of the command line.
 """
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any, Self
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import difference_velocity, direct_velocity, low_pass_velocity, pi_gains
@@ -25,11 +25,6 @@ RESTING = 0.005
 
 SAME_PERIOD = 0.01
 """Relative difference of sample times up to which a saved state belongs to a log."""
-
-
-def _setting(help_text: str, **default: Any) -> Any:
-    """Return a field with the text that a command line shows."""
-    return field(metadata={"help": help_text}, **default)
 
 
 @dataclass(frozen=True)
@@ -62,20 +57,14 @@ class ReplaySettings:
     """
 
     period: float
-    inertia: float = _setting("Inertia that the controller assumes, kg m^2; that of the fixed model if not given.")
-    stribeck_velocity: float = _setting("Stribeck velocity that it assumes, rad/s.")
-    loop_bandwidth: float = _setting("Crossover of its loop, Hz; 10, or a tenth of the sampling frequency.")
-    rest_speed: float = _setting("The reference rests below this speed, rad/s; 0.005 of its largest.")
-    memory: float = _setting("Its memory, s of sliding motion; 5 if not given.", default=5.0)
-    identify: str = _setting(
-        "What it identifies: symmetric, offset (if not given) or directions (all friction by them).", default="offset"
-    )
-    torque_delay: float = _setting(
-        "Time after its stamp at which a torque acts, s; half a period where it is held.", default=0.0
-    )
-    velocity_cutoff: float | None = _setting(
-        "Low-pass behind differences of the position, Hz; none if not given.", default=None
-    )
+    inertia: float
+    stribeck_velocity: float
+    loop_bandwidth: float
+    rest_speed: float
+    memory: float = 5.0
+    identify: str = "offset"
+    torque_delay: float = 0.0
+    velocity_cutoff: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("period", "inertia", "stribeck_velocity", "loop_bandwidth", "memory"):
@@ -99,9 +88,9 @@ class ReplaySettings:
         """Gains of the loop, N m s/rad and N m/rad."""
         return pi_gains(self.inertia, self.loop_bandwidth)
 
-    def controller(self) -> AdaptiveController:
+    def controller(self) -> UnsupervisedController:
         """Return the controller, which knows nothing yet."""
-        return AdaptiveController(
+        return UnsupervisedController(
             *self.gains,
             self.period,
             inertia=self.inertia,
@@ -171,7 +160,7 @@ class ReplaySettings:
                 raise InputError(f"{name} = {value} is not allowed beside a saved state: it was saved with {kept}")
 
 
-GIVEN = tuple(setting.name for setting in fields(ReplaySettings) if "help" in setting.metadata)
+GIVEN = tuple(setting.name for setting in fields(ReplaySettings) if setting.name != "period")
 """Settings that a user may give; the sample time is the log's."""
 
 

@@ -3,17 +3,17 @@
 import json
 from pathlib import Path
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.replay.settings import ReplaySettings
 
 
-def state_to_json(settings: ReplaySettings, controller: AdaptiveController) -> str:
+def state_to_json(settings: ReplaySettings, controller: UnsupervisedController) -> str:
     """Return settings and state as a text that restores both exactly."""
     return json.dumps({"settings": settings.to_dict(), **json.loads(controller.state_to_json())}, indent=1) + "\n"
 
 
-def state_from_json(text: str) -> tuple[ReplaySettings, AdaptiveController]:
+def state_from_json(text: str) -> tuple[ReplaySettings, UnsupervisedController]:
     """Return settings and controller of a saved text.
 
     Raises

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import Run
 from adaptive_ff.model.friction import UNITS, TorqueModel, model_friction
 from adaptive_ff.report.drawing import (
@@ -55,6 +56,9 @@ LOOKS: dict[str, Look] = {
 OTHER_COLOURS = ("#0072b2", "#cc79a7", "#b89b00", "#882255", "#332288", "#44aa99")
 OTHER_DASHES = ("-", "-.", ":")
 
+OWN: Look = {"linewidth": 1.8, "zorder": 2.45}
+"""What a user's own controllers have beside a colour of their own: they stand out."""
+
 REFERENCE: Look = {"color": INK, "linewidth": 0.7, "zorder": 2.6, "label": "reference"}
 TRUTH: Look = {"color": "#000000", "linestyle": (0, (3, 2)), "zorder": 2.6, "label": "true"}
 TORQUE: Look = {"linewidth": 0.7, "alpha": 0.5, "drawstyle": "steps-post", "label": "torque"}
@@ -66,7 +70,7 @@ FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
 
 
 def plot_run(run: Run, path: str | Path | None = None) -> Figure:
-    """Draw one run: tracking, error, and torque with the feedforward in it.
+    """Draw one run: tracking, error, with a position loop that of the position, torque with the feedforward in it.
 
     Parameters
     ----------
@@ -78,17 +82,22 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
     Returns
     -------
     Figure
-        Three panels over the whole run.
+        Three or four panels over the whole run.
     """
     look = {**_looks([run.name])[run.name], "linestyle": "-"}
     keys = [REFERENCE, {**look, "label": f"velocity with {look['label']}"}]
     with rc_context(STYLE):
-        figure, (tracking, error, torque) = make_panels(3, 6.0)
+        several = 3 if run.position_error is None else 4
+        figure, panels = make_panels(several, 2.0 * several)
+        tracking, error, torque = panels[0], panels[1], panels[-1]
         draw_series(tracking, run.solver_time, run.reference, REFERENCE)
         draw_series(tracking, run.solver_time, run.velocity, look)
         draw_series(error, run.solver_time, 1e3 * (run.reference - run.velocity), {**look, "linewidth": 0.8})
+        if run.position_error is not None:
+            draw_series(panels[2], run.solver_time, 1e3 * run.position_error, {**look, "linewidth": 0.8})
+            label_above(panels[2], "position error (mrad)")
         keys += _draw_torques(torque, run, slice(None), look)
-        keys += _mark_changes([tracking, error, torque], run.scenario)
+        keys += _mark_changes(panels, run.scenario)
         label_above(tracking, "velocity (rad/s)")
         label_above(error, "error (mrad/s)")
         label_above(torque, "torque (N m)")
@@ -138,8 +147,11 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
 
 
 def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
-    figure, (tracking, error, rms) = make_panels(3, 7.2, shared=False)
     first = next(iter(runs.values()))
+    positions = {name: 1e3 * run.position_error for name, run in runs.items() if run.position_error is not None}
+    several = 4 if positions else 3
+    figure, panels = make_panels(several, 2.4 * several, shared=False)
+    tracking, error, rms = panels[0], panels[1], panels[-1]
     part = _close_up(first)
     time, reference = first.solver_time[part], first.reference[part]
     shown = {name: runs[name].velocity[part] for name in _most_different(runs)}
@@ -155,21 +167,34 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
         rms.plot(*curve, **looks[name])
     _frame([tracking], {"": reference, **shown}, 3.0 * _peak(reference) or 20.0 * _typical(shown))
     _frame([error], near, 20.0 * _typical(near))
+    if positions:
+        _draw_close_up(panels[2], time, {name: series[part] for name, series in positions.items()}, looks)
+        label_above(panels[2], "position error (mrad), same close-up")
     _make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
     label_above(tracking, "velocity (rad/s), close-up")
     label_above(error, "error (mrad/s), same close-up")
     label_above(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
     tracking.set(xlim=(time[0], time[-1]))
     tracking.tick_params(labelbottom=False)
-    error.set(xlim=(time[0], time[-1]), xlabel="time (s)")
+    error.set(xlim=(time[0], time[-1]))
+    error.tick_params(labelbottom=not positions)
+    panels[-2].set(xlim=(time[0], time[-1]), xlabel="time (s)")
     rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
     rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
-    explain_looks(figure, [REFERENCE, *looks.values(), *_mark_changes([tracking, error, rms], first.scenario)])
+    explain_looks(figure, [REFERENCE, *looks.values(), *_mark_changes(panels, first.scenario)])
     return figure
 
 
+def _draw_close_up(axes: Axes, time: Series, curves: Mapping[str, Series], looks: Mapping[str, Look]) -> None:
+    """Draw a curve a controller and fit the limits to them."""
+    for name, curve in curves.items():
+        draw_series(axes, time, curve, looks[name])
+    _frame([axes], curves, 20.0 * _typical(curves))
+
+
 def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
-    shown = {name: run for name, run in runs.items() if np.any(run.feedforward)} or runs
+    feeding = {name for name, run in runs.items() if np.any(run.feedforward)}
+    shown = {name: run for name, run in runs.items() if not feeding or name in feeding or name not in CONTROLLERS}
     figure, panels = make_panels(len(shown), 0.8 + 1.2 * len(shown))
     first = next(iter(runs.values()))
     start, end = first.solver_time[_close_up(first)][[0, -1]]
@@ -240,7 +265,7 @@ def _identified(run: Run) -> TorqueModel:
 
 def _most_different(runs: Mapping[str, Run]) -> list[str]:
     """Choose controllers whose velocities differ most: baseline, two of the user's own, adaptive; or best and worst."""
-    own = [name for name in runs if name not in LOOKS][:2]
+    own = [name for name in runs if name not in CONTROLLERS][:2]
     chosen = [name for name in (BASELINE, *own, "adaptive") if name in runs]
     ranked = sorted(runs, key=lambda name: runs[name].metrics.rms_error_settled)
     return chosen if len(chosen) > 1 else list(dict.fromkeys([*chosen, ranked[0], ranked[-1]]))
@@ -346,7 +371,11 @@ def _make_logarithmic(axes: Axes, since: float) -> None:
 def _looks(names: Iterable[str]) -> dict[str, Look]:
     """Give each controller its look: its own if it is known, else the next of a cycle."""
     spare = cycle({"color": colour, "linestyle": dashes} for dashes, colour in product(OTHER_DASHES, OTHER_COLOURS))
-    return {name: {**(LOOKS.get(name) or next(spare)), "label": _text(name)} for name in names}
+    looks: dict[str, Look] = {}
+    for name in names:
+        highlight = {} if name in CONTROLLERS else OWN
+        looks[name] = {**(LOOKS.get(name) or {**next(spare), **highlight}), "label": _text(name)}
+    return looks
 
 
 def _text(name: str) -> str:

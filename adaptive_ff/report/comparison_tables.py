@@ -8,6 +8,7 @@ from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.model.friction import PER_DIRECTION_WITH_GRAVITY, unit_of
 from adaptive_ff.scenario.truth import last_model
 
@@ -28,6 +29,29 @@ def tracking_table(comparison: Comparison) -> Table:
             f"{improvement[name]:.2f}" if name in improvement else "-",
             *(_milli(error) for error in errors),
             f"{1e-3 * metrics.torque_variation:.3g}",
+            style=_style(name),
+        )
+    return table
+
+
+def position_table(comparison: Comparison) -> Table | None:
+    """Return the position errors of all controllers, one a row, or None where there is no position loop."""
+    found = {name: run.position_metrics for name, run in comparison.runs.items() if run.position_metrics is not None}
+    if not found:
+        return None
+    table = Table(title="Position error, mrad (rms)", box=SIMPLE, title_style="bold")
+    table.add_column("controller", no_wrap=True)
+    for heading in ("settled", f"{BASELINE} / own", "settled max", "whole run", "max"):
+        table.add_column(heading, justify="right")
+    base = found[BASELINE].rms_position_error_settled if BASELINE in found else None
+    for name, metrics in found.items():
+        settled = metrics.rms_position_error_settled
+        others = (metrics.max_position_error_settled, metrics.rms_position_error, metrics.max_position_error)
+        table.add_row(
+            name,
+            _milli(settled),
+            f"{base / settled:.2f}" if base is not None and settled > 0.0 else "-",
+            *(_milli(error) for error in others),
             style="bold" if name == "adaptive" else None,
         )
     return table
@@ -50,10 +74,12 @@ def estimates_table(comparison: Comparison) -> Table | None:
         "gravity_sin": weight.amplitude * math.cos(weight.phase),
         "gravity_cos": weight.amplitude * math.sin(weight.phase),
     }
-    for name in (name for name in PER_DIRECTION_WITH_GRAVITY if any(name in estimates for estimates in found)):
-        true = truth[name]
+    there = dict.fromkeys(name for estimates in found for name in estimates)
+    known = [name for name in PER_DIRECTION_WITH_GRAVITY if name in there]
+    for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
-        table.add_row(f"{name}, {unit_of(name)}", f"{true:.4g}", *cells)
+        true = f"{truth[name]:.4g}" if name in known else "-"
+        table.add_row(f"{name}, {unit_of(name)}" if name in known else name, true, *cells)
     return table
 
 
@@ -85,6 +111,13 @@ def classes_table(result: dict[str, Any]) -> Table:
             *(str(found[key]) for key in ("worse_settled", "worse_whole_run")),
         )
     return table
+
+
+def _style(name: str) -> str | None:
+    """Return how a controller is highlighted: the adaptive one, and a user's own."""
+    if name not in CONTROLLERS:
+        return "bold cyan"
+    return "bold" if name == "adaptive" else None
 
 
 def _milli(value: float) -> str:

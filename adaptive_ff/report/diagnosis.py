@@ -16,10 +16,11 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import unit_of
+from adaptive_ff.report.diagnosis_supervision import supervision
 from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings
 
 WIDTH = 120
@@ -106,6 +107,8 @@ class Diagnosis:
         given.
     rejected : int
         Measurements that were not finite.
+    supervision : tuple of str
+        What is distrusted of the model and why, and what the observer does, a sentence each.
     warnings : tuple of str
         What an engineer should look at, a sentence each.
     """
@@ -121,6 +124,7 @@ class Diagnosis:
     model_torque: float
     feedback_share: float | None
     rejected: int
+    supervision: tuple[str, ...]
     warnings: tuple[str, ...]
 
     @property
@@ -157,6 +161,7 @@ class Diagnosis:
         if self.feedback_share is not None:
             share = f"{100.0 * self.feedback_share:.2g} %"
             said.append(f"Over the second half of the run feedback did {share} of the torque (rms).")
+        said += self.supervision
         return said + [f"Warning: {warning}" for warning in self.warnings]
 
     def _excitation(self) -> list[str]:
@@ -188,12 +193,12 @@ class Diagnosis:
         return text.getvalue().strip("\n")
 
 
-def diagnose(controller: AdaptiveController, run: Recorded | None = None) -> Diagnosis:
+def diagnose(controller: AdaptiveBase, run: Recorded | None = None) -> Diagnosis:
     """Diagnose an adaptive controller.
 
     Parameters
     ----------
-    controller : AdaptiveController
+    controller : AdaptiveBase
         The controller; it is left as it is.
     run : Run, optional
         A run of it, or any object with the recorded series ``torque`` and ``feedforward``: from it is computed what
@@ -228,6 +233,7 @@ def diagnose(controller: AdaptiveController, run: Recorded | None = None) -> Dia
         model_torque,
         None if run is None else feedback_share(run),
         controller.rejected,
+        tuple(supervision(controller)),
         tuple(find_warnings(controller, confidence, unexplained)),
     )
 
@@ -252,7 +258,7 @@ def feedback_share(run: Recorded) -> float:
     return float(np.sqrt(np.mean((torque - feedforward)[half:] ** 2))) / whole if whole > 0.0 else 0.0
 
 
-def _parameters(controller: AdaptiveController, confidence: Confidence) -> tuple[ParameterDiagnosis, ...]:
+def _parameters(controller: AdaptiveBase, confidence: Confidence) -> tuple[ParameterDiagnosis, ...]:
     memory = controller.parameters.estimator.memory
     found = []
     for i, (name, value) in enumerate(controller.estimates.items()):

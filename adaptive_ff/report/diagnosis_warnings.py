@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.uncertainty import Confidence
 from adaptive_ff.estimation.instruments import AGREEMENT
@@ -29,12 +29,12 @@ LONG_WITHOUT = 10.0
 """Time without a sample to learn from that calls for a warning, s."""
 
 
-def find_warnings(controller: AdaptiveController, confidence: Confidence, unexplained: float) -> Iterator[str]:
+def find_warnings(controller: AdaptiveBase, confidence: Confidence, unexplained: float) -> Iterator[str]:
     """Yield what should be looked at.
 
     Parameters
     ----------
-    controller : AdaptiveController
+    controller : AdaptiveBase
         The controller; it is left as it is.
     confidence : Confidence
         How well the recent data determine its parameters.
@@ -75,7 +75,7 @@ def find_warnings(controller: AdaptiveController, confidence: Confidence, unexpl
         )
 
 
-def _bounds(controller: AdaptiveController) -> Iterator[str]:
+def _bounds(controller: AdaptiveBase) -> Iterator[str]:
     """Yield a sentence for each parameter at an end of its assumed range."""
     estimator, state = controller.parameters.estimator, controller.state.estimator
     ranges = np.empty_like(estimator.ranges)
@@ -86,7 +86,7 @@ def _bounds(controller: AdaptiveController) -> Iterator[str]:
             yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {unit_of(name)}."
 
 
-def _implausible(controller: AdaptiveController, confidence: Confidence) -> Iterator[str]:
+def _implausible(controller: AdaptiveBase, confidence: Confidence) -> Iterator[str]:
     estimate, errors = controller.state.estimator.recursion.estimate, confidence.errors
     doubt = math.hypot(errors[COULOMB], errors[STICTION])
     if estimate[COULOMB] - estimate[STICTION] > SURE * doubt:

@@ -38,13 +38,13 @@ class ObservedModelParameters(NamedTuple):
 
     Attributes
     ----------
-    observer : DisturbanceObserverParameters
+    feedback : DisturbanceObserverParameters
         The PI loop and its observer.
     friction : TorqueModel
         The model without its inertia.
     """
 
-    observer: DisturbanceObserverParameters
+    feedback: DisturbanceObserverParameters
     friction: TorqueModel
 
 
@@ -53,7 +53,7 @@ class ObservedModelState(NamedTuple):
 
     Attributes
     ----------
-    observer : DisturbanceObserverState
+    feedback : DisturbanceObserverState
         State of the PI loop and its observer.
     feedforward : FeedforwardState
         State of the feedforward.
@@ -61,7 +61,7 @@ class ObservedModelState(NamedTuple):
         Torques fed forward that wait for the delay of the drive, N m, newest first.
     """
 
-    observer: DisturbanceObserverState
+    feedback: DisturbanceObserverState
     feedforward: FeedforwardState
     line: tuple[float, ...]
 
@@ -69,9 +69,9 @@ class ObservedModelState(NamedTuple):
 def initial_observed_model_state(block: ObservedModelParameters) -> ObservedModelState:
     """Return the state of the loop at rest."""
     return ObservedModelState(
-        initial_disturbance_observer_state(block.observer),
+        initial_disturbance_observer_state(block.feedback),
         initial_feedforward_state(),
-        delay_line(block.observer.feedback.delay),
+        delay_line(block.feedback.feedback.delay),
     )
 
 
@@ -80,11 +80,11 @@ def step_observed_model(
     block: ObservedModelParameters, state: ObservedModelState, inputs: Inputs
 ) -> tuple[Output, ObservedModelState]:
     """Do one sample: feedforward of the friction, then the loop with its observer."""
-    observer, delay = block.observer, block.observer.feedback.delay
+    loop, delay = block.feedback, block.feedback.feedback.delay
     torque, feedforward = step_feedforward(
-        block.friction, state.feedforward, inputs.reference, inputs.next_reference, observer.period, delay
+        block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay
     )
-    last = state.observer
+    last = state.feedback
     aware = DisturbanceObserverState(
         last.feedback,
         last.disturbance,
@@ -94,7 +94,7 @@ def step_observed_model(
         last.reference,
     )
     known = with_feedforward(inputs, torque)
-    output, after = step_disturbance_observer(observer, aware, known)
+    output, after = step_disturbance_observer(loop, aware, known)
     return output, ObservedModelState(after, feedforward, remember(state.line, known.feedforward))
 
 
@@ -145,4 +145,4 @@ class ObservedModel(Controller):
     @property
     def disturbance(self) -> float:
         """Estimated torque that opposes the commanded one beyond the model's friction, N m."""
-        return float(self.state.observer.disturbance)
+        return float(self.state.feedback.disturbance)

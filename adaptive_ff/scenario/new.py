@@ -84,7 +84,7 @@ def new_scenario_text(
         "joint.inertia": f"{units['inertia']}, motor and load at the joint",
         "joint.coulomb": f"{units['torque']}, assumed: {100.0 * COULOMB_SHARE:g} % of the rated one",
         "joint.stiction": f"{units['torque']}, assumed: {STICTION_FACTOR:g} times Coulomb friction",
-        "joint.viscous": f"{units['viscous']}, assumed: {100.0 * VISCOUS_SHARE:g} % of the rated one at the rated speed",
+        "joint.viscous": f"{units['viscous']}, assumed: {100.0 * VISCOUS_SHARE:g} % of the rated one at rated speed",
         "joint.stribeck_velocity": f"{units['speed']}, assumed: {100.0 * STRIBECK_SHARE:g} % of the rated one",
         "joint.solver_period": "s, of the simulation",
         "sampling.period": "s",

@@ -78,8 +78,8 @@ def motion_cautions(
     if 0.0 < peak < SLOW_FACTOR * joint.stribeck_velocity:
         yield (
             f"the reference never exceeds {peak:.3g} rad/s, {peak / joint.stribeck_velocity:.2g} times "
-            f"joint.stribeck_velocity = {joint.stribeck_velocity:g} rad/s: it hardly shows the friction curve; a peak of "
-            f"{PEAK_FACTOR * joint.stribeck_velocity:.3g} rad/s would"
+            f"joint.stribeck_velocity = {joint.stribeck_velocity:g} rad/s: it hardly shows the friction curve; a "
+            f"peak of {PEAK_FACTOR * joint.stribeck_velocity:.3g} rad/s would"
         )
     if limit is None or limit < joint.stiction or velocity.size < 2:
         return
@@ -88,10 +88,8 @@ def motion_cautions(
     often = float(np.mean(needed > limit))
     if often > OFTEN:
         suggested = largest_peak(joint, limit, velocity, period)
-        advice = (
-            f"a peak of {suggested:.3g} rad/s would suit it" if suggested > 0.0 else "its friction alone needs most"
-        )
+        advice = f"a peak of {suggested:.3g} rad/s would suit it" if suggested > 0.0 else "friction needs most of it"
         yield (
-            f"the reference needs more than actuator.torque_limit = {limit:g} N m in {100.0 * often:.2g} % of the time, "
-            f"up to {float(np.max(needed)):.3g} N m; {advice}"
+            f"the reference needs more than actuator.torque_limit = {limit:g} N m in {100.0 * often:.2g} % of the "
+            f"time, up to {float(np.max(needed)):.3g} N m; {advice}"
         )

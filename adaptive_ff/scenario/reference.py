@@ -67,9 +67,8 @@ class Multisine(BaseModel):
         largest = max(abs(amplitude) for amplitude in self.amplitudes)
         for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
             velocity += amplitude / largest * np.sin(2.0 * math.pi * frequency * time + phase)
-        velocity *= (1.0 if self.peak is None else self.peak) / max(
-            float(np.max(np.abs(velocity))), np.finfo(float).tiny
-        )
+        peak = 1.0 if self.peak is None else self.peak
+        velocity *= peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
         velocity *= self._faded(time)
         if self.pause is not None:
             begin, end = self.pause

@@ -12,10 +12,13 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
+from adaptive_ff.scenario.point_to_point import PointToPoint
+from adaptive_ff.scenario.position import PositionControl
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
-from controllers import design_pi, direct_velocity
+from adaptive_ff.scenario.waves import Staircase, Triangle
+from controllers import PositionLoopParameters, design_pi, direct_velocity
 from plant import (
     Actuator,
     AnyJoint,
@@ -60,7 +63,10 @@ class Scenario(BaseModel):
     sensor: Sensor = Sensor()
     velocity: VelocityEstimate = VelocityEstimate()
     actuator: Actuator = Actuator()
-    reference: Annotated[Multisine | Recorded, Field(discriminator="kind")] = Multisine()
+    reference: Annotated[Multisine | Recorded | PointToPoint | Triangle | Staircase, Field(discriminator="kind")] = (
+        Multisine()
+    )
+    position: PositionControl | None = None
     feedback: Feedback
     adaptation: Adaptation
     fixed: FixedModel = FixedModel()
@@ -188,6 +194,17 @@ class Scenario(BaseModel):
         return 0.0 if self.sensor.encoder_resolution is None else self.velocity.lag(self.sampling.period)
 
     @property
+    def position_loop(self) -> PositionLoopParameters | None:
+        """The position loop around every controller; None where there is none."""
+        return None if self.position is None else self.position.loop(self.feedback.gains[0] / self.feedback.inertia)
+
+    @property
+    def position_resolution(self) -> float | None:
+        """Step of the encoder that measures the position, rad; None where there is none."""
+        own = None if self.position is None else self.position.encoder_resolution
+        return self.sensor.encoder_resolution if own is None else own
+
+    @property
     def velocity_noise(self) -> float:
         """Noise of the velocity that the controllers see, rad/s (standard deviation)."""
         resolution = self.sensor.encoder_resolution
@@ -205,14 +222,14 @@ class Scenario(BaseModel):
         """
         time = self.times()
         with np.errstate(over="ignore", invalid="ignore"):
-            if isinstance(self.reference, Multisine):
-                velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
-                if self.reference.peak is None:
-                    limit, period = self.actuator.torque_limit, self.joint.solver_period
-                    velocity *= default_peak(self.joint, limit, velocity, period)
-            else:
+            if isinstance(self.reference, Recorded):
                 assert self.motion is not None
                 velocity = self.motion.velocity(time)
+            else:
+                velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
+                if isinstance(self.reference, Multisine) and self.reference.peak is None:
+                    limit, period = self.actuator.torque_limit, self.joint.solver_period
+                    velocity *= default_peak(self.joint, limit, velocity, period)
             seen = np.interp(time, time[self.sample_steps], velocity[self.sample_steps])
             lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
         if not math.isfinite(size):

@@ -152,19 +152,20 @@ class Adaptation(BaseModel):
     memory : float, optional
         Memory, s of sliding motion; by default what suits each controller.
     identify : "symmetric", "offset" or "directions", optional
-        What ``adaptive`` identifies: the paper's five parameters; an offset beside them; friction by direction, too.
+        What ``adaptive`` identifies: the paper's five parameters; an offset beside them (the default); friction by
+        direction, too. ``adaptive_unsupervised`` identifies five where nothing is given.
     """
 
     model_config = STRICT
     stribeck_velocity: Positive
     stribeck_shape: Positive = 1.0
     memory: Positive | None = None
-    identify: Literal["symmetric", "offset", "directions", "gravity", "directions_and_gravity"] = "symmetric"
+    identify: Literal["symmetric", "offset", "directions", "gravity", "directions_and_gravity"] | None = None
 
     @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters that the adaptive controller identifies."""
-        return IDENTIFIED[self.identify]
+    def parameters(self) -> tuple[str, ...] | None:
+        """Names of the parameters that the adaptive controllers identify, where they are given."""
+        return None if self.identify is None else IDENTIFIED[self.identify]
 
 
 class FixedModel(BaseModel):

@@ -1,13 +1,29 @@
 """What every controller of a run shares (joint, drive, reference, noise), and the series that the run fills in."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.scenario.scenario import Scenario
-from controllers import direct_velocity
-from plant import Actuator, ActuatorParameters, AnyJoint, FrictionSchedule, Gravity, schedule
+from controllers import PositionLoopParameters, direct_velocity
+from plant import (
+    Actuator,
+    ActuatorParameters,
+    AnyJoint,
+    FrictionSchedule,
+    Gravity,
+    JointParameters,
+    LuGreParameters,
+    schedule,
+)
+
+POSITION_STEP = 1e-5
+"""Step to which the position that controllers are given is rounded where there is no encoder, rad."""
+
+NO_POSITION_LOOP = PositionLoopParameters(0.0, math.inf)
+"""A position loop that does nothing."""
 
 
 class Course(NamedTuple):
@@ -37,6 +53,12 @@ class Course(NamedTuple):
         Noise of the measured velocity, rad/s.
     gravity : Gravity
         Weight on the joint.
+    outer : PositionLoopParameters
+        The position loop; its gain is zero where there is none.
+    position_step : float
+        Step of the measured position, rad.
+    planned : ndarray, shape (steps + 1,)
+        Planned position on the solver's grid, rad: the integral of the reference.
     """
 
     joint: Any
@@ -50,6 +72,9 @@ class Course(NamedTuple):
     reference: NDArray[np.float64]
     noise: NDArray[np.float64]
     gravity: Gravity
+    outer: PositionLoopParameters
+    position_step: float
+    planned: NDArray[np.float64]
 
 
 class Record(NamedTuple):
@@ -59,6 +84,8 @@ class Record(NamedTuple):
     ----------
     velocity : ndarray, shape (steps + 1,)
         True velocity on the solver's grid, rad/s.
+    position : ndarray, shape (steps + 1,)
+        True position on the solver's grid, rad.
     friction : ndarray, shape (n,)
         True friction torque at the samples, N m.
     measured : ndarray, shape (n,)
@@ -74,6 +101,7 @@ class Record(NamedTuple):
     """
 
     velocity: NDArray[np.float64]
+    position: NDArray[np.float64]
     friction: NDArray[np.float64]
     measured: NDArray[np.float64]
     given: NDArray[np.float64]
@@ -87,6 +115,7 @@ def empty_record(course: Course, estimates: int) -> Record:
     count = course.noise.size
     return Record(
         np.zeros(course.reference.size),
+        np.zeros(course.reference.size),
         np.zeros(count),
         np.zeros(count),
         np.zeros(count),
@@ -94,6 +123,24 @@ def empty_record(course: Course, estimates: int) -> Record:
         np.zeros(count),
         np.zeros((count, estimates)),
     )
+
+
+def planned_position(joint: Any, reference: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """Return the position (rad) of a joint that follows a reference exactly, on the solver's grid.
+
+    Parameters
+    ----------
+    joint : NamedTuple
+        Parameters of the joint. Its position follows from its velocity by a rule of its solver; the plan follows by the
+        same one, for the two rules differ by half a period times the velocity, more than a good loop leaves.
+    reference : ndarray, shape (steps + 1,)
+        Reference velocity, rad/s.
+    period : float
+        Solver period, s.
+    """
+    implicit = isinstance(joint, (JointParameters, LuGreParameters))  # backward Euler; else the trapezoidal rule
+    steps = reference[1:] if implicit else 0.5 * (reference[:-1] + reference[1:])
+    return np.append(0.0, np.cumsum(period * steps))
 
 
 def lay_plain_course(
@@ -128,11 +175,15 @@ def lay_plain_course(
         reference,
         noise,
         joint.weight,
+        NO_POSITION_LOOP,
+        POSITION_STEP,
+        planned_position(joint.parameters, reference, period),
     )
 
 
 def lay_course(scenario: Scenario) -> Course:
     """Compute everything of a scenario that does not depend on the controller."""
+    reference = scenario.reference_velocity()
     return Course(
         scenario.joint.parameters,
         scenario.plan,
@@ -142,7 +193,10 @@ def lay_course(scenario: Scenario) -> Course:
         scenario.velocity_estimator,
         scenario.joint.solver_period,
         scenario.sample_steps,
-        scenario.reference_velocity(),
+        reference,
         scenario.noise(),
         scenario.joint.weight,
+        scenario.position_loop or NO_POSITION_LOOP,
+        scenario.position_resolution or POSITION_STEP,
+        planned_position(scenario.joint.parameters, reference, scenario.joint.solver_period),
     )

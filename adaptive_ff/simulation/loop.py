@@ -7,16 +7,17 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
-
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
     Inputs,
+    PositionLoopState,
     compiled_in_place,
     dispatched,
     estimate_velocity,
+    initial_position_loop_state,
     initial_velocity_state,
     step,
+    step_position_loop,
     write_estimates,
 )
 from plant import (
@@ -66,16 +67,6 @@ sensed_velocity = dispatched(SENSED_VELOCITY, _sensed_velocity)
 """Velocity (rad/s) at the sensor of any joint."""
 
 
-POSITION_STEP = 1e-5
-"""Step to which the position that controllers are given is rounded where there is no encoder, rad."""
-
-
-@register_jitable
-def rounded_position(position: float) -> float:
-    """Return a true position (rad) as it is given to controllers where no encoder measures it."""
-    return math.floor(position / POSITION_STEP + 0.5) * POSITION_STEP
-
-
 def joint_in_phase(joint: Any, plan: FrictionSchedule, phase: int) -> Any:
     """Return the parameters of a joint in a phase of its changes, in plain Python."""
     return scale_joint(change_joint(joint, phase_change(plan, phase)), plan.scales[phase])
@@ -102,6 +93,8 @@ class Position(NamedTuple):
         Mean torque that the drive gave over the last period, N m; not a number before the first.
     current_torque : float
         Torque that the drive's current makes, N m.
+    outer : PositionLoopState
+        State of the position loop.
     """
 
     sample: int
@@ -112,6 +105,7 @@ class Position(NamedTuple):
     given_torque: float
     realised_torque: float
     current_torque: float
+    outer: PositionLoopState
 
 
 def run_plain(
@@ -141,6 +135,7 @@ def run_plain(
     """
     phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
     given, realised, current = position.given_torque, position.realised_torque, position.current_torque
+    outer = position.outer
     actuator, plan, period = course.actuator, course.plan, course.solver_period
     original = change_joint(course.joint, phase_change(plan, phase))
     joint = scale_joint(original, plan.scales[phase])
@@ -149,15 +144,16 @@ def run_plain(
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
         elapsed = (first - previous) * period
         record.velocity[first] = motion.velocity
+        record.position[first] = motion.position
         if course.resolution > 0.0:
-            reading = angle = encoder_reading(course.resolution, motion.position)
+            reading = encoder_reading(course.resolution, motion.position)
         else:
             reading = sensed_velocity(motion) + course.noise[k]
-            angle = rounded_position(motion.position)
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
-        inputs = Inputs(
-            course.reference[first], measured, course.reference[last], 0.0, angle, realised, 0.0, math.nan, elapsed
-        )
+        angle = encoder_reading(course.position_step, motion.position)
+        correction, outer = step_position_loop(course.outer, outer, course.planned[first], angle)
+        now, following = course.reference[first], course.reference[last]
+        inputs = Inputs(now, measured, following, correction, angle, realised, 0.0, math.nan, elapsed)
         output, state = step(block, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
         record.friction[k] = motion.friction_torque
@@ -186,9 +182,10 @@ def run_plain(
                 torque -= gravity_torque(course.gravity, motion.position)
             motion = step_joint(joint, motion, torque, period)
             record.velocity[i + 1] = motion.velocity
+            record.position[i + 1] = motion.position
         realised = given if course.delay == 0 and actuator.lag == 0.0 else total / (last - first)
         record.torque[k] = realised
-    return state, Position(stop, phase, motion, observer, acting, given, realised, current)
+    return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer)
 
 
 run_compiled = compiled_in_place(run_plain)
@@ -206,4 +203,5 @@ def start_position(course: Course, velocity: float | None = None) -> Position:
     """
     start = float(course.reference[0]) if velocity is None else velocity
     joint = INITIAL_STATE[type(course.joint)](course.joint, start)
-    return Position(0, 0, joint, initial_velocity_state(course.observer, joint.position, start), -1, 0.0, math.nan, 0.0)
+    observer, outer = initial_velocity_state(course.observer, joint.position, start), initial_position_loop_state()
+    return Position(0, 0, joint, observer, -1, 0.0, math.nan, 0.0, outer)

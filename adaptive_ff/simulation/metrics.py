@@ -47,6 +47,30 @@ class Metrics:
     torque_variation: float
 
 
+@dataclass(frozen=True)
+class PositionMetrics:
+    """How well a run with a position loop followed its path, as planned minus true position on the solver's grid, rad.
+
+    Attributes
+    ----------
+    rms_position_error, max_position_error : float
+        Over the whole run.
+    rms_position_error_settled, max_position_error_settled : float
+        Over the last half of the time after the last change of the joint, or of the run without one.
+    """
+
+    rms_position_error: float
+    max_position_error: float
+    rms_position_error_settled: float
+    max_position_error_settled: float
+
+
+def evaluate_position(time: NDArray[np.float64], error: NDArray[np.float64], last_change: float) -> PositionMetrics:
+    """Evaluate a position error (rad) on the solver's grid of times (s); see :func:`evaluate`."""
+    settled = error[int(np.searchsorted(time, settled_start(last_change, float(time[-1])))) :]
+    return PositionMetrics(rms(error), float(np.max(np.abs(error))), rms(settled), float(np.max(np.abs(settled))))
+
+
 def evaluate(
     time: NDArray[np.float64],
     reference: NDArray[np.float64],

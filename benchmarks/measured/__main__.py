@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.report.files import write_json
+from adaptive_ff.files import write_json
 from benchmarks.measured.figures import draw_machine
 from benchmarks.measured.identified_joint import ASSUMED
 from benchmarks.measured.long_log import measure as measure_long

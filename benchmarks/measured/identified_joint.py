@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from adaptive_ff import Comparison, compare, load_scenario
+from adaptive_ff.files import write_csv
 from adaptive_ff.identify.recorded_reference import Reference
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.logs.log import Log
-from adaptive_ff.report.files import write_csv
 
 ASSUMED = (
     "Assumed in the closed loops: a PI loop of 10 Hz, designed for the identified inertia, which every controller is "

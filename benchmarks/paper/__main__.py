@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.report.files import staged, write_json
+from adaptive_ff.files import staged, write_json
 from benchmarks.paper import closed_loop, misprints, offline, online, reversal, rounding, stribeck
 from benchmarks.paper.experiment import Experiment, Row
 

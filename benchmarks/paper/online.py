@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.estimation.batch_least_squares import Array, fit_least_squares
 from adaptive_ff.model.friction import ESTIMATED, TorqueModel
 from adaptive_ff.regression.series import write_physical
@@ -43,7 +43,7 @@ def identify_online(data: Data) -> Online:
     series = np.full((data.time.size, len(ESTIMATED)), np.nan)
     for k, coefficients in enumerate(recursion.estimates):
         write_physical(coefficients, PERIOD, series[k + FIRST])
-    controller = AdaptiveController(
+    controller = UnsupervisedController(
         *pi_gains(ASSUMED_INERTIA, BANDWIDTH),
         PERIOD,
         inertia=ASSUMED_INERTIA,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.estimation.batch_least_squares import LeastSquaresFit, fit_least_squares
 from adaptive_ff.identify.batch import Array, Identification, identify_torque_form, slides_one_way
 from adaptive_ff.model.friction import ESTIMATED, TorqueModel
@@ -133,9 +133,9 @@ def identify_form(record: Drive) -> Identification:
     )
 
 
-def adaptive() -> AdaptiveController:
+def adaptive() -> UnsupervisedController:
     """Return the adaptive controller for this loop, told the true Vs and delta, as the paper assumes them known."""
-    return AdaptiveController(
+    return UnsupervisedController(
         *GAINS,
         PERIOD,
         inertia=SCENARIO.feedback.inertia,

@@ -8,8 +8,8 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE
-from benchmarks.tracking.matrix import Results
-from benchmarks.tracking.summary import OURS, TRUTH
+from adaptive_ff.comparison.matrix.jobs import Results
+from adaptive_ff.comparison.matrix.summary import OURS, TRUTH
 
 BATCH = "lagged_batch"
 

@@ -7,10 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 from adaptive_ff.comparison.drawn_joints import CLASSES
+from adaptive_ff.comparison.matrix.cells import scenario_names
 from adaptive_ff.comparison.windows import Errors, Judgement
 from benchmarks import never_worse
 from benchmarks.never_worse import SITUATIONS, asked_of, drawn_cases, named_cases, row_of
-from benchmarks.tracking.cells import scenario_names
 
 
 def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):

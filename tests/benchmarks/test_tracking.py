@@ -13,11 +13,8 @@ from typer.testing import CliRunner
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.drawn_joints import fall_over_gain
-from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.simulation.metrics import rms
-from benchmarks.tracking import __main__ as command
-from benchmarks.tracking import matrix
-from benchmarks.tracking.cells import (
+from adaptive_ff.comparison.matrix import jobs as matrix
+from adaptive_ff.comparison.matrix.cells import (
     SCENARIOS,
     cell_scenario,
     further_figures,
@@ -26,8 +23,12 @@ from benchmarks.tracking.cells import (
     windows,
     with_fastest_loop,
 )
-from benchmarks.tracking.matrix import Job, run_matrix
-from benchmarks.tracking.summary import TOLD_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_rows
+from adaptive_ff.comparison.matrix.groups import GROUPS, grouped
+from adaptive_ff.comparison.matrix.jobs import Job, run_matrix
+from adaptive_ff.comparison.matrix.summary import KNOWS_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_rows
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.simulation.metrics import rms
+from benchmarks.tracking import __main__ as command
 from benchmarks.tracking.targets import SETTLED, TARGETS, targets_table
 from controllers import fastest_bandwidth
 
@@ -53,9 +54,15 @@ ASKED = {
     "delay",
     "lugre",
     "elastic",
+    "maxwell",
+    "rolling",
+    "elasto_plastic",
     "asymmetric",
     "servo",
     "backlash",
+    "via_points",
+    "pick_and_place",
+    "triangle",
     "load_step_30",
     "load_step_80",
     "payload_double",
@@ -95,8 +102,8 @@ def short(monkeypatch, tmp_path):
         text = (SCENARIOS / f"{name}.toml").read_text(encoding="utf-8")
         text = text.replace("duration = 60.0", "duration = 8.0").replace("duration = 90.0", "duration = 24.0")
         (tmp_path / f"{name}.toml").write_text(text.replace("time = 45.0", "time = 10.0"), encoding="utf-8")
-    monkeypatch.setattr("benchmarks.tracking.cells.SCENARIOS", tmp_path)
-    monkeypatch.setattr("benchmarks.tracking.matrix.SCENARIOS", tmp_path)
+    monkeypatch.setattr("adaptive_ff.comparison.matrix.cells.SCENARIOS", tmp_path)
+    monkeypatch.setattr("adaptive_ff.comparison.matrix.jobs.SCENARIOS", tmp_path)
     return ["friction_drops", "paper_100hz"]
 
 
@@ -114,7 +121,10 @@ def test_scenarios_differ_in_what_their_names_say():
 
     built_in = load_scenario()
     same, told = load("paper_100hz").model_dump(), built_in.model_dump()
-    assert {**same, "fixed": None} == {**told, "fixed": None}
+    apart = {"fixed": None, "reference": None}  # the peak of the reference is a default there
+    assert {**same, **apart} == {**told, **apart}
+    motion = load("paper_100hz").reference_velocity()
+    assert motion == pytest.approx(built_in.reference_velocity(), rel=1e-12, abs=1e-15)
     assert [load(f"friction_{way}").change[0].friction_scale for way in ("drops", "rises")] == [0.6, 1.5]
     told = [load(f"vs_{way}").adaptation.stribeck_velocity for way in ("half", "double")]
     assert told == [0.5 * built_in.joint.stribeck_velocity, 2.0 * built_in.joint.stribeck_velocity]
@@ -177,7 +187,7 @@ def test_fastest_loop_is_bounded_by_the_margin_or_by_the_noise():
 def test_results_are_kept_and_run_again_only_where_something_changed(short, tmp_path, monkeypatch):
     jobs = [Job(name, seed, False) for name in short for seed in (1, 2)]
     run, ran = matrix.run_job, []
-    monkeypatch.setattr(matrix, "run_job", lambda job, controllers: ran.append(job) or run(job, controllers))
+    monkeypatch.setattr(matrix, "run_job", lambda job, names, own: ran.append(job) or run(job, names, own))
     shares = []
     first = run_matrix(jobs[:2], ["pi", "oracle"], tmp_path / "out", executor=Here(), progress=shares.append)
     assert shares[-1] == 1.0
@@ -234,14 +244,32 @@ def made_up(**errors):
 
 
 def test_ranking_names_the_best_rival_and_shows_a_loss_as_a_loss():
-    cells = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(2, 4), good=(2, 2), bad=(9, 9), coulomb_true=(1, 1)))
+    lines = {"oracle": (1, 1), "oracle_tuned": (1, 1), "noise_floor": (0.5, 0.5), "coulomb_true": (1, 1)}
+    cells = collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines))
     assert best_rival(cells["made_up"]) == "good"
     (row,) = ranking_rows(cells)
-    assert row == ["made_up", "8", "8", "3 (2 to 4)", "3", "good", "4", "lost, 1.50"]
+    assert row == ["made_up", "8", "0.5", "8", "3 (2 to 4)", "3", "6", "good", "4", "lost, 1.50"]
     assert "**lost, 1.50**" in ranking_markdown(cells)
     won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
     assert ranking_rows(won)[0][-1] == "won, 0.50"
-    assert "oracle" in TOLD_THE_TRUTH
+    assert "oracle" in KNOWS_THE_TRUTH
+
+
+def test_every_scenario_is_in_one_group_and_tables_follow_the_groups():
+    members = [name for names in GROUPS.values() for name in names]
+    assert len(members) == len(set(members))
+    assert set(members) == ASKED
+    assert grouped(["made_up", "delay", "servo"]) == {
+        "Where the model holds": ["servo"],
+        "At the limits of the loop": ["delay"],
+        "Further scenarios": ["made_up"],
+    }
+    found = {Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
+    assert [row[0] for row in ranking_rows(collect(found))] == ["servo", "delay"]
+    text = ranking_markdown(collect(found))
+    assert (
+        text.index("**Where the model holds**") < text.index("| servo |") < text.index("**At the limits of the loop**")
+    )
 
 
 def test_targets_compare_the_right_figures_and_say_what_was_missed():

@@ -16,9 +16,12 @@ from plant import (
     AnyJoint,
     BacklashJoint,
     ElasticJoint,
+    ElastoPlasticJoint,
     Joint,
     JointModel,
     LuGreJoint,
+    MaxwellJoint,
+    RollingJoint,
     initial_state,
     sliding_friction,
 )
@@ -34,8 +37,15 @@ MODELS = {
     "backlash": BacklashJoint(
         **FRICTION, link_share=0.5, link_stiffness=5e4, link_damping=20.0, gap=0.002, hysteresis=10.0, offset=7.0
     ),
+    "maxwell": MaxwellJoint(
+        **FRICTION, displacements=[2e-4, 5e-4, 1e-3, 2e-3], attraction=2e3, offset=7.0, stiction_backward=70.0
+    ),
+    "rolling": RollingJoint(**FRICTION, rolling_range=2e-3, offset=7.0, stiction_backward=70.0),
+    "elasto_plastic": ElastoPlasticJoint(
+        **FRICTION, presliding=1e-3, friction_lag=0.02, offset=7.0, stiction_backward=70.0
+    ),
 }
-KINDS = ("stribeck", "lugre", "elastic", "backlash")
+KINDS = ("stribeck", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic")
 TORQUES = 150.0 * np.sin(0.01 * np.arange(2000)) + 30.0 * np.sin(0.037 * np.arange(2000))
 
 
@@ -161,7 +171,10 @@ def test_joint_that_is_no_table_is_refused(value):
     assert caught.value.errors()[0]["type"] == "model_type"
 
 
-@pytest.mark.parametrize("field", ["stiffness", "damping", "link_share", "link_stiffness", "link_damping", "gap"])
+@pytest.mark.parametrize(
+    "field",
+    ["stiffness", "damping", "link_share", "link_stiffness", "link_damping", "gap", "displacements", "presliding"],
+)
 def test_field_of_another_kind_is_refused(field):
     with pytest.raises(ValidationError) as caught:
         Table(joint={**FRICTION, field: 1.0})

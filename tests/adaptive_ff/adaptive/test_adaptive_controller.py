@@ -8,7 +8,8 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, error_of, lay_course
 from closed_loops import make as make_named
 
-from adaptive_ff import AdaptiveController, simulate
+from adaptive_ff import simulate
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.model.friction import ESTIMATED
 from adaptive_ff.simulation.metrics import rms
 from controllers import pi_gains
@@ -136,7 +137,7 @@ def test_long_rest_without_excitation_neither_winds_up_nor_unlearns(speed, subst
 
 def make(**changes):
     arguments = {"period": 0.01, "inertia": 20.0, "stribeck_velocity": 0.05, **changes}
-    return AdaptiveController(*pi_gains(20.0, 10.0), **arguments)
+    return UnsupervisedController(*pi_gains(20.0, 10.0), **arguments)
 
 
 def test_a_new_controller_knows_the_assumed_inertia_and_no_friction():
@@ -185,4 +186,4 @@ def test_a_setting_that_is_not_positive_is_refused_by_name(name, value):
 
 def test_a_loop_without_proportional_gain_is_refused():
     with pytest.raises(ValueError, match=r"^proportional = 0\.0 is not allowed"):
-        AdaptiveController(0.0, 1.0, 0.01, inertia=20.0, stribeck_velocity=0.05)
+        UnsupervisedController(0.0, 1.0, 0.01, inertia=20.0, stribeck_velocity=0.05)

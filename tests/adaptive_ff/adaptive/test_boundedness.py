@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.estimator import FLOOR, PEAK_FACTOR, SMALLEST_FLOOR
 from adaptive_ff.estimation.resetting import initial_resetting_state, update_resetting_in_place
 from adaptive_ff.model.bounds import INERTIA_RANGE, largest_lag
@@ -74,7 +74,7 @@ def feed(controller, parts, seed, watch):
 
 
 def make(parameters, period):
-    return AdaptiveController(
+    return UnsupervisedController(
         *GAINS, period=period, inertia=INERTIA, stribeck_velocity=0.05, parameters=parameters, memory=4.0
     )
 

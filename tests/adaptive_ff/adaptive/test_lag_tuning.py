@@ -14,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
-from adaptive_ff import AdaptiveController, TorqueModel, simulate
+from adaptive_ff import TorqueModel, simulate
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.lag_tuning import (
     CLIP,
     GROWTH,
@@ -253,7 +254,7 @@ def test_wild_measurements_leave_the_lag_possible_and_the_evidence_finite(size):
 @pytest.mark.parametrize("inertia", [0.5, 2.0])
 def test_inertia_told_far_too_small_leaves_the_lag_possible(inertia):
     """In a closed loop, with gains for the joint as it is: ten times too small and the response is not stable."""
-    controller = AdaptiveController(*pi_gains(20.0, 10.0), PERIOD, inertia=inertia, stribeck_velocity=0.05)
+    controller = UnsupervisedController(*pi_gains(20.0, 10.0), PERIOD, inertia=inertia, stribeck_velocity=0.05)
     largest = largest_lag(inertia / controller.parameters.feedback.proportional)
     course, seen = lay_course(SCENARIO.modified(duration=30.0)), []
     record, _ = drive(controller, course)
@@ -303,7 +304,7 @@ def test_tuned_lag_is_the_one_fed_forward():
 @pytest.mark.parametrize("seed", [201, 202])
 def test_lag_that_is_not_tuned_is_the_identified_one_bit_for_bit(seed):
     adaptation = SCENARIO.adaptation
-    controller = AdaptiveController(
+    controller = UnsupervisedController(
         *SCENARIO.feedback.gains,
         PERIOD,
         inertia=SCENARIO.feedback.inertia,

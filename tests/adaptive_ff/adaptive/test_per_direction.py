@@ -7,7 +7,7 @@ import pytest
 from closed_loops import SCENARIO, drive, lay_course, own_loop, run_plain
 from unequal_joint import EQUAL, LAG, Unequal, rms
 
-from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.identify.batch import identify_torque_form
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET, directed_friction
@@ -21,7 +21,7 @@ SHORT = SCENARIO.modified(duration=6.0)
 
 
 def make(parameters=PER_DIRECTION):
-    return AdaptiveController(*GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters)
+    return UnsupervisedController(*GAINS, PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from adaptive_ff import WITH_OFFSET, AdaptiveController, TorqueModel
 from controllers import PI, pi_gains
-from tests.helpers.driven_joint import PERIOD, drive, plan, reference_joint, rms, slope
+from tests.helpers.driven_joint import NOISE, PERIOD, drive, noise_at, plan, reference_joint, rms, slope
 
 GAINS = pi_gains(20.0, 10.0)
 TRUE = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
@@ -24,7 +24,7 @@ def test_takeover_does_not_let_the_torque_jump(learnt):
     joint, pi = reference_joint(), PI(*GAINS, PERIOD)
     before = drive(pi, joint, 0.0, 6.3)
     adaptive = make(model=TRUE) if learnt else make()
-    velocity, now = joint.state.velocity, plan(6.3)
+    velocity, now = joint.state.velocity + noise_at(6.3), plan(6.3)
     given = {"next_reference": plan(6.3 + PERIOD)}
     expected = pi.step(now, velocity, **given)
     adaptive.take_over(expected, now, velocity, **given)
@@ -64,7 +64,7 @@ def test_feedforward_fades_out_and_in_while_learning_goes_on():
     off = drive(controller, joint, 12.0, 19.0)
     learnt = controller.state.estimator.levels.learnt
     part = (pi.time > 14.5) & (pi.time < 18.99)
-    np.testing.assert_allclose(off.error[off.time > 14.5][: part.sum()], pi.error[part], atol=3e-4)
+    assert rms(off.error[off.time > 14.5]) == pytest.approx(rms(pi.error[part]), rel=0.03)
     fed = drive(controller, joint, 19.0, 19.01)
     assert learnt > 10.0
     assert fed.torque.size == 1
@@ -89,7 +89,7 @@ def test_a_first_model_is_fed_from_the_first_sample_and_corrected():
             assert controller.estimates["coulomb"] == options["model"].coulomb
         run = drive(controller, reference_joint(), 0.0, 5.0)
         errors[name] = rms(run.error), controller.estimates["coulomb"]
-    assert errors["true"][0] < 0.5 * errors["new"][0]
+    assert errors["true"][0] < 0.7 * errors["new"][0]
     assert errors["wrong"][1] == pytest.approx(60.0, abs=6.0)
     assert abs(errors["stubborn"][1] - 60.0) > 2.0 * abs(errors["wrong"][1] - 60.0)
 
@@ -138,11 +138,12 @@ def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
             return clipped[-1]
         return 0.5 * clipped[-2] + 0.5 * clipped[-3]
 
-    torques = []
+    torques, noise = [], NOISE * np.random.default_rng(101).standard_normal(own.time.size)
     for k in range(own.time.size):
         time = k * PERIOD
         given = {"realised_torque": realised(time, 0.0)} if k else {}
-        torque = by_hand.step(plan(time), joint.state.velocity, next_reference=plan(time + PERIOD), **given)
+        velocity = joint.state.velocity + noise[k]
+        torque = by_hand.step(plan(time), velocity, next_reference=plan(time + PERIOD), **given)
         clipped.append(min(max(torque, -limit), limit))
         torques.append(clipped[-1])
         for _ in range(5):

@@ -46,7 +46,7 @@ NUMBERS = [path for path in PATHS if path.rpartition(".")[2] not in ("kind", "co
 NUMBERS = [path for path in NUMBERS if path not in ("controllers.0", "reference.frequencies", "reference.amplitudes")]
 NUMBERS = [path for path in NUMBERS if path not in ("change", "seed")]
 REQUIRED = [f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")]
-REQUIRED += ["joint", "feedback", "feedback.inertia", "adaptation", "change.0.time", "reference.kind"]
+REQUIRED += ["joint", "feedback", "feedback.inertia", "adaptation", "change.0.time"]
 
 JUNK = st.recursive(
     st.booleans() | st.text(max_size=5) | st.integers() | st.floats(),

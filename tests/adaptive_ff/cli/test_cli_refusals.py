@@ -8,9 +8,9 @@ from command_line import content_of, refusal, run_command_line
 from scenario_files import changed, short, write_scenario
 
 import controllers
-from adaptive_ff import Comparison
+from adaptive_ff import Comparison, files
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.report import comparison_tables, files
+from adaptive_ff.report import comparison_tables
 
 pytestmark = pytest.mark.usefixtures("compiled")
 

@@ -8,7 +8,7 @@ from command_line import content_of, refusal, run_command_line
 from synthetic_logs import JOINT, make_log, motion
 
 from adaptive_ff import compare, load_scenario
-from adaptive_ff.report.files import write_csv
+from adaptive_ff.files import write_csv
 
 FILES = {"identification.json", "scenario.toml", "reference.csv", "torque.png", "friction.png", "lag.png"}
 
@@ -62,7 +62,8 @@ def test_printed_table_and_verdict(result):
     printed = " ".join(outcome.out.split())
     assert "inertia, kg m²" in printed
     assert "Inertia and friction explain the torque" in printed
-    assert "It does not tell stiction" in printed
+    assert "Identifiable from the log: inertia, Coulomb friction, viscous friction and offset." in printed
+    assert "Columns: time time, position position, torque torque." in printed
 
 
 def test_scenario_is_the_joint_on_the_motion_of_the_log(result):

@@ -7,9 +7,9 @@ import pytest
 from command_line import content_of, refusal, run_command_line
 from synthetic_logs import make_log
 
+from adaptive_ff.files import write_csv
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
-from adaptive_ff.report.files import write_csv
 
 FILES = {"replay.json", "replay.png", "estimates.png"}
 

@@ -23,9 +23,9 @@ from adaptive_ff.comparison.drawn_joints import (
     summary,
     sweep,
 )
+from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.scenario.file import to_toml
-from benchmarks.tracking.cells import SCENARIOS
 from plant import JointModel, whole_multiple
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})
@@ -135,7 +135,7 @@ def test_bad_input_is_refused(tmp_path):
             SHORT.modified(sweep=table)
 
 
-@pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash"])
+@pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic"])
 def test_joints_of_every_kind_are_drawn(name):
     scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
     outcomes = [run_draw(scenario, 101, draw) for draw in range(6)]

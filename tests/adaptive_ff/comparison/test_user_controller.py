@@ -1,12 +1,17 @@
 """A user's own controller: any object with a method ``step``."""
 
+import inspect
+import json
 import math
 
 import numpy as np
 import pytest
 from closed_loops import SCENARIO
+from command_line import refusal, run_command_line
+from scenario_files import write_scenario
 
 from adaptive_ff import InputError, compare, simulate
+from adaptive_ff.comparison.own import OFFERED, make_own
 from controllers import PI
 
 SHORT = SCENARIO.modified(duration=4.0, controllers=["pi", "oracle"])
@@ -17,10 +22,10 @@ class Proportional:
 
     def __init__(self, gain):
         self.gain = gain
-        self.told = []
+        self.given = []
 
     def step(self, reference, velocity, *, next_reference, realised_torque, feedforward, dt):
-        self.told.append((next_reference, realised_torque, feedforward, dt))
+        self.given.append((next_reference, realised_torque, feedforward, dt))
         return self.gain * (reference - velocity) + feedforward
 
 
@@ -34,7 +39,7 @@ class Faulty(Proportional):
     def step(self, reference, velocity, *, next_reference, realised_torque, feedforward, dt):
         told = {"next_reference": next_reference, "realised_torque": realised_torque, "feedforward": feedforward}
         torque = super().step(reference, velocity, **told, dt=dt)
-        return self.output if len(self.told) == 50 else torque
+        return self.output if len(self.given) == 50 else torque
 
 
 def test_own_proportional_loop_is_the_pi_loop_without_integral():
@@ -50,11 +55,11 @@ def test_own_proportional_loop_is_the_pi_loop_without_integral():
     assert not np.any(own.feedforward)
 
 
-def test_own_controller_is_told_the_preview_the_realised_torque_and_the_time_step():
+def test_own_controller_is_given_the_preview_the_realised_torque_and_the_time_step():
     scenario = SHORT.modified(actuator={"torque_limit": 30.0})
     controller = Proportional(1000.0)
     run = simulate(scenario, controller)
-    following, realised, feedforward, steps = (list(column) for column in zip(*controller.told, strict=True))
+    following, realised, feedforward, steps = (list(column) for column in zip(*controller.given, strict=True))
     assert np.array_equal(following, run.reference[scenario.substeps :: scenario.substeps])
     assert realised[0] is None
     assert np.array_equal(realised[1:], run.torque[:-1])
@@ -67,7 +72,7 @@ class Recording(Proportional):
     """Takes everything, and remembers the positions."""
 
     def step(self, reference, velocity, *, position, feedforward, dt, **others):
-        self.told.append((position, others))
+        self.given.append((position, others))
         return self.gain * (reference - velocity) + feedforward
 
 
@@ -80,7 +85,7 @@ def test_own_controller_is_given_only_what_its_step_accepts():
     assert np.array_equal(simulate(SHORT, Least(gain)).torque, simulate(SHORT, Proportional(gain)).torque)
     recording = Recording(gain)
     simulate(SHORT, recording)
-    others = recording.told[7][1]
+    others = recording.given[7][1]
     assert (others["correction"], others["inertia"]) == (0.0, None)
     assert set(others) == {"next_reference", "correction", "realised_torque", "inertia"}
 
@@ -92,7 +97,7 @@ def test_position_is_the_true_one_rounded_or_the_reading_of_the_encoder():
         scenario = SHORT.modified(sensor=sensor)
         controller = Recording(1000.0)
         run = simulate(scenario, controller)
-        found = np.array([position for position, _ in controller.told])
+        found = np.array([position for position, _ in controller.given])
         assert np.ptp(found) > 0.1
         assert found / step == pytest.approx(np.round(found / step), abs=1e-6)
         travelled = np.append(0.0, np.cumsum(run.velocity[:-1]) * scenario.joint.solver_period)
@@ -146,3 +151,137 @@ def test_error_within_an_own_controller_is_not_swallowed():
 def test_unknown_name_is_refused_with_those_there_are():
     with pytest.raises(InputError, match=r"'mien' is not known; there are pi, .*mine"):
         compare(SHORT.modified(controllers=["mien"]), own={"mine": lambda _: Proportional(1.0)})
+
+
+class Learner:
+    """Feeds friction forward that it "learns", under the names of the package and one of its own."""
+
+    def __init__(self, proportional, integral, *, period, scenario):
+        self.gains, self.period, self.scenario = (proportional, integral), period, scenario
+        self.feedforward = 0.0
+        self.estimates = {"coulomb": 0.0, "steps": 0.0}
+
+    def step(self, reference, velocity):
+        self.estimates = {"steps": self.estimates["steps"] + 1.0, "coulomb": 55.0}
+        self.feedforward = 55.0 * np.sign(reference)
+        return self.gains[0] * (reference - velocity) + self.feedforward
+
+
+def test_class_gets_the_gains_and_its_feedforward_and_estimates_are_recorded():
+    comparison = compare(SHORT, own={"mine": Learner})
+    run = comparison.runs["mine"]
+    assert list(run.estimates) == ["coulomb", "steps"]
+    assert run.final_estimates == {"coulomb": 55.0, "steps": float(SHORT.samples)}
+    assert np.array_equal(run.estimates["steps"], 1.0 + np.arange(SHORT.samples))
+    assert np.array_equal(run.feedforward, 55.0 * np.sign(run.reference[SHORT.sample_steps[:-1]]))
+    assert comparison.to_dict()["controllers"]["mine"]["estimates"]["coulomb"] == 55.0
+
+
+def test_object_is_copied_so_that_every_run_begins_with_its_state():
+    controller = Proportional(1000.0)
+    first, second = (compare(SHORT, own={"mine": controller}).runs["mine"].torque for _ in range(2))
+    assert controller.given == []
+    assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("factory", "expected"),
+    [
+        (lambda scenario: ("scenario", scenario), ("scenario", SHORT)),
+        (lambda anything: ("one", anything), ("one", SHORT)),
+        (lambda integral, proportional: (proportional, integral), SHORT.feedback.gains),
+        (lambda period, inertia=0.0: (period, inertia), (SHORT.sampling.period, SHORT.feedback.inertia)),
+        (lambda: "nothing", "nothing"),
+        (lambda **given: sorted(given), sorted(OFFERED)),
+    ],
+)
+def test_factory_is_given_what_its_arguments_are_called(factory, expected):
+    made = []
+
+    class Seen(Proportional):
+        def __init__(self):
+            super().__init__(1.0)
+
+    def wrapped(*arguments, **named):
+        made.append(factory(*arguments, **named))
+        return Seen()
+
+    wrapped.__signature__ = inspect.signature(factory)
+    make_own("mine", wrapped, SHORT)
+    assert made == [expected]
+
+
+@pytest.mark.parametrize(
+    ("own", "said"),
+    [
+        (3.0, r"own controller 'mine' = 3.0 is not allowed"),
+        (lambda first, second: None, r"needs first, second; a class or factory is given scenario, proportional"),
+        (lambda scenario: 5, r"made 5, which has no method step"),
+        ("mine.py", r"must be FILE.py:NAME"),
+        ("nowhere.py:Mine", r"nowhere.py: cannot be read: there is no such file"),
+    ],
+)
+def test_what_is_no_controller_is_refused(own, said):
+    with pytest.raises(InputError, match=said):
+        compare(SHORT, own={"mine": own})
+
+
+def test_estimate_that_is_not_finite_is_refused():
+    class Lost(Learner):
+        def step(self, reference, velocity):
+            torque = super().step(reference, velocity)
+            self.estimates["coulomb"] = math.nan
+            return torque
+
+    with pytest.raises(ValueError, match=r"estimates\['coulomb'\] = nan; must be finite"):
+        compare(SHORT, own={"mine": Lost})
+
+
+SOURCE = """
+from beside import GAIN
+
+class Mine:
+    estimates = {"coulomb": 1.0}
+
+    def step(self, reference, velocity, **_):
+        return GAIN * (reference - velocity)
+
+def make(proportional):
+    return Mine()
+"""
+
+
+@pytest.fixture
+def source(tmp_path):
+    """A file with an own controller, and one beside it."""
+    (tmp_path / "beside.py").write_text("GAIN = 500.0", encoding="utf-8")
+    path = tmp_path / "mine.py"
+    path.write_text(SOURCE, encoding="utf-8")
+    return path
+
+
+def test_controller_is_loaded_from_a_file_on_the_command_line(source, tmp_path, without_pictures, compiled):
+    scenario = write_scenario(tmp_path, SHORT.modified(duration=1.0).model_dump(mode="json", exclude_none=True))
+    places = ("--own", f"{source}:Mine", "--own", f"second={source}:make")
+    outcome = run_command_line("compare", scenario, *places, "--out", tmp_path / "out")
+    assert (outcome.status, outcome.err) == (0, "")
+    result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    assert list(result["controllers"]) == ["pi", "oracle", "Mine", "second"]
+    assert result["controllers"]["Mine"] == result["controllers"]["second"]
+    assert [line.split()[0] for line in outcome.out.splitlines() if line.strip().startswith(("Mine", "second"))]
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ("{}:Other", "there is no Other; there are Mine, make"),
+        ("pi={}:Mine", "own = 'pi' is not allowed: that is the name of a controller of this package"),
+        ("{}", "must be FILE.py:NAME"),
+    ],
+)
+def test_bad_file_or_name_is_refused_on_the_command_line(source, tmp_path, place, said):
+    assert said in refusal("compare", "--own", place.format(source), "--out", tmp_path / "out")
+    broken = tmp_path / "broken.py"
+    broken.write_text("import nowhere_to_be_found", encoding="utf-8")
+    line = refusal("compare", "--own", f"{broken}:Mine", "--out", tmp_path / "out")
+    assert "broken.py: cannot be loaded: ModuleNotFoundError: No module named 'nowhere_to_be_found'" in line

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth
+from adaptive_ff.logs.bandwidth import NOISE_SHARE, check_bandwidth, choose_bandwidth, rounding_noise
 from adaptive_ff.logs.derivatives import REACH, differentiate, differentiate_twice, lowpass
 
 INNER = slice(REACH, -REACH)
@@ -58,9 +58,30 @@ def test_band_is_five_times_the_frequency_of_the_motion_and_noise_does_not_widen
     for series in (position, noisy):
         assert choose_bandwidth(series, 0.001, is_position=True) == pytest.approx(15.0, rel=0.05)
     velocity = np.cos(2.0 * np.pi * 3.0 * time)
-    noisy = velocity + 0.3 * generator.standard_normal(time.size)
+    noisy = velocity + 0.1 * generator.standard_normal(time.size)
     for series in (velocity, noisy):
         assert choose_bandwidth(series, 0.001, is_position=False) == pytest.approx(15.0, rel=0.05)
+
+
+def test_band_is_narrower_where_noise_of_the_acceleration_would_count():
+    """In a band ``f`` white noise of density ``s`` leaves the acceleration ``(2 pi)^2 s f^3 / 3``."""
+    time = 0.001 * np.arange(20000)
+    generator = np.random.default_rng(101)
+    velocity = np.cos(2.0 * np.pi * 3.0 * time) + 0.4 * generator.standard_normal(time.size)
+    density, accelerated = 2.0 * 0.001 * 0.4**2, 0.5 * (2.0 * np.pi * 3.0) ** 2
+    expected = (NOISE_SHARE * accelerated * 3.0 / (4.0 * np.pi**2 * density)) ** (1.0 / 3.0)
+    assert choose_bandwidth(velocity, 0.001, is_position=False) == pytest.approx(expected, rel=0.1)
+    counts = 2.0 * np.pi / 512.0
+    position = np.round(np.sin(2.0 * np.pi * 3.0 * time) / counts) * counts
+    assert 6.0 <= choose_bandwidth(position, 0.001, is_position=True) < 12.0
+
+
+def test_noise_of_a_lattice_is_that_of_rounding():
+    generator = np.random.default_rng(101)
+    steps = 0.1 * np.round(np.cumsum(generator.normal(0.0, 3.0, 5000)) / 0.1)
+    assert rounding_noise(steps, 0.001, is_position=True) == pytest.approx(0.1**2 / 12.0)
+    assert rounding_noise(generator.standard_normal(5000), 0.001, is_position=True) == 0.0
+    assert rounding_noise(np.zeros(100), 0.001, is_position=True) == 0.0
 
 
 def test_band_stays_within_its_limits():

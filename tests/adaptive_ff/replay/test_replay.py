@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from synthetic_logs import make_log
 
-from adaptive_ff import AdaptiveController, InputError, TorqueModel, load_scenario, simulate
+from adaptive_ff import InputError, TorqueModel, load_scenario, simulate
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.logs.derivatives import lowpass
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
@@ -30,7 +31,7 @@ def run():
     scenario = load_scenario().modified(duration=20.0, seed=101)
     gains = pi_gains(20.0, 10.0)
     told = {"inertia": 20.0, "stribeck_velocity": 0.05, "memory": 5.0, "tunes_lag": False}
-    own = AdaptiveController(*gains, 0.01, **told)
+    own = UnsupervisedController(*gains, 0.01, **told)
     return simulate(scenario, own)
 
 

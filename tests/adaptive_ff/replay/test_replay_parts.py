@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from synthetic_logs import make_log, motion
 
-from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import lowpass
 from adaptive_ff.logs.log import Log
@@ -146,7 +146,7 @@ def test_watching_in_plain_python_agrees_bit_for_bit():
     )
     found = []
     for loop in (watch, watch.py_func):
-        controller = AdaptiveController(100.0, 1000.0, 0.002, inertia=2.0, stribeck_velocity=0.05)
+        controller = UnsupervisedController(100.0, 1000.0, 0.002, inertia=2.0, stribeck_velocity=0.05)
         observer = difference_velocity(0.002)
         feedforward, estimates = np.zeros(count), np.zeros((count, 5))
         observed = initial_velocity_state(observer, float(log.position[0]))

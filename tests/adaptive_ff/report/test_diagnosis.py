@@ -10,7 +10,8 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, lay_course, make
 from rich.console import Console
 
-from adaptive_ff import AdaptiveController, simulate
+from adaptive_ff import simulate
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION
 from controllers import pi_gains
 
@@ -179,7 +180,7 @@ def test_young_estimates_are_called_so():
 
 
 def test_friction_per_direction_has_its_rows():
-    controller = AdaptiveController(
+    controller = UnsupervisedController(
         *pi_gains(20.0, 10.0), period=0.01, inertia=20.0, stribeck_velocity=0.05, parameters=PER_DIRECTION
     )
     drive(controller, lay_course(SCENARIO))

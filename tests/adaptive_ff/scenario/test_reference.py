@@ -74,7 +74,7 @@ def test_fade_in_starts_from_rest_without_a_jump_and_leaves_the_rest_alone():
 def test_phases_come_from_the_generator():
     time = grid(20.0)
     assert np.array_equal(draw(MULTISINE, time, 3), draw(MULTISINE, time, 3))
-    sine = Multisine(frequencies=[0.1], amplitudes=[1.0], fade_in=0.0)
+    sine = Multisine(frequencies=[0.1], amplitudes=[1.0], peak=0.35, fade_in=0.0)
     phases = [math.asin(draw(sine, time, seed)[0] / 0.35) for seed in range(200)]
     assert np.std(phases) == pytest.approx(math.pi / math.sqrt(12.0), rel=0.1)  # of evenly spread ones, folded
 

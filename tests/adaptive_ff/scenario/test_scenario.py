@@ -75,7 +75,8 @@ def test_what_may_be_left_out_has_the_stated_value(tmp_path):
     assert (scenario.sampling.period, scenario.sensor.velocity_noise) == (0.01, 0.0)
     assert scenario.actuator.torque_limit is None
     assert scenario.actuator.parameters.torque_limit == math.inf
-    assert scenario.reference == Multisine(**DESIGNED["reference"])
+    assert scenario.reference == Multisine(**{**DESIGNED["reference"], "peak": None})
+    assert np.max(np.abs(scenario.reference_velocity())) == pytest.approx(DESIGNED["reference"]["peak"])
     assert (scenario.adaptation.stribeck_shape, scenario.adaptation.memory) == (1.0, None)
     assert scenario.fixed.model == TorqueModel(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
     assert scenario.change == []

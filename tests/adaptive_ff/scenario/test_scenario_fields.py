@@ -9,7 +9,7 @@ import pytest
 from pydantic import BaseModel
 from scenario_files import REMOVED, built_in, changed, write_scenario
 
-from adaptive_ff import InputError, Scenario, load_scenario
+from adaptive_ff import InputError, Scenario, load_scenario, parse_scenario
 
 RANGES = {
     "inertia": [0.1, 10.0],
@@ -31,7 +31,10 @@ POSITIVE = [
     *(f"variation.{name}" for name in ("warm_up_time", "position_period")),
     *(f"velocity.{name}" for name in ("cutoff", "acceleration_walk")),
     *(f"joint.{name}" for name in ("stiffness", "link_stiffness", "hysteresis_reach")),
+    *(f"joint.{name}" for name in ("displacements.0", "shares.0", "attraction", "rolling_range", "presliding")),
     "reference.frequencies.0",
+    *(f"position.{name}" for name in ("gain", "limit", "encoder_resolution")),
+    *(f"reference.{name}" for name in ("speed", "acceleration", "jerk", "period", "hold")),
     "reference.peak",
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
     *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
@@ -51,6 +54,7 @@ NOT_NEGATIVE = [
     "joint.gravity",
     "variation.position_amplitude",
     "reference.fade_in",
+    "reference.dwell",
     "reference.pause.0",
     "feedback.integral",
     *(f"fixed.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "friction_lag")),
@@ -60,8 +64,8 @@ NOT_NEGATIVE = [
 NUMBERS = [
     *POSITIVE,
     *NOT_NEGATIVE,
-    "joint.link_share",
-    *("joint.gravity_phase", "change.0.load"),
+    *("joint.link_share", "joint.exponent", "joint.gravity_phase", "change.0.load"),
+    *("reference.positions.0", "reference.distance", "reference.velocities.0"),
     *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
 ]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
@@ -70,6 +74,8 @@ LISTS = [
     "reference.frequencies",
     "reference.amplitudes",
     "reference.pause",
+    "reference.positions",
+    "reference.velocities",
     "change",
     *(f"sweep.{name}" for name in RANGES),
 ]
@@ -80,6 +86,7 @@ TABLES = [
     "velocity",
     "actuator",
     "reference",
+    "position",
     "feedback",
     "adaptation",
     "fixed",
@@ -87,7 +94,16 @@ TABLES = [
     "variation",
     "sweep",
 ]
-OTHERS = ["joint.axis", "seed", "joint.kind", "reference.kind", "velocity.method", "adaptation.identify"]
+OTHERS = [
+    "reference.repeats",
+    "joint.axis",
+    "seed",
+    "joint.kind",
+    "reference.kind",
+    "velocity.method",
+    "adaptation.identify",
+]
+KINDS = "'multisine', 'csv', 'point_to_point', 'triangle' or 'staircase'"
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
     *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
@@ -95,8 +111,8 @@ REQUIRED = [
 ]
 
 TOP = (
-    "duration, seed, controllers, joint, sampling, sensor, velocity, actuator, reference, feedback, adaptation, fixed, "
-    "change, variation, sweep"
+    "duration, seed, controllers, joint, sampling, sensor, velocity, actuator, reference, position, feedback, "
+    "adaptation, fixed, change, variation, sweep"
 )
 FRICTION = "inertia, coulomb, stiction, viscous"
 KNOWN = {
@@ -110,6 +126,7 @@ KNOWN = {
     "velocity": "method, cutoff, acceleration_walk",
     "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay, lag, gain",
     "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
+    "position": "gain, limit, encoder_resolution",
     "feedback": "inertia, bandwidth, proportional, integral, delay",
     "adaptation": "stribeck_velocity, stribeck_shape, memory, identify",
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
@@ -117,6 +134,10 @@ KNOWN = {
     "variation": "warm_up_excess, warm_up_time, position_amplitude, position_period",
     "sweep": ", ".join(RANGES),
 }
+
+
+KIND_OF = {f"reference.{name}": "point_to_point" for name in ("speed", "acceleration", "jerk", "dwell", "distance")}
+KIND_OF |= {"reference.period": "triangle", "reference.hold": "staircase"}
 
 
 def without_lag(joint):
@@ -130,6 +151,7 @@ def complete(path=""):
         "change": change,
         "variation": {"warm_up_time": 20.0},
         "velocity": {"cutoff": 50.0},
+        "position": {"gain": 10.0},
         "sweep": copy.deepcopy(RANGES),
     }
     content = {**built_in(), "controllers": ["pi"], **tables}
@@ -137,6 +159,13 @@ def complete(path=""):
         content["feedback"] = {"inertia": 20.0, "proportional": 1000.0, "integral": 9000.0}
     if path in ("joint.stiffness", "joint.damping"):
         content["joint"] = {**without_lag(content["joint"]), "kind": "lugre", "stiffness": 1e5}
+    if path.startswith(("joint.displacements", "joint.shares")) or path == "joint.attraction":
+        joint = without_lag(content["joint"])
+        content["joint"] = {**joint, "kind": "maxwell", "displacements": [0.1, 0.2, 0.3, 0.4], "shares": 4 * [0.25]}
+    if path in ("joint.rolling_range", "joint.exponent"):
+        content["joint"] = {**without_lag(content["joint"]), "kind": "rolling", "rolling_range": 0.1}
+    if path == "joint.presliding":
+        content["joint"] = {**content["joint"], "kind": "elasto_plastic", "presliding": 0.1}
     if path in ("joint.gap", "joint.hysteresis", "joint.hysteresis_reach"):
         content["joint"] = {
             **content["joint"],
@@ -152,6 +181,13 @@ def complete(path=""):
         content["reference"] = {**content["reference"], "pause": [10.0, 100.0]}
     if path == "sensor.encoder_resolution":
         content["sensor"] = {"encoder_resolution": 1e-5}
+    kind = KIND_OF.get(path)
+    if kind is not None:
+        content["reference"] = {"kind": kind, **({"distance": 0.2} if kind == "point_to_point" else {})}
+    if path.startswith("reference.positions"):
+        content["reference"] = {"kind": "point_to_point", "positions": [0.2, 0.1]}
+    if path.startswith("reference.velocities"):
+        content["reference"] = {"kind": "staircase", "velocities": [0.2, 0.1]}
     if path in TEXTS[1:]:
         content["reference"] = {"kind": "csv", "path": "motion.csv"}
     return content
@@ -220,7 +256,9 @@ def test_negative_value_is_refused(tmp_path, path, value):
     assert message == f"{path} = {value!r} is not allowed: it must be greater than or equal to 0"
 
 
-@pytest.mark.parametrize("path", [path for path in NUMBERS if not path.endswith(("period", "link_share"))])
+@pytest.mark.parametrize(
+    "path", [path for path in NUMBERS if not path.endswith(("period", "link_share", "displacements.0", "shares.0"))]
+)
 def test_whole_number_is_a_number(tmp_path, path):
     whole = {"joint.stiffness": 100000, "feedback.bandwidth": 10, "reference.frequencies.0": 1, "change.0.time": 30}
     whole |= {"sampling.jitter": 2, "variation.position_amplitude": 0, "actuator.delay": 0, "feedback.delay": 0}
@@ -240,7 +278,7 @@ def test_value_that_is_no_text_is_refused(tmp_path, path, value):
 @pytest.mark.parametrize("path", LISTS)
 @pytest.mark.parametrize("value", ["a", 1.0, True, {"a": 1}])
 def test_value_that_is_no_list_is_refused(tmp_path, path, value):
-    message = refusal(tmp_path, changed(complete(), path, value))
+    message = refusal(tmp_path, changed(complete(path), path, value))
     assert message == f"{path} = {value!r} is not allowed: it must be a valid list"
 
 
@@ -273,12 +311,14 @@ def test_seed_out_of_range_is_refused(tmp_path, value):
 @pytest.mark.parametrize("value", ["noise", "", "Multisine", 3, True])
 def test_unknown_kind_of_reference_is_refused_and_the_known_are_listed(tmp_path, value):
     message = refusal(tmp_path, changed(complete(), "reference.kind", value))
-    assert message == f"reference.kind = {str(value)!r} is not allowed: it must be 'multisine' or 'csv'"
+    assert message == f"reference.kind = {str(value)!r} is not allowed: it must be {KINDS}"
 
 
-def test_kind_of_reference_that_is_missing_is_asked_for(tmp_path):
-    message = refusal(tmp_path, changed(complete(), "reference.kind", REMOVED))
-    assert message == "reference.kind is missing; it must be 'multisine' or 'csv'"
+def test_reference_without_a_kind_is_recorded_where_it_has_a_path_and_else_a_multisine(tmp_path):
+    scenario = parse_scenario(changed(complete(), "reference.kind", REMOVED), "test")
+    assert scenario.reference.kind == "multisine"
+    with pytest.raises(InputError, match=r"gone\.csv: cannot be read"):
+        parse_scenario({**complete(), "reference": {"path": "gone.csv"}}, "test")
 
 
 @pytest.mark.parametrize("table", KNOWN)
@@ -291,7 +331,8 @@ def test_unknown_key_is_refused_and_the_known_are_listed(tmp_path, table, key):
     place[key] = 1.0
     shown = key if key.isalpha() else repr(key)
     path = f"{table}.{shown}" if table else shown
-    hint = "did you mean inertia? " if key == "inertai" and "inertia" in KNOWN[table].split(", ") else ""
+    near = [name for name in KNOWN[table].split(", ") if name in ("inertia", "inertia_scale")]
+    hint = f"did you mean {near[0]}? " if key == "inertai" and near else ""
     assert refusal(tmp_path, content) == f"{path} = 1.0 is not known; {hint}allowed there: {KNOWN[table]}"
 
 
@@ -342,6 +383,5 @@ def test_share_of_the_link_is_between_none_and_all(tmp_path, share):
 @pytest.mark.parametrize("kind", ["lugr", "", 3])
 def test_unknown_kind_of_joint_is_refused_and_the_known_are_listed(tmp_path, kind):
     message = refusal(tmp_path, changed(complete(), "joint.kind", kind))
-    assert (
-        message == f"joint.kind = {str(kind)!r} is not allowed: it must be 'stribeck', 'lugre', 'elastic' or 'backlash'"
-    )
+    known = "'stribeck', 'lugre', 'elastic', 'backlash', 'maxwell', 'rolling' or 'elasto_plastic'"
+    assert message == f"joint.kind = {str(kind)!r} is not allowed: it must be {known}"

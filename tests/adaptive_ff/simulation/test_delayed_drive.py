@@ -5,7 +5,7 @@ import pytest
 from closed_loops import SCENARIO, lay_course
 from unequal_joint import EQUAL, Unequal, rms, unequal_loop
 
-from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION
 from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.rivals.paper import PaperController
@@ -16,7 +16,7 @@ TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05}
 
 
 def adaptive(delay, parameters=ESTIMATED):
-    return AdaptiveController(*GAINS, PERIOD, **TOLD, parameters=parameters, delay=delay)
+    return UnsupervisedController(*GAINS, PERIOD, **TOLD, parameters=parameters, delay=delay)
 
 
 def oracle(delay, joint=EQUAL):
@@ -65,7 +65,7 @@ MAKERS = {
     "PI": lambda delay: PI(*GAINS, PERIOD, delay=delay),
     "ModelBased": oracle,
     "PaperController": lambda delay: PaperController(*GAINS, PERIOD, **TOLD, delay=delay),
-    "AdaptiveController": adaptive,
+    "UnsupervisedController": adaptive,
 }
 controllers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
 

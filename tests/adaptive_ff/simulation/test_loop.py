@@ -7,7 +7,7 @@ import pytest
 from closed_loops import SCENARIO, drive, make
 
 from adaptive_ff import compare, simulate
-from adaptive_ff.comparison.run import own_controller
+from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
 from plant import Actuator, Joint, ripple_torque

@@ -1,0 +1,258 @@
+"""Noise-gated observer of the torque that the feedforward leaves.
+
+What moved the joint beyond what was fed forward, less what the change of the error took, is what the model misses:
+
+    res = u_act - u_fed - J_o ((w - w-) - (r - r-))/dt
+    d(k) = d(k-1) + (1 - exp(-p dt)) (res - d(k-1))
+
+with the fed torque behind the drive's delay, torque and reference behind the low-pass of the measured velocity, and
+``J_o`` the smaller of identified and assumed inertia: with the identified one alone a Stribeck curve that falls
+steeply, which looks like a negative inertia, lets the observer grow. Fed back with a gain, ``u = u_ff + g d + PI``, it
+is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata, T. Murakami, "Motion control for advanced
+mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within ``1/p`` to what no identification can know yet:
+a start, a jump of friction, a load, a bristle that bends.
+
+Where the feedforward leaves nothing, an observer feeds back noise. So ``g`` is the smaller of two gates, both open
+while the noise is not known:
+
+    g_a = sat(<d^2> / (4 * 2 s_d^2) - 1),   s_d^2 = a^2 2/(2 - a) (J s/T)^2,  a = 1 - exp(-p T)   (d against its noise)
+    g_b = sat(<ehat^2> / (4 s_T^2) - 1),    s_T^2 = s^2 2 b/(2 - b),          b = Kp T/J          (error against noise)
+
+``<.>`` is a short mean, ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop would make
+of the residual. No time and no age enters: the gate is open while there is something to gain.
+
+The pole is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the gains of
+the PI loop respect and the observer would not.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.adaptive.lag_tuning import lag_torque
+from adaptive_ff.adaptive.loop_response import LoopResponse, advance_loop_response, initial_loop_response
+from adaptive_ff.adaptive.noise_level import NoiseState, advance_noise, initial_noise, noise_known
+from controllers import PIParameters, delay_line, delayed, remember
+
+WINDOW = 0.3
+"""Length of the short means, s."""
+
+LOUDER = 4.0
+"""How many times what noise explains a mean square must be for its gate to begin to open."""
+
+TINY = 1e-15
+"""Variance that is taken for none: a simulation without noise must not divide by zero."""
+
+OBSERVED_NOISE = 2.0
+"""Factor on the variance that noise gives the observed torque: two measurements make a difference."""
+
+
+class ObserverParameters(NamedTuple):
+    """Parameters of the observer.
+
+    Attributes
+    ----------
+    pole : float
+        Pole ``p``, rad/s.
+    inertia : float
+        Inertia that the feedback was designed for, kg m^2.
+    velocity_lag : float
+        Time by which the measured velocity lags behind the joint's, s.
+    period : float
+        Nominal period, s.
+    """
+
+    pole: float
+    inertia: float
+    velocity_lag: float
+    period: float
+
+
+class ObserverState(NamedTuple):
+    """State of the observer.
+
+    Attributes
+    ----------
+    disturbance : float
+        Observed torque ``d`` that the feedforward lacks, N m.
+    gain : float
+        Gain ``g`` with which it is fed back.
+    velocity : float
+        Last measured velocity, rad/s.
+    reference : float
+        Last reference behind the low-pass of the measured velocity, rad/s.
+    lagged_torque : float
+        Torque beyond the feedforward behind that low-pass, N m.
+    fed : tuple of float
+        Torques that were fed forward, N m, the newest first, as far back as the drive may still apply them.
+    squared : float
+        Short mean of ``d^2``, N^2 m^2.
+    response : LoopResponse
+        What the loop would make of the residual; its velocity is ``ehat``.
+    predicted_squared : float
+        Short mean of ``ehat^2``, rad^2/s^2.
+    noise : NoiseState
+        Noise of the measured velocity.
+    """
+
+    disturbance: float
+    gain: float
+    velocity: float
+    reference: float
+    lagged_torque: float
+    fed: tuple[float, ...]
+    squared: float
+    response: LoopResponse
+    predicted_squared: float
+    noise: NoiseState
+
+
+def initial_observer(feedback: PIParameters) -> ObserverState:
+    """Return the state before the first sample: the noise is not known, so the gates are open."""
+    response = initial_loop_response(feedback)
+    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, delay_line(feedback.delay), 0.0, response, 0.0, initial_noise())
+
+
+@register_jitable(forceinline=True)
+def start_observer(state: ObserverState, reference: float, velocity: float) -> ObserverState:
+    """Return the state at the first sample, from which on differences are taken."""
+    return ObserverState(
+        state.disturbance,
+        state.gain,
+        velocity,
+        reference,
+        state.lagged_torque,
+        state.fed,
+        state.squared,
+        state.response,
+        state.predicted_squared,
+        state.noise,
+    )
+
+
+@register_jitable(forceinline=True)
+def observe(
+    observer: ObserverParameters,
+    state: ObserverState,
+    feedback: PIParameters,
+    torque: float,
+    inertia: float,
+    reference: float,
+    velocity: float,
+    duration: float,
+) -> ObserverState:
+    """Return the state after a period, before the gates are set.
+
+    Parameters
+    ----------
+    observer : ObserverParameters
+        The observer.
+    state : ObserverState
+        The state.
+    feedback : PIParameters
+        The PI loop.
+    torque : float
+        Torque that the drive gave over the period, all of it, N m.
+    inertia : float
+        Identified inertia, kg m^2.
+    reference, velocity : float
+        What the feedback compares now, rad/s.
+    duration : float
+        Length of the period, s.
+    """
+    seen = reference
+    lacking, lagged_torque = torque - delayed(state.fed, feedback.delay), state.lagged_torque
+    if observer.velocity_lag > 0.0:
+        seen = state.reference + (reference - state.reference) * duration / (duration + observer.velocity_lag)
+        lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
+    change = (velocity - state.velocity) - (seen - state.reference)
+    residual = lacking - min(inertia, observer.inertia) * change / duration
+    share = -math.expm1(-observer.pole * duration)
+    disturbance = state.disturbance + share * (residual - state.disturbance)
+    tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
+    noise = advance_noise(state.noise, seen - velocity, tells, duration)
+    # the residual is behind the low-pass of the velocity already
+    response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
+    weight = duration / (WINDOW + duration)
+    squared = state.squared + weight * (disturbance * disturbance - state.squared)
+    predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
+    return ObserverState(
+        disturbance,
+        state.gain,
+        velocity,
+        seen,
+        lagged_torque,
+        state.fed,
+        squared,
+        response,
+        predicted,
+        noise,
+    )
+
+
+@register_jitable(forceinline=True)
+def saturated(value: float) -> float:
+    """Return a value cut off at 0 and 1."""
+    return min(1.0, max(0.0, value))
+
+
+@register_jitable(forceinline=True)
+def observer_gain(observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float) -> float:
+    """Return the gain ``g`` that the two gates allow, for an identified inertia (kg m^2)."""
+    if not noise_known(state.noise):
+        return 1.0
+    share = -math.expm1(-observer.pole * observer.period)
+    noise = share * inertia / observer.period
+    noise *= noise * 2.0 / (2.0 - share) * state.noise.variance
+    observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + TINY) - 1.0
+    share = min(1.0, feedback.proportional * observer.period / observer.inertia)
+    noise = state.noise.variance * 2.0 * share / (2.0 - share)
+    predicted = state.predicted_squared / (LOUDER * noise + TINY * TINY) - 1.0
+    return min(saturated(observed), saturated(predicted))
+
+
+@register_jitable(forceinline=True)
+def hand_over_to_observer(
+    state: ObserverState, change: float, gain: float, fed: float, integral: float
+) -> tuple[ObserverState, float]:
+    """Return the state with what is fed forward now, and what leaves the integral of the feedback, N m.
+
+    Neither a change of the feedforward nor one of the gain lets the torque jump: what the feedforward gives from now on
+    (N m, ``change``), observer and integral need no longer give; what the observer no longer gives goes into the
+    integral. Where the observer's gain rises, the integral holds part of what the observer now gives: that share goes.
+
+    Parameters
+    ----------
+    state : ObserverState
+        The state.
+    change : float
+        By how much the estimates have changed the torque that is fed forward, N m.
+    gain : float
+        The new gain.
+    fed : float
+        Torque that is fed forward over the coming period, known loads included, N m.
+    integral : float
+        Integral of the feedback, N m.
+    """
+    disturbance = state.disturbance - change
+    leaves = (1.0 - gain) * change
+    if gain < state.gain:
+        leaves -= (state.gain - gain) * disturbance
+    elif gain > state.gain:
+        leaves += (integral - leaves) * (gain - state.gain) / (1.0 - state.gain)
+    return (
+        ObserverState(
+            disturbance,
+            gain,
+            state.velocity,
+            state.reference,
+            state.lagged_torque,
+            remember(state.fed, fed),
+            state.squared,
+            state.response,
+            state.predicted_squared,
+            state.noise,
+        ),
+        leaves,
+    )

@@ -1,0 +1,238 @@
+"""One sample of the supervised adaptive controller: the adaptive one, an observer beside it and trust in it.
+
+    u = PI(e) + J dr/dt + gamma f_ref + offset + g d
+
+The identification is that of :mod:`adaptive_ff.adaptive.step`. What its feedforward leaves is observed
+(:mod:`adaptive_ff.adaptive.observer`) and fed back while it is louder than the noise; where the friction fed forward
+leaves more error than it takes away, less of it is fed (:mod:`adaptive_ff.adaptive.trust`).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
+from adaptive_ff.adaptive.estimator import EstimatorParameters, EstimatorState
+from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
+from adaptive_ff.adaptive.observer import (
+    ObserverParameters,
+    ObserverState,
+    hand_over_to_observer,
+    initial_observer,
+    observe,
+    observer_gain,
+    start_observer,
+)
+from adaptive_ff.adaptive.step import (
+    Fed,
+    end_period_in_place,
+    given_inertia_torque,
+    initial_adaptive_state,
+    learn_and_feed_in_place,
+    write_adaptive,
+)
+from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, with_friction
+from adaptive_ff.model.bounds import INERTIA
+from adaptive_ff.model.feedforward import FeedforwardState
+from adaptive_ff.regression.torque_form import Signals
+from controllers import (
+    ESTIMATES,
+    STEPS,
+    Inputs,
+    Output,
+    PIParameters,
+    PIState,
+    asked_torque,
+    hand_over,
+    remember,
+    step_pi,
+    with_feedforward,
+)
+
+LEAST_TRUST = 0.02
+"""Trust at which the lag is tuned at least: a slope of zero would end the tuning for good."""
+
+
+class SupervisedParameters(NamedTuple):
+    """Parameters of the supervised controller: those of :class:`AdaptiveParameters`, and the observer's.
+
+    Attributes
+    ----------
+    feedback : PIParameters
+        The PI loop.
+    estimator : EstimatorParameters
+        The estimator.
+    slowest : float
+        Speed of the gate, rad/s.
+    hold : float
+        Hold of the gate, s.
+    velocity_lag : float
+        Time by which the measured velocity lags behind the joint's, s.
+    period : float
+        Nominal period, s.
+    tunes_lag : bool
+        Whether the lag of the feedforward is tuned by the tracking error.
+    command : CommandParameters
+        What stands between the controller and the machine.
+    observer : ObserverParameters
+        The observer.
+    """
+
+    feedback: PIParameters
+    estimator: EstimatorParameters
+    slowest: float
+    hold: float
+    velocity_lag: float
+    period: float
+    tunes_lag: bool
+    command: CommandParameters
+    observer: ObserverParameters
+
+
+class SupervisedState(NamedTuple):
+    """State of the supervised controller: that of :class:`AdaptiveState`, the observer's and the trust.
+
+    Attributes
+    ----------
+    feedback : PIState
+        State of the PI loop.
+    feedforward : FeedforwardState
+        State of the feedforward.
+    measured, model : Signals
+        Filters over the measurements, and over the reference and the torque of the model; arrays changed in place.
+    estimator : EstimatorState
+        State of the estimator; arrays changed in place.
+    sliding : float
+        For how long the joint has been sliding, s.
+    lagged_torque : float
+        Torque behind a low-pass with the lag of the measured velocity, N m.
+    model_torques, known_torques : tuple of float
+        Torque of the model at full trust, and torque known from elsewhere, N m, the newest first.
+    timing : TimingState
+        State of the tuning of the feedforward's lag.
+    enabled : bool
+        Whether the estimates adapt.
+    command : CommandState
+        How much of the feedforward is fed, and of the observer.
+    observer : ObserverState
+        State of the observer.
+    trust : TrustState
+        State of the trust.
+    """
+
+    feedback: PIState
+    feedforward: FeedforwardState
+    measured: Signals
+    model: Signals
+    estimator: EstimatorState
+    sliding: float
+    lagged_torque: float
+    model_torques: tuple[float, ...]
+    known_torques: tuple[float, ...]
+    timing: TimingState
+    enabled: bool
+    command: CommandState
+    observer: ObserverState
+    trust: TrustState
+
+
+def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
+    """Return the state of a controller that knows nothing but the assumed inertia."""
+    return SupervisedState(
+        *initial_adaptive_state(block), initial_observer(block.feedback), initial_trust(block.feedback, block.slowest)
+    )
+
+
+@register_jitable(forceinline=True)
+def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -> tuple[ObserverState, TrustState]:
+    """Return observer and trust after the period that has ended."""
+    feedback, observer = block.feedback, state.observer
+    target, valid = inputs.reference + inputs.correction, math.isfinite(inputs.velocity)
+    started = state.feedback.samples > state.feedback.rejected
+    if valid and started:
+        torque = inputs.realised_torque
+        if not math.isfinite(torque):
+            torque = asked_torque(feedback, state.feedback)
+        inertia = state.estimator.recursion.estimate[INERTIA]
+        observer = observe(block.observer, observer, feedback, torque, inertia, target, inputs.velocity, inputs.dt)
+    elif valid:
+        observer = start_observer(observer, target, inputs.velocity)
+    trust = advance_trust(
+        state.trust,
+        feedback,
+        block.observer.inertia,
+        block.velocity_lag,
+        observer.response.velocity,
+        inputs.reference,
+        valid and started and state.command.share == 1.0,  # what is not fed tells nothing
+        inputs.dt,
+    )
+    return observer, trust
+
+
+@register_jitable(forceinline=True)
+def fed_torque(fed: Fed, trust: float) -> float:
+    """Return the torque that is fed forward when the friction is trusted to a share, N m."""
+    return fed.torque - (1.0 - trust) * fed.friction
+
+
+@register_jitable(forceinline=True)
+def step_supervised(
+    block: SupervisedParameters, state: SupervisedState, inputs: Inputs
+) -> tuple[Output, SupervisedState]:
+    """Do one sample: observe, learn, feed forward what is trusted and what is observed; then feedback."""
+    given = given_inertia_torque(block, state, inputs)
+    inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
+    command = fade(state.command, inputs.dt)
+    observer, trust = watch(block, state, inputs)
+    period = end_period_in_place(block, state, inputs)
+    fed = learn_and_feed_in_place(block, state, period, inputs)
+    estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
+    bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory)
+    share = min(trust.trust, bound)
+    inertia = fed.estimator.recursion.estimate[INERTIA]
+    gain = command.share * min(observer_gain(block.observer, observer, block.feedback, inertia), bound)
+    torque = fed_torque(fed, share)
+    change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
+    torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
+    observer, leaves = hand_over_to_observer(
+        observer, change, gain, torque + inputs.feedforward, state.feedback.integral
+    )
+    feedback = hand_over(block.feedback, state.feedback, leaves)
+    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque + gain * observer.disturbance))
+    tuned = max(share, LEAST_TRUST)
+    return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
+        feedback,
+        fed.feedforward,
+        period.measured,
+        period.model,
+        fed.estimator,
+        period.sliding,
+        period.lagged_torque,
+        remember(state.model_torques, fed.torque),
+        remember(state.known_torques, inputs.feedforward),
+        note_friction(
+            fed.timing,
+            tuned * state.feedforward.friction,
+            tuned * fed.feedforward.friction,
+            fed.timing.lag,
+            block.period,
+        ),
+        state.enabled,
+        command,
+        observer,
+        with_friction(trust, share, fed.friction),
+    )
+
+
+@register_jitable(forceinline=True)
+def write_supervised(block: SupervisedParameters, state: SupervisedState, row: NDArray[np.float64]) -> None:
+    """Write the physical estimates into a row."""
+    write_adaptive(block, state, row)
+
+
+STEPS[SupervisedParameters] = step_supervised
+ESTIMATES[SupervisedParameters] = write_supervised

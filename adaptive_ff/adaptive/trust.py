@@ -1,0 +1,161 @@
+"""Trust in the friction that is fed forward: how much of it the joint turns out to have.
+
+Where the model does not hold (bristles that bend, motion within the Stribeck regime, a curve far steeper than assumed),
+the identified friction, fed forward in full, may leave more error than it takes away. What share of it would leave the
+least? With ``x = G(f_ref)`` what the loop would make of all the friction that the model has for the plan, and ``ehat``
+the error that is predicted to be left with the share ``gamma`` that is fed, the error without any is
+
+    y = ehat + gamma x
+
+and the share that leaves the least error over the last seconds is the regression of ``y`` on ``x``,
+
+    gamma_LS = (Sxy + rho Syy)/(Sxx + rho Syy)
+
+drawn towards 1 by a prior. It is used to the extent that all of the friction would leave much:
+
+    q = S(y - x)^2 / Syy,    gamma = 1 + sat((q - 1/4)/(1/4)) (gamma_LS - 1),    0 <= gamma <= 1
+
+It falls at once and rises slowly. ``ehat`` is the observer's, so what the observer takes away counts as left by the
+model. Instruments of the identification keep the unscaled friction.
+
+Before half a memory has been learnt, trust and observer are held back further on motion so slow that nothing can be
+learnt: at most ``sat(peak |r| / (0.2 Vs) - 1)``.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.adaptive.loop_response import LoopResponse, advance_loop_response, initial_loop_response
+from adaptive_ff.adaptive.observer import saturated
+from controllers import PIParameters, delay_line, delayed, remember
+
+MEMORY = 4.0
+"""Memory of the sums, s."""
+
+PRIOR = 0.05
+"""Weight ``rho`` of the prior, in mean squares of the error without friction feedforward."""
+
+ENOUGH = 0.25
+"""Share of the squared error that the whole friction may leave before it is distrusted; at twice that, fully."""
+
+RISE = 10.0
+"""Time in which trust rises from 0 to 1, s."""
+
+LEAST_ENERGY = 1e-12
+"""Sums of this size, rad^2/s, come from a joint at rest: trust stays."""
+
+PEAK_MEMORY = 10.0
+"""Time constant with which the largest speed of the plan fades, s."""
+
+LEARNT = 0.5
+"""Time learnt, in memories of the estimator, from which slow motion is no reason to hold back."""
+
+
+class TrustState(NamedTuple):
+    """State of the trust.
+
+    Attributes
+    ----------
+    trust : float
+        Share ``gamma`` of the friction that is fed forward.
+    response : LoopResponse
+        What the loop makes of all the friction that the model has for the plan.
+    frictions : tuple of float
+        That friction, N m, the newest first, as far back as the drive may still apply it.
+    xx, xy, yy : float
+        Fading sums over the last seconds, rad^2/s.
+    peak : float
+        Largest speed of the plan of late, rad/s.
+    """
+
+    trust: float
+    response: LoopResponse
+    frictions: tuple[float, ...]
+    xx: float
+    xy: float
+    yy: float
+    peak: float
+
+
+def initial_trust(feedback: PIParameters, slowest: float) -> TrustState:
+    """Return full trust; ``slowest`` (rad/s) is the speed of the sliding gate."""
+    line = delay_line(feedback.delay)
+    return TrustState(1.0, initial_loop_response(feedback), line, 0.0, 0.0, 0.0, 2.0 * slowest)
+
+
+@register_jitable(forceinline=True)
+def advance_trust(
+    state: TrustState,
+    feedback: PIParameters,
+    inertia: float,
+    velocity_lag: float,
+    predicted: float,
+    reference: float,
+    valid: bool,
+    duration: float,
+) -> TrustState:
+    """Return the state after a period.
+
+    Parameters
+    ----------
+    state : TrustState
+        The state.
+    feedback : PIParameters
+        The PI loop.
+    inertia : float
+        Inertia that it was designed for, kg m^2.
+    velocity_lag : float
+        Time by which the measured velocity lags, s.
+    predicted : float
+        Error ``ehat`` that the loop would be left with, rad/s.
+    reference : float
+        Planned velocity now, rad/s.
+    valid : bool
+        Whether the predicted error is one.
+    duration : float
+        Length of the period, s.
+    """
+    friction = delayed(state.frictions, feedback.delay)
+    response = advance_loop_response(state.response, feedback, inertia, velocity_lag, friction, duration)
+    peak = max(abs(reference), state.peak * math.exp(-duration / PEAK_MEMORY))
+    if not valid:
+        return TrustState(state.trust, response, state.frictions, state.xx, state.xy, state.yy, peak)
+    x = response.measured
+    y = predicted + state.trust * x
+    keep = math.exp(-duration / MEMORY)
+    xx, xy = keep * state.xx + duration * x * x, keep * state.xy + duration * x * y
+    yy = keep * state.yy + duration * y * y
+    prior = PRIOR * yy + LEAST_ENERGY
+    best = (xy + prior) / (xx + prior)
+    left = (yy - 2.0 * xy + xx) / (yy + LEAST_ENERGY)
+    trust = saturated(1.0 + saturated((left - ENOUGH) / ENOUGH) * (best - 1.0))
+    trust = min(trust, state.trust + duration / RISE)
+    return TrustState(trust, response, state.frictions, xx, xy, yy, peak)
+
+
+@register_jitable(forceinline=True)
+def caution(state: TrustState, slowest: float, learnt: float, memory: float) -> float:
+    """Return the bound on trust and on the observer's gain while little has been learnt.
+
+    Parameters
+    ----------
+    state : TrustState
+        The state.
+    slowest : float
+        Speed of the sliding gate, rad/s.
+    learnt, memory : float
+        Time for which the estimator has learnt, and its memory, s.
+    """
+    if learnt >= LEARNT * memory:
+        return 1.0
+    return saturated(state.peak / slowest - 1.0)
+
+
+@register_jitable(forceinline=True)
+def with_friction(state: TrustState, trust: float, friction: float) -> TrustState:
+    """Return the state with the trust in force over the coming period and the model's friction (N m) for it."""
+    return TrustState(
+        trust, state.response, remember(state.frictions, friction), state.xx, state.xy, state.yy, state.peak
+    )

@@ -1,0 +1,79 @@
+"""Command ``adaptive-ff export``."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from adaptive_ff.errors import InputError
+
+
+def export_command(
+    scenario: Annotated[Path | None, typer.Argument(help="Scenario file (TOML); the built-in one by default.")] = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(help="State to start in: of a replay, settings included, or of a scenario's controller."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the source.")] = Path("exported"),
+    controller: Annotated[str | None, typer.Option(help="Which controller; adaptive if not given.")] = None,
+    prefix: Annotated[
+        str | None, typer.Option(help="Begins all names in C; the controller's name if not given.")
+    ] = None,
+    single: Annotated[bool, typer.Option("--float", help="Compute in single precision.")] = False,
+    fmu: Annotated[bool, typer.Option("--fmu", help="Also write an FMU 2.0 for co-simulation.")] = False,
+) -> None:
+    """Write a controller as C99 source, with a self-test, an example and a CMake file."""
+    from adaptive_ff.cli.terminal import Printer
+    from adaptive_ff.export.project import export_controller
+    from adaptive_ff.replay.state import read_state, state_from_json
+
+    content = None if state is None else _read(state)
+    if content is not None and "settings" in content:
+        if scenario is not None:
+            raise InputError(f"{state}: holds its own settings; give either it or a scenario, not both")
+        if controller not in (None, "adaptive"):
+            raise InputError(f"--controller = {controller!r} is not allowed with {state}: it is of the adaptive one")
+        _, made = state_from_json(read_state(_given(state)))
+    else:
+        made = _from_scenario(scenario, controller or "adaptive", state, content)
+    name = prefix if prefix is not None else controller or "adaptive"
+    files = export_controller(made, out, prefix=name, single=single, with_fmu=fmu)
+    Printer().print(
+        f"{', '.join(file.name for file in files)} are in {out}", highlight=False, markup=False, soft_wrap=True
+    )
+
+
+def _from_scenario(scenario: Path | None, name: str, state: Path | None, content: dict[str, Any] | None) -> Any:
+    from adaptive_ff.comparison.registry import make_controller
+    from adaptive_ff.scenario.scenario import load_scenario
+
+    loaded, source = load_scenario(scenario), scenario or "built-in scenario"
+    try:
+        made = make_controller(loaded, name)
+    except ValueError as error:
+        raise InputError(f"{source}: {error}") from error
+    if content is not None:
+        try:
+            made.state_from_json(json.dumps(content))
+        except ValueError as error:
+            raise InputError(f"{state}: {error}") from error
+    return made
+
+
+def _given(state: Path | None) -> Path:
+    assert state is not None
+    return state
+
+
+def _read(state: Path) -> dict[str, Any]:
+    """Return the content of a state file, whatever controller it is of."""
+    try:
+        content = json.loads(state.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{state}: cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise InputError(f"{state}: is no saved state: {error}") from error
+    if not isinstance(content, dict):
+        raise InputError(f"{state}: is no saved state: it must be a JSON object")
+    return content

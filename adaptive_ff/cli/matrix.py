@@ -1,0 +1,104 @@
+"""Command ``adaptive-ff matrix``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from adaptive_ff.cli.options import JsonCopy, OwnControllers
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
+from adaptive_ff.errors import InputError
+
+if TYPE_CHECKING:
+    from adaptive_ff.comparison.matrix.jobs import Results
+
+SHOWN = ("oracle", "lagged_batch", "adaptive")
+"""Controllers beside ``pi`` where none are chosen: the two yardsticks that matter, and ours."""
+
+ALL = "all"
+LEFT_OUT = frozenset({"fixed"})
+"""Its parameters stand in a table that these scenarios do not have; the fixed feedforwards are there by other names."""
+
+
+MOST_COLUMNS = 8
+"""Most controllers that a table shows side by side; of more it shows the best rival, and the picture all."""
+
+
+def matrix_command(
+    own: OwnControllers = None,
+    only: Annotated[list[str] | None, typer.Option(help="Scenario to run; may be given several times.")] = None,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Controller to run beside pi, or {ALL!r}; by default {', '.join(SHOWN)}. May be repeated."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from 1 on.")] = 5,
+    fastest: Annotated[bool, typer.Option(help="Also run everything with the fastest PI loop.")] = False,
+    out: Annotated[Path, typer.Option(help="Folder for results; an interrupted call goes on there.")] = Path(
+        "results/matrix"
+    ),
+    json: JsonCopy = None,
+) -> None:
+    """Run controllers on all scenarios of the package over several seeds, and say who wins where."""
+    run_and_print(own, only, controller or list(SHOWN), seeds, fastest, out, json)
+
+
+def run_and_print(
+    own: list[str] | None,
+    only: list[str] | None,
+    controller: list[str],
+    seeds: int,
+    fastest: bool,
+    out: Path,
+    json: Path | None,
+) -> "Results":
+    """Run the matrix, print its tables, write its files, and return all figures."""
+    from adaptive_ff.comparison.comparison import BASELINE
+    from adaptive_ff.comparison.matrix.cells import scenario_names
+    from adaptive_ff.comparison.matrix.jobs import Job, run_matrix
+    from adaptive_ff.comparison.matrix.summary import collect
+    from adaptive_ff.comparison.own import check_own_names, named_own
+    from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
+    from adaptive_ff.comparison.registry import CONTROLLERS
+    from adaptive_ff.files import write_result
+    from adaptive_ff.report.matrix_files import TITLES, by_loop, matrix_rows, write_matrix
+    from adaptive_ff.report.matrix_tables import gains_table, ranking_table, standstill_table
+    from adaptive_ff.simulation.loop import run_compiled
+
+    mine = named_own(own or [])
+    check_own_names(mine, CONTROLLERS)
+    known = [*(name for name in CONTROLLERS if name not in LEFT_OUT), NOISE_FLOOR]
+    chosen = known if ALL in controller else _chosen("--controller", controller, known)
+    scenarios = _chosen("--only", only, scenario_names())
+    loops = [False, True] if fastest else [False]
+    jobs = [Job(scenario, seed, fast) for fast in loops for scenario in scenarios for seed in range(1, seeds + 1)]
+    errors = error_console()
+    announce_compilation(errors, run_compiled)
+    with progress_bars(errors) as progress:
+        task = progress.add_task("runs", total=1.0)
+        results = run_matrix(
+            jobs,
+            list(dict.fromkeys([BASELINE, *chosen])),
+            out,
+            own=mine,
+            progress=lambda share: progress.update(task, completed=share),
+        )
+    console = Printer()
+    parts = by_loop(results)
+    for fast, part in parts.items():
+        wide = len(chosen) + len(mine) > MOST_COLUMNS
+        console.print((ranking_table if wide else gains_table)(collect(part), TITLES[fast]))
+    standstill = standstill_table(parts[False])
+    if standstill is not None:
+        console.print(standstill)
+    write_matrix(results, out)
+    if json is not None:
+        write_result(json, {"runs": matrix_rows(results)})
+    console.say(f"Tables, pictures and the runs behind them are in {out}")
+    return results
+
+
+def _chosen(option: str, given: list[str] | None, known: list[str]) -> list[str]:
+    for name in given or []:
+        if name not in known:
+            raise InputError(f"{option}: {name!r} is not known; there are {', '.join(known)}")
+    return [name for name in known if not given or name in given]

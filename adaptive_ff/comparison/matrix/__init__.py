@@ -1,0 +1,1 @@
+"""The scenario matrix: every controller on every scenario, over seeds."""

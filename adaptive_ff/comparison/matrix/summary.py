@@ -1,0 +1,136 @@
+"""What the matrix says: medians and spreads over seeds, the best rival of each scenario, a table of all."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.matrix.groups import grouped
+from adaptive_ff.comparison.matrix.jobs import Results
+from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
+
+OURS = "adaptive"
+TRUTH = "oracle"
+
+TUNED_TRUTH = "oracle_tuned"
+
+KNOWS_THE_TRUTH = frozenset({NOISE_FLOOR, TRUTH, TUNED_TRUTH, "coulomb_true", "stribeck_true"})
+"""Controllers that know what nobody knows; they are no rivals."""
+
+ALIKE = 1.02
+"""A median ratio nearer to one than this factor counts as equal."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A controller on a scenario.
+
+    Attributes
+    ----------
+    error : ndarray, shape (seeds,)
+        Settled rms error, rad/s.
+    gain : ndarray, shape (seeds,)
+        That of PI over its own, seed by seed.
+    """
+
+    error: NDArray[np.float64]
+    gain: NDArray[np.float64]
+
+    @property
+    def median(self) -> float:
+        """Median error, rad/s."""
+        return float(np.median(self.error))
+
+
+Cells = dict[str, dict[str, Cell]]
+"""Cells by scenario and controller; a controller that failed on a seed has none."""
+
+
+def collect(results: Results, figure: str = "rms_error_settled") -> Cells:
+    """Return the cells of the matrix for a figure of merit."""
+    cells: Cells = {}
+    for scenario in dict.fromkeys(job.scenario for job in results):
+        runs = [found for job, found in results.items() if job.scenario == scenario]
+        base = np.array([found[BASELINE][figure] for found in runs], dtype=float)
+        cells[scenario] = {}
+        for name in runs[0]:
+            values = [found[name].get(figure) for found in runs]
+            if any(value is None for value in values):
+                continue
+            errors = np.array(values, dtype=float)
+            cells[scenario][name] = Cell(errors, base / np.maximum(errors, np.finfo(float).tiny))
+    return cells
+
+
+def best_rival(row: dict[str, Cell]) -> str:
+    """Return the rival that improves most on PI in the median of a scenario; PI where there is no other."""
+    rivals = {name: cell for name, cell in row.items() if name != OURS and name not in KNOWS_THE_TRUTH}
+    return max(rivals, key=lambda name: float(np.median(rivals[name].gain)))
+
+
+def ranking_rows(cells: Cells) -> list[list[str]]:
+    """Return the table of all scenarios as texts, a row each, in the order of the groups; see ``HEADINGS``."""
+    names = [name for members in grouped(cells).values() for name in members]
+    return [ranking_row(name, cells[name]) for name in names]
+
+
+def ranking_row(scenario: str, row: dict[str, Cell]) -> list[str]:
+    """Return the row of one scenario; see ``HEADINGS``."""
+    rival = best_rival(row)
+    floor = _milli(row[NOISE_FLOOR].median) if NOISE_FLOOR in row else "-"
+    tuned = f"{np.median(row[TUNED_TRUTH].gain):.3g}" if TUNED_TRUTH in row else "-"
+    shown = [scenario, _milli(row[BASELINE].median), floor, tuned]
+    its_gain = f"{np.median(row[rival].gain):.3g}"
+    if OURS not in row:
+        return [*shown, "failed", "-", "-", rival, its_gain, "lost"]
+    ours = row[OURS]
+    ratio = float(np.median(ours.error / row[rival].error))  # seed by seed
+    outcome = "won" if ratio < 1.0 / ALIKE else "lost" if ratio > ALIKE else "equal"
+    shares = [f"{np.median(ours.error / row[line].error):.3g}" if line in row else "-" for line in LINES]
+    spread = f"{np.median(ours.gain):.3g} ({ours.gain.min():.3g} to {ours.gain.max():.3g})"
+    return [*shown, spread, *shares, rival, its_gain, f"{outcome}, {ratio:.2f}"]
+
+
+LINES = (TUNED_TRUTH, NOISE_FLOOR)
+"""What ours is divided by to say how near to the limits it is."""
+
+HEADINGS = [
+    "scenario",
+    "pi, mrad/s",
+    "floor, mrad/s",
+    "oracle_tuned",
+    "adaptive (worst to best)",
+    "adaptive / oracle_tuned",
+    "adaptive / floor",
+    "best rival",
+    "it",
+    "adaptive / it",
+]
+
+
+def ranking_markdown(cells: Cells) -> str:
+    """Return the tables of the groups as Markdown."""
+    rules = ["---" if heading in ("scenario", "best rival") else "--:" for heading in HEADINGS]
+    text = ""
+    for group, names in grouped(cells).items():
+        lines = [HEADINGS, rules]
+        for scenario, *numbers, outcome in (ranking_row(name, cells[name]) for name in names):
+            lines.append([scenario, *numbers, f"**{outcome}**" if outcome.startswith("lost") else outcome])
+        text += f"**{group}**\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines) + "\n"
+    return text
+
+
+def standstill_rows(results: Results) -> dict[str, dict[str, float]]:
+    """Return the median peak-to-peak velocity (rad/s) at standstill, by scenario and controller."""
+    return {
+        scenario: {name: cell.median for name, cell in row.items()}
+        for scenario, row in collect(
+            {job: found for job, found in results.items() if found[BASELINE].get("standstill") is not None},
+            "standstill",
+        ).items()
+    }
+
+
+def _milli(value: float) -> str:
+    return f"{1e3 * value:.3g}"

@@ -1,0 +1,289 @@
+"""A user's own controller: any object with a method ``step``, made anew for each scenario, in the same loop."""
+
+import copy
+import importlib.util
+import math
+import pickle
+import sys
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from inspect import Parameter, signature
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from numpy.typing import NDArray
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.scenario import Scenario
+from controllers import ESTIMATES, STEPS, Inputs, Output
+
+OFFERED = ("scenario", "proportional", "integral", "period", "inertia")
+"""Arguments that a factory may take, by name; a single one of another name is given the scenario."""
+
+
+class OwnController(Protocol):
+    """What a user's own controller must have; no need to derive from it.
+
+    ``step`` is called once a sampling period, in plain Python. It is given only those keyword arguments that it accepts
+    (all of them where it takes ``**others``), so the least is ``def step(self, reference, velocity, **_)``. What it may
+    have beside ``step``, is recorded and drawn:
+
+    - ``feedforward``: the feedforward in the last torque, N m;
+    - ``estimates``: a mapping from names to numbers; the names of :class:`TorqueModel`'s fields are drawn beside the
+      truth. It must have its names before the first step.
+    """
+
+    def step(
+        self,
+        reference: float,
+        velocity: float,
+        *,
+        next_reference: float,
+        correction: float,
+        position: float | None,
+        realised_torque: float | None,
+        feedforward: float,
+        inertia: float | None,
+        dt: float,
+    ) -> float:
+        """Return the torque to command, N m.
+
+        Parameters
+        ----------
+        reference : float
+            Planned velocity, rad/s. Where ``step`` does not accept ``correction``, that is part of it.
+        velocity : float
+            Measured velocity, rad/s.
+        next_reference : float
+            Planned velocity at the next sample, rad/s.
+        correction : float
+            What an outer position loop adds to the plan, rad/s, for feedback alone; zero without one.
+        position : float or None
+            Measured position, rad; None where there is none.
+        realised_torque : float or None
+            Mean torque that the drive gave over the last period, N m; None before the first.
+        feedforward : float
+            Known torque to add, such as gravity, N m.
+        inertia : float or None
+            Inertia at this position where it varies, kg m^2; None where it does not.
+        dt : float
+            Time since the last call, s.
+        """
+        ...
+
+
+Own = OwnController | Callable[..., Any] | str
+"""An own controller: an object (copied for each run), a class or a factory, or ``FILE.py:NAME`` of one of these."""
+
+
+class Foreign(NamedTuple):
+    """A user's own controller, as parameters of the loop in plain Python.
+
+    Attributes
+    ----------
+    controller : object
+        Has a method ``step`` like :meth:`controllers.Controller.step`.
+    accepted : frozenset of str
+        Names of the keyword arguments that its ``step`` accepts; it is given no others.
+    estimate_names : tuple of str
+        Names of its estimates.
+    """
+
+    controller: Any
+    accepted: frozenset[str]
+    estimate_names: tuple[str, ...] = ()
+
+
+def own_controller(controller: Any) -> Foreign:
+    """Return a user's controller with what the loop needs to know of it."""
+    names = tuple(getattr(controller, "estimates", None) or ())
+    try:
+        parameters = signature(controller.step).parameters.values()
+    except (TypeError, ValueError):  # written in another language
+        return Foreign(controller, frozenset(Inputs._fields), names)
+    if any(parameter.kind is Parameter.VAR_KEYWORD for parameter in parameters):
+        return Foreign(controller, frozenset(Inputs._fields), names)
+    named = (Parameter.KEYWORD_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+    accepted = frozenset(parameter.name for parameter in parameters if parameter.kind in named)
+    return Foreign(controller, accepted, names)
+
+
+def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, None]:
+    reference, following = inputs.reference, inputs.next_reference
+    if "correction" not in block.accepted:  # one velocity is all it can follow: that of plan and outer loop together
+        reference, following = reference + inputs.correction, following + inputs.correction
+    others = {
+        "next_reference": following,
+        "correction": inputs.correction,
+        "position": _known(inputs.position),
+        "realised_torque": _known(inputs.realised_torque),
+        "feedforward": inputs.feedforward,
+        "inertia": _known(inputs.inertia),
+        "dt": inputs.dt,
+    }
+    accepted = {name: value for name, value in others.items() if name in block.accepted}
+    torque = block.controller.step(reference, inputs.velocity, **accepted)
+    value = _number(torque)
+    if not math.isfinite(value):
+        raise ValueError(f"the controller {block.controller!r} returned a torque of {torque!r}; it must be finite")
+    fed = _number(getattr(block.controller, "feedforward", 0.0))  # anything else of that name is no torque
+    return Output(value, fed if math.isfinite(fed) else 0.0), state
+
+
+def _write_foreign_estimates(block: Foreign, state: None, row: NDArray[Any]) -> None:
+    del state
+    for place, name in enumerate(block.estimate_names):
+        given = block.controller.estimates.get(name)
+        row[place] = _number(given)
+        if not math.isfinite(row[place]):
+            raise ValueError(f"the controller {block.controller!r} has estimates[{name!r}] = {given!r}; must be finite")
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _number(value: Any) -> float:
+    """Return a value as a number; not a number where it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+STEPS[Foreign] = _step_foreign
+ESTIMATES[Foreign] = _write_foreign_estimates
+
+
+def make_own(name: str, own: Own, scenario: Scenario) -> Any:
+    """Make an own controller for a scenario.
+
+    Parameters
+    ----------
+    name : str
+        What it is called, for messages.
+    own : object, callable or str
+        An object with a method ``step``, which is copied, so that each run begins with its state of now; a class or a
+        factory; or ``FILE.py:NAME`` of one of these. A class or factory is given those of ``scenario``,
+        ``proportional`` and ``integral`` (the PI gains of the scenario), ``period`` and ``inertia`` (that its feedback
+        assumes) whose names it has, or the scenario alone where its only argument has another name.
+    scenario : Scenario
+        The scenario.
+
+    Raises
+    ------
+    InputError
+        It cannot be loaded or made, or has no method ``step``.
+    """
+    if isinstance(own, str):
+        own = load_own(own)
+    if not isinstance(own, type) and callable(getattr(own, "step", None)):
+        try:
+            return copy.deepcopy(own)
+        except Exception as error:
+            raise InputError(f"own controller {name!r} cannot be copied: {error}; give a class or a factory") from error
+    if not callable(own):
+        raise InputError(f"own controller {name!r} = {own!r} is not allowed: it must have a step or make what has one")
+    made = own(**_arguments(name, own, scenario))
+    if not callable(getattr(made, "step", None)):
+        raise InputError(f"own controller {name!r} made {made!r}, which has no method step")
+    return made
+
+
+def _arguments(name: str, factory: Callable[..., Any], scenario: Scenario) -> dict[str, Any]:
+    """Return the arguments that a factory is called with."""
+    proportional, integral = scenario.feedback.gains
+    values = (scenario, proportional, integral, scenario.sampling.period, scenario.feedback.inertia)
+    offered = dict(zip(OFFERED, values, strict=True))
+    try:
+        parameters = list(signature(factory).parameters.values())
+    except (TypeError, ValueError):  # a class written in another language
+        return {}
+    if any(parameter.kind is Parameter.VAR_KEYWORD for parameter in parameters):
+        return offered
+    needed = [one for one in parameters if one.default is Parameter.empty and one.kind is not Parameter.VAR_POSITIONAL]
+    strangers = [one.name for one in needed if one.name not in offered]
+    chosen = {one.name: offered[one.name] for one in parameters if one.name in offered}
+    if len(needed) == 1 and len(strangers) == 1 and needed[0].kind is not Parameter.POSITIONAL_ONLY:
+        return {**chosen, strangers[0]: scenario}
+    if strangers:
+        raise InputError(
+            f"own controller {name!r} needs {', '.join(strangers)}; a class or factory is given {', '.join(OFFERED)}"
+        )
+    return chosen
+
+
+@lru_cache(maxsize=64)
+def load_own(place: str) -> Any:
+    """Load an own controller from ``FILE.py:NAME``.
+
+    Raises
+    ------
+    InputError
+        There is no such file or name; the message lists the names that there are.
+    """
+    file, colon, name = place.rpartition(":")
+    path = Path(file)
+    if not (colon and name.isidentifier() and path.suffix == ".py"):
+        raise InputError(f"own controller {place!r} is not allowed: it must be FILE.py:NAME, such as mine.py:Mine")
+    if not path.is_file():
+        raise InputError(f"{path}: cannot be read: there is no such file")
+    stem = f"own_controller_{path.stem}"
+    spec = importlib.util.spec_from_file_location(stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[stem] = module
+    folder = str(path.resolve().parent)
+    if folder not in sys.path:
+        sys.path.append(folder)  # so that it may import what lies beside it
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise InputError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
+    if not hasattr(module, name):
+        own = [key for key, value in vars(module).items() if getattr(value, "__module__", None) == stem]
+        raise InputError(f"{path}: there is no {name}; there are {', '.join(own) or 'no classes or functions'}")
+    return getattr(module, name)
+
+
+def named_own(places: list[str]) -> dict[str, Own]:
+    """Return own controllers by name, from ``[NAME=]FILE.py:OBJECT`` as a command line gives them.
+
+    Raises
+    ------
+    InputError
+        Two have the same name, or one cannot be loaded.
+    """
+    found: dict[str, Own] = {}
+    for given in places:
+        name, equals, place = given.partition("=")
+        place = place if equals else given
+        name = name if equals else place.rpartition(":")[2]
+        if name in found:
+            raise InputError(f"--own {given}: there are two own controllers {name!r}; write NAME={place}")
+        load_own(place)
+        found[name] = place
+    return found
+
+
+def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
+    """Refuse an own controller that has the name of one of the package.
+
+    Raises
+    ------
+    InputError
+        A name is taken or empty.
+    """
+    for name in own:
+        if name in taken or not name:
+            raise InputError(f"own = {name!r} is not allowed: that is the name of a controller of this package")
+
+
+def can_be_sent(own: Mapping[str, Own]) -> bool:
+    """Whether own controllers can be sent to other processes; what is defined in a function or a lambda cannot."""
+    try:
+        pickle.dumps(dict(own))
+    except Exception:
+        return False
+    return True

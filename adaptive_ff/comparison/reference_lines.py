@@ -1,0 +1,50 @@
+"""Where the limits are: the noise floor, which is the error that the same loop has on a joint without friction.
+
+The joint keeps its inertia, payloads and spring, the loop its gains, sensor, drive and reference; friction, loads and
+gravity are taken away, and the true inertia is fed forward. What remains of the error is due to noise, sampling, delay
+and spring. No controller of friction can be expected to do better with the same loop, but for what friction damps.
+"""
+
+from typing import Any
+
+from adaptive_ff.comparison.oracle import make_oracle
+from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.simulation.experiment import Course, lay_course
+
+NOISE_FLOOR = "noise_floor"
+"""Name of the line in tables."""
+
+SPRING = ("link_share", "link_stiffness", "link_damping")
+
+
+def frictionless(scenario: Scenario) -> Scenario:
+    """Return the scenario of the same loop on a joint without friction, loads and gravity; payloads stay."""
+    joint = scenario.joint
+    kept = {name: getattr(joint, name) for name in ("stribeck_velocity", "stribeck_shape", "solver_period", "axis")}
+    table: dict[str, Any] = {"kind": "stribeck", "inertia": joint.inertia, **kept}
+    table |= {"coulomb": 0.0, "stiction": 0.0, "viscous": 0.0}
+    if hasattr(joint, "link_share"):
+        table |= {"kind": "elastic", **{name: getattr(joint, name) for name in SPRING}}
+    content = scenario.model_dump(exclude_unset=True)
+    changes = [{"time": change.time, "inertia_scale": change.inertia_scale} for change in scenario.change]
+    return Scenario.model_validate(
+        {**{name: part for name, part in content.items() if name != "variation"}, "joint": table, "change": changes}
+    )
+
+
+def noise_floor(scenario: Scenario, course: Course | None = None) -> Run:
+    """Run the loop of a scenario on a joint without friction.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    course : Course, optional
+        Course of the scenario, whose noise and reference are taken; by default the scenario's own.
+    """
+    plain = frictionless(scenario)
+    laid = lay_course(plain)
+    if course is not None:
+        laid = laid._replace(noise=course.noise, reference=course.reference)
+    return simulate(plain, make_oracle(plain), name=NOISE_FLOOR, course=laid)

@@ -1,0 +1,125 @@
+"""Functions in C by which a program uses an exported controller, but for those of its saved state."""
+
+from adaptive_ff.export.comments import joined
+from adaptive_ff.export.export import Export
+from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
+from adaptive_ff.export.scope import c_name
+from adaptive_ff.export.tables import arrays_of, has_arrays, has_own_start
+from adaptive_ff.export.types import Record, passed_by_pointer
+
+
+def entry_points(export: Export) -> str:
+    """Return the definitions."""
+    return joined(
+        [
+            _bind(export),
+            _starting(export),
+            _default_inputs(export),
+            _step(export),
+            *_switches(export),
+        ]
+    )
+
+
+def estimates(export: Export) -> str:
+    """Return the functions that give the physical estimates; nothing for a controller that has none."""
+    names, prefix, upper = export.controller.estimate_names, export.prefix, export.upper
+    if export.write_estimates is None:
+        return ""
+    body = [f"{prefix}_Controller own = *controller;"]
+    body += ["bind(&own);"] if has_arrays(export) else []
+    body += [f"{export.write_estimates.name}({', '.join(_passed(export, 'own.'))}, estimates);"]
+    listed = [
+        f"static const char *const names[{upper}_ESTIMATES] = {{",
+        *(f'    "{name}",' for name in names),
+        "};",
+        f"return place >= 0 && place < {upper}_ESTIMATES ? names[place] : NULL;",
+    ]
+    arguments = f"const {prefix}_Controller *controller, {export.precision.real} estimates[{upper}_ESTIMATES]"
+    return joined(
+        [
+            _function(f"const char *{prefix}_estimate_name(int place)", listed),
+            _function(f"void {prefix}_estimates({arguments})", body),
+        ]
+    )
+
+
+def _function(head: str, lines: list[str]) -> str:
+    return f"{head}\n{{\n    " + "\n    ".join(lines) + "\n}\n"
+
+
+def _passed(export: Export, owner: str) -> list[str]:
+    """Return parameters and state of a controller as arguments of a kernel."""
+    kinds = {"parameters": export.parameters, "state": export.state}
+    return [f"{'&' if passed_by_pointer(kind) else ''}{owner}{part}" for part, kind in kinds.items()]
+
+
+def _bind(export: Export) -> str:
+    places = {"parameter": ("parameters", export.parameter_leaves), "state": ("state", export.state_leaves)}
+    lines = [
+        f"controller->{owner}.{leaf.member} = controller->{name}_arrays.{leaf.storage};"
+        for name, (owner, found) in places.items()
+        for leaf in arrays_of(found)
+    ]
+    if not lines:
+        return ""
+    comment = (
+        "/* Let the arrays of parameters and state be those of this controller, which may be a copy of another. */\n"
+    )
+    return comment + _function(f"static void bind({export.prefix}_Controller *controller)", lines)
+
+
+def _starting(export: Export) -> str:
+    prefix, arrays = export.prefix, bool(arrays_of(export.state_leaves))
+    start = "START" if has_own_start(export) else "NEW"
+    init = ["controller->parameters = PARAMETERS;"]
+    init += ["controller->parameter_arrays = PARAMETER_ARRAYS;"] if arrays_of(export.parameter_leaves) else []
+    init += [f"controller->state = {start}_STATE;"]
+    init += [f"controller->state_arrays = {start}_STATE_ARRAYS;"] if arrays else []
+    reset = ["controller->state = NEW_STATE;"]
+    reset += ["controller->state_arrays = NEW_STATE_ARRAYS;"] if arrays else []
+    ending = ["bind(controller);"] if has_arrays(export) else []
+    return joined(
+        [
+            _function(f"void {prefix}_init({prefix}_Controller *controller)", [*init, *ending]),
+            _function(f"void {prefix}_reset({prefix}_Controller *controller)", [*reset, *ending]),
+        ]
+    )
+
+
+def _default_inputs(export: Export) -> str:
+    values = {name: export.precision.literal(0.0) for name in export.input_names}
+    values |= dict.fromkeys(optional_inputs(), "NAN") | {"dt": f"{export.upper}_PERIOD"}
+    lines = [f"    .{c_name(name)} = {value}," for name, value in values.items()]
+    head = f"{export.prefix}_Inputs {export.prefix}_default_inputs(void)"
+    return _function(head, [f"return ({export.prefix}_Inputs){{", *lines, "};"])
+
+
+def _step(export: Export) -> str:
+    prefix, result = export.prefix, export.step.result
+    assert isinstance(result, Record)
+    output, state = (name for name, _ in result.fields)
+    tests = [f"!isfinite(inputs->{c_name(name)})" for name in export.input_names if name not in unchecked_inputs()]
+    tests.append(f"inputs->dt <= {export.precision.literal(0.0)}")
+    given = "inputs" if passed_by_pointer(export.inputs) else "*inputs"
+    lines = [f"if ({' || '.join(tests)}) {{", f"    return {export.upper}_BAD_INPUT;", "}"]
+    lines += ["bind(controller);"] if has_arrays(export) else []
+    call = f"{export.step.name}({', '.join([*_passed(export, 'controller->'), given])})"
+    lines += [
+        f"const {export.unit.c_type(result)} result = {call};",
+        f"controller->state = result.{state};",
+        f"*output = result.{output};",
+        f"return {export.upper}_OK;",
+    ]
+    arguments = f"{prefix}_Controller *controller, const {prefix}_Inputs *inputs, {prefix}_Output *output"
+    return _function(f"int {prefix}_step({arguments})", lines)
+
+
+def _switches(export: Export) -> list[str]:
+    return [
+        _function(
+            f"void {export.prefix}_set_{switch.name}({export.prefix}_Controller *controller, bool value)",
+            [f"controller->state.{leaf.member} = value;" for leaf in switch.leaves],
+        )
+        for switch in export.switches
+    ]

@@ -1,0 +1,137 @@
+"""The exported code in place of the compiled kernels, in Python: a single step at a fraction of the time."""
+
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.export.buffer import state_from_bytes, state_to_bytes
+from adaptive_ff.export.compiler import compile_library
+from adaptive_ff.export.export import Export
+from adaptive_ff.export.header import header
+from adaptive_ff.export.source import source
+from controllers import Controller, Inputs, Output
+
+PREFIX = "controller"
+
+
+class InC:
+    """A controller whose ``step`` runs as C; everything else is that of the controller it was made from.
+
+    It gives the same torques, bit for bit on x86-64 with glibc. Its state lives in C between the steps; whatever else
+    is asked of it first fetches that state, and what sets it hands it back. One is made by :func:`run_in_c`.
+
+    Parameters
+    ----------
+    controller : Controller
+        The controller; it is taken over and must not be stepped on its own any more.
+    library : Path
+        Shared library with its code.
+    declarations : str
+        What the library holds, as C.
+    """
+
+    _OWN = frozenset({"step", "_controller", "_ffi", "_library", "_handle", "_inputs", "_output", "_buffer"})
+
+    def __init__(self, controller: Controller, library: Path, declarations: str) -> None:
+        import cffi
+
+        set_own = super().__setattr__
+        ffi = cffi.FFI()
+        ffi.cdef(declarations)
+        set_own("_ffi", ffi)
+        set_own("_library", ffi.dlopen(str(library)))
+        set_own("_handle", ffi.new(f"{PREFIX}_Controller *"))
+        set_own("_inputs", ffi.new(f"{PREFIX}_Inputs *"))
+        set_own("_output", ffi.new(f"{PREFIX}_Output *"))
+        set_own("_controller", controller)
+        set_own("_buffer", ffi.new("unsigned char[]", len(state_to_bytes(controller))))
+        self._library.controller_init(self._handle)
+        set_own("step", controller.step)
+        controller._step = self._stepping()
+
+    def _stepping(self) -> Any:
+        handle, inputs, output = self._handle, self._inputs, self._output
+        run = self._library.controller_step
+
+        def step(parameters: Any, state: Any, given: Inputs) -> tuple[Output, Any]:
+            inputs[0] = given
+            run(handle, inputs, output)
+            return Output(output.torque, output.feedforward), state
+
+        return step
+
+    def _fetch(self) -> None:
+        """Give the controller in Python the state that C has."""
+        self._library.controller_save_state(self._handle, self._buffer, len(self._buffer))
+        state_from_bytes(self._controller, bytes(self._ffi.buffer(self._buffer)))
+
+    def _hand_back(self) -> None:
+        """Give C the state of the controller in Python."""
+        content = state_to_bytes(self._controller)
+        if self._library.controller_load_state(self._handle, content, len(content)):
+            raise InputError("state is not allowed: it does not belong to this controller")
+
+    def __getattr__(self, name: str) -> Any:
+        self._fetch()
+        found = getattr(self._controller, name)
+        if not callable(found):
+            return found
+
+        def call(*arguments: Any, **named: Any) -> Any:
+            self._fetch()
+            result = found(*arguments, **named)
+            self._hand_back()
+            return result
+
+        return call
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self._fetch()
+        setattr(self._controller, name, value)
+        self._hand_back()
+
+
+def run_in_c(controller: Controller) -> Any:
+    """Return the controller with its step as C, compiled by the C compiler of this machine.
+
+    It needs the package ``cffi`` and a C compiler (the variable CC, or ``cc``), and a second for that. Settings and
+    state are those of the controller, which is copied.
+
+    Parameters
+    ----------
+    controller : Controller
+        Any controller whose step is a kernel.
+
+    Returns
+    -------
+    InC
+        To be used like the controller.
+
+    Raises
+    ------
+    InputError
+        The controller cannot be exported, or there is no ``cffi`` or no C compiler.
+    """
+    try:
+        import cffi  # noqa: F401
+    except ImportError as error:
+        raise InputError("cffi is not installed; pip install adaptive-ff[in-c]") from error
+    export = Export(controller, PREFIX)
+    declared = header(export)
+    own = export.copy()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        (Path(folder) / f"{PREFIX}.h").write_text(declared, encoding="ascii")
+        file = Path(folder) / f"{PREFIX}.c"
+        file.write_text(source(export), encoding="ascii")
+        library = Path(folder) / "controller.so"
+        compile_library([file], library, ["-fvisibility=default"])
+        return InC(own, library, declarations(declared))
+
+
+def declarations(text: str) -> str:
+    """Return a header as ``cffi`` reads it: without what the preprocessor takes."""
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    text = text.replace('extern "C" {', "").replace("#ifdef __cplusplus\n}\n#endif", "")
+    return "\n".join(line for line in text.splitlines() if not line.startswith("#"))

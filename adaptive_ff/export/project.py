@@ -1,0 +1,97 @@
+"""The folder of an exported controller."""
+
+from pathlib import Path
+
+from adaptive_ff.export.export import Export
+from adaptive_ff.export.fmu import fmu
+from adaptive_ff.export.header import header
+from adaptive_ff.export.selftest import example, self_test
+from adaptive_ff.export.source import source
+from adaptive_ff.files import staged
+from controllers import Controller
+
+CMAKE = """cmake_minimum_required(VERSION 3.10)
+project({prefix} C)
+set(CMAKE_C_STANDARD 99)
+set(CMAKE_C_EXTENSIONS OFF) # GNU mode may contract products and sums, and results would depend on the machine
+add_library({prefix} STATIC {prefix}.c)
+target_include_directories({prefix} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
+find_library(MATH m)
+if(MATH)
+  target_link_libraries({prefix} PUBLIC ${{MATH}})
+endif()
+add_executable({prefix}_example main.c)
+target_link_libraries({prefix}_example {prefix})
+add_executable({prefix}_selftest {prefix}_selftest.c)
+target_link_libraries({prefix}_selftest {prefix})
+enable_testing()
+add_test(NAME {prefix}_selftest COMMAND {prefix}_selftest)
+"""
+
+
+def project_files(export: Export) -> dict[str, str]:
+    """Return the files of an export by name."""
+    prefix = export.prefix
+    return {
+        f"{prefix}.h": header(export),
+        f"{prefix}.c": source(export),
+        f"{prefix}_selftest.c": self_test(export),
+        "main.c": example(export),
+        "CMakeLists.txt": CMAKE.format(prefix=prefix),
+    }
+
+
+def export_controller(
+    controller: Controller,
+    out: str | Path,
+    *,
+    prefix: str = "controller",
+    single: bool = False,
+    with_fmu: bool = False,
+) -> list[Path]:
+    """Write a controller as C99 source that any compiler takes, with a self-test, an example and a CMake file.
+
+    The code is translated from the kernels that run in Python: on x86-64 with glibc it gives the same bits. It starts
+    with the settings of the controller and in the state that it is in, estimates included.
+
+    Parameters
+    ----------
+    controller : Controller
+        Any controller whose step is a kernel; it is left as it is.
+    out : str or Path
+        Folder for the files; it is made where it is missing. Either all files are written or none.
+    prefix : str, optional
+        Begins all names in C, and the names of the files.
+    single : bool, optional
+        Compute in single precision, for processors without double.
+    with_fmu : bool, optional
+        Also write ``PREFIX.fmu``, an FMU 2.0 for co-simulation with the source and, where a C compiler is at hand, a
+        binary for this machine.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    InputError
+        The controller cannot be exported, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> from adaptive_ff import export_controller
+    >>> from controllers import PI
+    >>> files = export_controller(PI(100.0, 10.0, 0.001), "drive", prefix="axis1")  # doctest: +SKIP
+    """
+    export = Export(controller, prefix, single)
+    files = project_files(export)
+    archive = fmu(export) if with_fmu else None
+    folder = Path(out)
+    names = [*files, *([f"{prefix}.fmu"] if archive is not None else [])]
+    with staged(folder) as stage:
+        for name, text in files.items():
+            (stage / name).write_text(text, encoding="ascii")
+        if archive is not None:
+            (stage / f"{prefix}.fmu").write_bytes(archive)
+    return [folder / name for name in names]

@@ -1,0 +1,49 @@
+"""What the supervised controller distrusts, and why, a sentence each."""
+
+from collections.abc import Iterator
+
+from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
+from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
+from adaptive_ff.adaptive.noise_level import noise_known
+from adaptive_ff.adaptive.trust import MEMORY, caution
+
+SHOWN = 0.995
+"""Trust below which it is worth a sentence."""
+
+CAUSES = {
+    UNDECIDED: "A sudden change of the torque is not attributed yet, to friction or to a load: the joint has not moved "
+    "the other way since. The estimates hold, the observer carries the difference.",
+    FRICTION: "The last sudden change of the torque turned with the motion: it is taken for friction.",
+    LOAD: "The last sudden change of the torque kept its sign when the joint turned: it is taken for a load.",
+    EITHER: "The last sudden change of the torque could not be attributed, as the joint has not moved the other way "
+    "for long: friction and offset are both learnt anew.",
+}
+
+
+def supervision(controller: AdaptiveBase) -> Iterator[str]:
+    """Yield what the controller distrusts of its model, and what its observer does; nothing for one without them."""
+    cause = controller.state.estimator.alarm.cause
+    if cause in CAUSES:
+        yield CAUSES[cause]
+    if not isinstance(controller, AdaptiveController):
+        return
+    block, state = controller.parameters, controller.state
+    bound = caution(state.trust, block.slowest, state.estimator.levels.learnt, block.estimator.memory)
+    if bound < SHOWN:
+        yield (
+            f"Motion up to {state.trust.peak:.2g} rad/s is too slow to learn from, which takes more than "
+            f"{block.slowest:.2g} rad/s: at most {100.0 * bound:.0f} % of friction and observed torque are used."
+        )
+    elif controller.trust < SHOWN:
+        yield (
+            f"Only {100.0 * controller.trust:.0f} % of the identified friction is fed forward: over the last "
+            f"{MEMORY:g} s all of it would have left more error than that. The joint does not behave as the model says: presliding "
+            "(bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed wrong."
+        )
+    if not noise_known(state.observer.noise):
+        yield "The noise of the measurement is not known yet, so all of the observed torque is fed back."
+    elif controller.observer_gain > 0.0:
+        yield (
+            f"The observer feeds back {100.0 * controller.observer_gain:.0f} % of {controller.observed_torque:.3g} N m "
+            "that the model does not explain and that is louder than the noise."
+        )

@@ -1,0 +1,55 @@
+"""The scenario matrix as files: tables, pictures, every run's figures, and every scenario for ``compare``."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+from adaptive_ff.comparison.matrix.cells import cell_scenario
+from adaptive_ff.comparison.matrix.jobs import Results
+from adaptive_ff.comparison.matrix.summary import collect, ranking_markdown
+from adaptive_ff.report.matrix_picture import draw_matrix
+from adaptive_ff.scenario.file import to_toml
+
+TITLES = {
+    False: "Settled rms error: improvement over pi, median over seeds",
+    True: "The same with the fastest PI loop that Ms <= 1.7 and the noise allow",
+}
+"""Headings without and with the fastest PI loop."""
+
+
+def by_loop(results: Results) -> dict[bool, Results]:
+    """Return the results with the scenarios' own PI loops, and those with the fastest ones."""
+    loops = sorted({job.fastest for job in results})
+    return {fast: {job: found for job, found in results.items() if job.fastest == fast} for fast in loops}
+
+
+def write_matrix(results: Results, folder: Path) -> None:
+    """Write ``matrix.md``, a picture a loop, ``runs.csv`` and the scenarios into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = ""
+    for fast, part in by_loop(results).items():
+        cells = collect(part)
+        text += f"{TITLES[fast]}\n\n{ranking_markdown(cells)}\n"
+        controllers = list(dict.fromkeys(name for found in part.values() for name in found))
+        draw_matrix(cells, controllers, folder / f"matrix_{'fastest' if fast else 'own'}_loop.png", TITLES[fast])
+    (folder / "matrix.md").write_text(text, encoding="utf-8")
+    rows = matrix_rows(results)
+    fields = list(dict.fromkeys(key for row in rows for key in row))
+    with (folder / "runs.csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, fields)
+        writer.writeheader()
+        writer.writerows(rows)
+    scenarios = folder / "scenarios"
+    scenarios.mkdir(exist_ok=True)
+    for job in results:
+        name = f"{job.scenario}-{'fastest' if job.fastest else 'own'}-{job.seed}.toml"
+        (scenarios / name).write_text(to_toml(cell_scenario(job.scenario, job.seed, job.fastest)), encoding="utf-8")
+
+
+def matrix_rows(results: Results) -> list[dict[str, Any]]:
+    """Return the figures of every run, a row each."""
+    return [
+        {"scenario": job.scenario, "seed": job.seed, "fastest": job.fastest, "controller": name, **figures}
+        for job, found in results.items()
+        for name, figures in found.items()
+    ]

@@ -1,0 +1,34 @@
+"""The table ``[position]``: a position loop around every controller of a scenario."""
+
+import math
+
+from pydantic import BaseModel
+
+from adaptive_ff.scenario.tables import STRICT
+from controllers import PositionLoopParameters, default_position_gain
+from plant.fields import Positive
+
+
+class PositionControl(BaseModel):
+    """A proportional position loop; with it every controller stands in a cascade.
+
+    Parameters
+    ----------
+    gain : float, optional
+        Position gain, 1/s; by default a sixth of the angular bandwidth of the velocity loop.
+    limit : float, optional
+        Largest absolute correction, rad/s; by default there is none.
+    encoder_resolution : float, optional
+        Step of the encoder of the position, rad; by default that of ``[sensor]``, and where that has none either, the
+        true position rounded to 1e-5 rad.
+    """
+
+    model_config = STRICT
+    gain: Positive | None = None
+    limit: Positive | None = None
+    encoder_resolution: Positive | None = None
+
+    def loop(self, crossover: float) -> PositionLoopParameters:
+        """Return the position loop for an angular bandwidth of the velocity loop, rad/s."""
+        gain = default_position_gain(crossover / (2.0 * math.pi)) if self.gain is None else self.gain
+        return PositionLoopParameters(gain, math.inf if self.limit is None else self.limit)

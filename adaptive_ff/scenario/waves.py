@@ -1,0 +1,74 @@
+"""References of straight lines: a triangle wave, and a staircase of constant velocities."""
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from plant.fields import Finite, Positive
+
+
+class Triangle(BaseModel):
+    """A triangle wave of velocity, from rest: constant acceleration, forth and back.
+
+    Parameters
+    ----------
+    peak : float
+        Largest velocity, rad/s.
+    period : float
+        Period of the wave, s.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    kind: Literal["triangle"]
+    peak: Positive = 0.3
+    period: Positive = 4.0
+
+    def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
+        """Return the reference velocity (rad/s) on an ascending grid of times (s); nothing is drawn."""
+        return self.peak * np.interp(time / self.period, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0], period=1.0)
+
+
+class Staircase(BaseModel):
+    """Constant velocities one after another, with ramps between them, as for a friction curve.
+
+    Parameters
+    ----------
+    velocities : list of float
+        Velocities, rad/s, in their order; after the last one it begins again with the first.
+    hold : float
+        Time at each of them, s.
+    acceleration : float
+        Acceleration of the ramps, rad/s^2.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    kind: Literal["staircase"]
+    velocities: Annotated[list[Finite], Field(min_length=1)] = [0.05, 0.1, 0.2, 0.3, -0.05, -0.1, -0.2, -0.3]
+    hold: Positive = 2.0
+    acceleration: Positive = 1.0
+
+    @model_validator(mode="after")
+    def _check_motion(self) -> Self:
+        if not any(self.velocities):
+            raise ValueError("velocities are all zero; one at least must not be")
+        return self
+
+    def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
+        """Return the reference velocity (rad/s) on an ascending grid of times (s); nothing is drawn."""
+        begin, cycle = self._corners(0.0)[-1], self._corners(self.velocities[-1])
+        again = np.mod(time - begin, cycle[-1])
+        return np.where(time < begin, self._stairs(0.0, time), self._stairs(self.velocities[-1], again))
+
+    def _corners(self, start: float) -> NDArray[np.float64]:
+        """Return the times (s) at which ramps begin and end, from a velocity (rad/s) on."""
+        ramps = np.abs(np.diff([start, *self.velocities])) / self.acceleration
+        return np.append(0.0, np.cumsum(np.column_stack([ramps, np.full(ramps.size, self.hold)])))
+
+    def _stairs(self, start: float, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        levels = np.append(start, np.repeat(self.velocities, 2))
+        stairs: NDArray[np.float64] = np.interp(time, self._corners(start), levels)
+        return stairs

@@ -1,0 +1,198 @@
+"""The friction laws of ``plant`` along an imposed motion, and their fits to a record.
+
+Each law is the one of the joint's own step: a joint too heavy to be moved by its friction is pushed along the motion.
+A record of one speed shows neither a Stribeck curve nor viscous friction, so stiction is Coulomb friction here.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, minimize_scalar
+
+from adaptive_ff.simulation.loop import step_joint
+from benchmarks.friction.record import PreslidingRecord
+from controllers.compiled import compiled_in_place
+from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint, initial_state
+
+HEAVY = 1e12
+"""Inertia of the joint that is pushed along, kg."""
+
+STEP = 0.005
+"""Solver period that the joints are checked for, s; the record's is the same but for a few samples."""
+
+
+def _push(joint: Any, state: Any, velocity: Any, period: Any, force: Any) -> None:
+    for k in range(velocity.size):
+        push = joint.inertia * (velocity[k] - state.velocity) / period[k]
+        state = step_joint(joint, state, push, period[k])
+        force[k] = state.friction_torque
+
+
+push_along = compiled_in_place(_push)
+
+
+def force_along(joint: Any, velocity: NDArray[np.float64], period: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the friction force (N) of a joint (a model of ``plant``) along velocities (m/s), from rest."""
+    force = np.empty(velocity.size)
+    parameters = joint.parameters
+    push_along(parameters, initial_state(parameters, 0.0), velocity, period, force)
+    return force
+
+
+@dataclass(frozen=True)
+class Law:
+    """A friction law with parameters to fit.
+
+    Attributes
+    ----------
+    name : str
+        Name for tables and pictures.
+    names : tuple of str
+        Names of its parameters, all positive.
+    start : tuple of float
+        Where the search begins.
+    make : callable
+        Makes the joint from the parameters.
+    share : float
+        Largest error that is asked for, as a share of Coulomb friction's.
+    """
+
+    name: str
+    names: tuple[str, ...]
+    start: tuple[float, ...]
+    make: Callable[..., Any]
+    share: float
+
+
+def _fields(coulomb: float) -> dict[str, float]:
+    friction = {"coulomb": coulomb, "stiction": coulomb, "viscous": 0.0, "stribeck_velocity": 1.0}
+    return {"inertia": HEAVY, "solver_period": STEP, **friction}
+
+
+def _lugre(coulomb: float, stiffness: float) -> LuGreJoint:
+    return LuGreJoint(**_fields(coulomb), stiffness=stiffness, damping=0.0)
+
+
+def _maxwell(*values: float) -> MaxwellJoint:
+    """Four forces and four steps between the displacements, so that these ascend whatever the values."""
+    forces, steps = np.array(values[:4]), np.array(values[4:])
+    total = float(np.sum(forces))
+    shares = (forces / total).tolist()
+    return MaxwellJoint(**_fields(total), displacements=np.cumsum(steps).tolist(), shares=shares)
+
+
+def _rolling(coulomb: float, rolling_range: float, exponent: float) -> RollingJoint:
+    return RollingJoint(**_fields(coulomb), rolling_range=rolling_range, exponent=1.0 + exponent)
+
+
+def _elasto_plastic(coulomb: float, presliding: float) -> ElastoPlasticJoint:
+    return ElastoPlasticJoint(**_fields(coulomb), presliding=presliding)
+
+
+LAWS = (
+    Law("LuGre", ("coulomb", "stiffness"), (2.3, 5e4), _lugre, 0.5),
+    Law(
+        "Maxwell slip",
+        tuple(f"{name}_{i}" for name in ("force", "step") for i in (1, 2, 3, 4)),
+        (0.6, 0.6, 0.6, 0.6, 2e-5, 1e-5, 1e-5, 1e-5),
+        _maxwell,
+        0.25,
+    ),
+    Law("rolling", ("coulomb", "rolling_range", "exponent - 1"), (2.3, 5e-5, 0.5), _rolling, 0.5),
+    Law("elasto-plastic", ("coulomb", "presliding"), (2.3, 1e-4), _elasto_plastic, 0.25),
+)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A law fitted to a record.
+
+    Attributes
+    ----------
+    law : str
+        Name of the law.
+    values : dict of float
+        Its parameters; ``offset`` is a constant force, N, that every law has.
+    force : ndarray, shape (n,)
+        Its force along the whole record, N.
+    fitted, tested : float
+        Error (rms, N) over the half that was fitted and the half that was not.
+    """
+
+    law: str
+    values: dict[str, float]
+    force: NDArray[np.float64]
+    fitted: float
+    tested: float
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    return math.sqrt(float(np.mean(values**2)))
+
+
+def _result(law: str, values: dict[str, float], force: NDArray[np.float64], record: PreslidingRecord) -> Fit:
+    error, half = force - record.force, record.force.size // 2
+    return Fit(law, values, force, _rms(error[:half]), _rms(error[half:]))
+
+
+def last_sign(velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the sign of the last motion; zero before the first.
+
+    At rest Coulomb friction may have any value; to keep its sign is the best that it could do on this record.
+    """
+    sign = np.sign(velocity)
+    places = np.maximum.accumulate(np.where(sign != 0.0, np.arange(sign.size), 0))
+    return np.asarray(sign[places])
+
+
+def _fit_column(name: str, column: NDArray[np.float64], record: PreslidingRecord, more: dict[str, float]) -> Fit:
+    matrix, half = np.column_stack([column, np.ones(column.size)]), column.size // 2
+    (coulomb, offset), *_ = np.linalg.lstsq(matrix[:half], record.force[:half], rcond=None)
+    values = {"coulomb": float(coulomb), **more, "offset": float(offset)}
+    return _result(name, values, matrix @ [coulomb, offset], record)
+
+
+def fit_coulomb(record: PreslidingRecord) -> Fit:
+    """Fit Coulomb friction."""
+    return _fit_column("Coulomb", last_sign(record.velocity), record, {})
+
+
+def fit_lagged(record: PreslidingRecord) -> Fit:
+    """Fit Coulomb friction behind the lag of the paper's (1), that of ``plant.step``."""
+    sign = last_sign(record.velocity).tolist()
+
+    def fit(lag: float) -> Fit:
+        force, column = 0.0, []
+        for value, period in zip(sign, record.period.tolist(), strict=True):
+            force = (lag * force + period * value) / (lag + period)
+            column.append(force)
+        return _fit_column("lagged Coulomb", np.array(column), record, {"friction_lag": lag})
+
+    found = minimize_scalar(lambda lag: fit(lag).fitted, bounds=(0.0, 2.0), method="bounded")
+    return fit(float(found.x))
+
+
+def fit_law(law: Law, record: PreslidingRecord) -> Fit:
+    """Fit a law to the first half of a record by least squares over the logarithms of its parameters."""
+    half = record.force.size // 2
+    first = record.part(slice(None, half))
+
+    def residuals(point: NDArray[np.float64]) -> NDArray[np.float64]:
+        force = force_along(law.make(*np.exp(point[:-1]).tolist()), first.velocity, first.period)
+        return force + point[-1] - first.force
+
+    start = np.append(np.log(law.start), 0.0)
+    found = least_squares(residuals, start, x_scale=0.1, diff_step=1e-4, max_nfev=60)
+    parameters = np.exp(found.x[:-1]).tolist()
+    force = force_along(law.make(*parameters), record.velocity, record.period) + found.x[-1]
+    values = dict(zip(law.names, parameters, strict=True)) | {"offset": float(found.x[-1])}
+    return _result(law.name, values, force, record)
+
+
+def fit_all(record: PreslidingRecord) -> list[Fit]:
+    """Fit Coulomb friction, without and with lag, and every law."""
+    return [fit_coulomb(record), fit_lagged(record), *(fit_law(law, record) for law in LAWS)]

@@ -1,0 +1,119 @@
+"""Design of the position loop by robustness margin, with python-control."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from controllers.checks import check_positive
+from controllers.design.margins import LoopMargins, largest_setting, loop_margins
+from controllers.design.pi_design import pi_gains
+from controllers.sensitivity import PI_SENSITIVITY
+
+BANDWIDTH_SHARE = 1.0 / 6.0
+"""Default position gain, as a share of the angular bandwidth of the velocity loop."""
+
+
+@dataclass(frozen=True)
+class PositionDesign:
+    """A designed position loop and the margins of the cascade.
+
+    Attributes
+    ----------
+    gain : float
+        Position gain ``Kv``, 1/s.
+    crossover : float
+        Crossover of the open position loop, Hz.
+    maximum_sensitivity : float
+        Largest ``|1/(1 + L)|`` of the position loop; infinite where it is unstable.
+    gain_margin : float
+        Factor by which the position gain may grow.
+    phase_margin : float
+        Phase margin of the position loop, degrees.
+    """
+
+    gain: float
+    crossover: float
+    maximum_sensitivity: float
+    gain_margin: float
+    phase_margin: float
+
+
+def default_position_gain(bandwidth: float) -> float:
+    """Return the position gain (1/s) for a bandwidth of the velocity loop (Hz)."""
+    return BANDWIDTH_SHARE * 2.0 * math.pi * bandwidth
+
+
+def design_position_loop(
+    period: float,
+    bandwidth: float,
+    gain: float | None = None,
+    *,
+    delay: int = 0,
+    maximum_sensitivity: float = PI_SENSITIVITY,
+) -> PositionDesign:
+    """Design a position loop around the PI velocity loop of :func:`controllers.design_pi`.
+
+    The joint is an inertia behind a zero-order hold and whole periods of delay, its position measured at the samples.
+
+    Parameters
+    ----------
+    period : float
+        Sampling period, s.
+    bandwidth : float
+        Bandwidth of the velocity loop, Hz: its open-loop crossover.
+    gain : float, optional
+        Position gain, 1/s; by default a sixth of the angular bandwidth, ``2 pi bandwidth/6``.
+    delay : int, optional
+        Computation delay, whole periods.
+    maximum_sensitivity : float, optional
+        Bound on ``max |1/(1 + L)|`` of the position loop, more than 1.
+
+    Raises
+    ------
+    ValueError
+        An argument is out of range, or the margin does not allow the gain; the message names the largest one that it
+        does allow.
+    """
+    check_positive(period=period, bandwidth=bandwidth)
+    if not (delay >= 0 and delay % 1 == 0):
+        raise ValueError(f"delay = {delay} is not allowed: it must be a whole number of periods, zero or more")
+    if not 1.0 < maximum_sensitivity < math.inf:
+        raise ValueError(f"maximum_sensitivity = {maximum_sensitivity} is not allowed: it must be more than 1")
+    gain = default_position_gain(bandwidth) if gain is None else gain
+    check_positive(gain=gain)
+    relative = bandwidth * period
+
+    def margins(setting: float) -> LoopMargins:
+        return _margins(relative, setting, int(delay))
+
+    reached = margins(gain * period)
+    if not reached.maximum_sensitivity <= maximum_sensitivity:
+        start = 1e-3 * 2.0 * math.pi * relative
+        if not margins(start).maximum_sensitivity <= maximum_sensitivity:
+            raise ValueError(
+                f"bandwidth = {bandwidth:g} Hz is not allowed: with {int(delay)} periods of {period:g} s of delay no "
+                f"position gain keeps a maximum sensitivity of {maximum_sensitivity:g}"
+            )
+        largest = largest_setting(lambda any: margins(any).maximum_sensitivity, maximum_sensitivity, start, 1.0)
+        raise ValueError(
+            f"gain = {gain:g} 1/s is not allowed: with a velocity loop of {bandwidth:g} Hz, a period of {period:g} s, "
+            f"{int(delay)} periods of delay and a maximum sensitivity of {maximum_sensitivity:g} it must be at most "
+            f"{largest / period:.6g} 1/s"
+        )
+    return PositionDesign(
+        gain, reached.crossover / period, reached.maximum_sensitivity, reached.gain_margin, reached.phase_margin
+    )
+
+
+def _margins(relative_bandwidth: float, setting: float, delay: int) -> LoopMargins:
+    """Return the margins for inertia 1 and period 1.
+
+    With the velocity loop ``L_v = (Kp + Ki z/(z - 1)) z^-d/(z - 1)`` closed and the position ``(z + 1)/(2 (z - 1)^2)``
+    of the held torque, ``L = Kv (z + 1)/2 B/((z - 1) ((z - 1)^2 z^d + B))`` with ``B = (Kp + Ki) z - Kp``.
+    """
+    proportional, integral = pi_gains(1.0, relative_bandwidth)
+    feedback = np.array([proportional + integral, -proportional])
+    closed = np.polyadd(np.array([1.0, -2.0, 1.0, *([0.0] * delay)]), feedback)
+    numerator = setting * np.polymul(np.array([0.5, 0.5]), feedback)
+    return loop_margins(numerator, np.polymul(np.array([1.0, -1.0]), closed), 1e-2 * min(setting, 1.0))

@@ -1,0 +1,258 @@
+"""One implicit time step of a joint with two-state elasto-plastic friction: a presliding curve, then a lag.
+
+After M. Ruderman, T. Bertram, "Two-state dynamic friction model with elasto-plasticity" (2013):
+
+    J dw/dt = u - f - offset
+    q = q_r + (d - q_r) z (1 - ln z),      z = min(|x - x_r|/s, 1)
+    tau df/dt + f = q g(w) + sigma w
+
+First state: ``q`` in [-1, 1], the share of friction that is mobilised. It depends on the displacement since the last
+reversal at ``x_r``, where it was ``q_r``, and on the direction ``d`` of motion; after a displacement ``s`` it is ``d``:
+sliding. Second state: ``f`` follows with the lag ``tau`` of the paper's (1). ``g(w) = Fc + (Fs - Fc) exp(-|w/Vs|^d)``
+is the paper's (3) without its viscous part. For ``s -> 0`` this is the joint of :mod:`plant.step`.
+
+Variant: the source lets the torque itself run along ``z (1 - ln z)`` from reversal to reversal; here the share does,
+times the Stribeck curve. While the curve is constant both are the same; where it falls, the share keeps friction rising
+with the displacement, so that the step has one solution. The published equations could not be compared word by word.
+
+Limits: only the last reversal is remembered. A cycle of displacement closes after some repetitions, but a torque that
+vibrates around a mean below breakaway lets the joint creep, as with LuGre bristles.
+
+With a lag the joint does not come to rest by itself: friction that rises with the displacement is a spring, and one
+behind a lag feeds the vibration that it should stop (``J tau p^3 + J p^2 + k`` has unstable roots for every ``k``).
+The vibration grows with ``s``; feedback of the velocity stops it.
+
+Discretised by the implicit Euler method, of first order in the period.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from plant.change import JointChange, changed_curve
+from plant.friction import Stribeck, scaled, yield_torque
+from plant.step import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, friction_at
+
+
+class ElastoPlasticParameters(NamedTuple):
+    """What the step needs to know of an elasto-plastic joint.
+
+    Attributes
+    ----------
+    inertia : float
+        Inertia ``J``, kg m^2.
+    friction, backward : Stribeck
+        Static friction map of forward and of backward motion.
+    offset : float
+        Constant torque against the motor's, N m, of either sign.
+    friction_lag : float
+        Friction lag ``tau``, s, zero or more.
+    presliding : float
+        Displacement ``s`` after a reversal until the joint slides, rad.
+    """
+
+    inertia: float
+    friction: Stribeck
+    backward: Stribeck
+    offset: float
+    friction_lag: float
+    presliding: float
+
+
+class ElastoPlasticState(NamedTuple):
+    """State of an elasto-plastic joint.
+
+    Attributes
+    ----------
+    velocity : float
+        Velocity ``w``, rad/s.
+    friction_torque : float
+        Friction torque ``f``, N m, without the offset.
+    position : float
+        Position, rad.
+    turned : float
+        Mobilised share ``q_r`` at the last reversal, from -1 to 1.
+    travel : float
+        Displacement since then, rad, at most ``s`` either way; its sign is the direction of motion.
+    """
+
+    velocity: float
+    friction_torque: float
+    position: float
+    turned: float
+    travel: float
+
+
+@register_jitable
+def presliding_curve(share: float) -> tuple[float, float]:
+    """Return ``z (1 - ln z)`` and its slope ``-ln z`` for a share ``z > 0`` of the presliding displacement."""
+    if share >= 1.0:
+        return 1.0, 0.0
+    logarithm = math.log(share)
+    return share * (1.0 - logarithm), -logarithm
+
+
+@register_jitable
+def mobilised(presliding: float, turned: float, travel: float) -> float:
+    """Return the mobilised share ``q`` after a displacement (rad) from a reversal."""
+    if travel == 0.0:
+        return turned
+    rise, _ = presliding_curve(abs(travel) / presliding)
+    return turned + ((1.0 if travel > 0.0 else -1.0) - turned) * rise
+
+
+@register_jitable
+def mobilised_torque(
+    joint: ElastoPlasticParameters, way: float, turned: float, travel: float, period: float, speed: float
+) -> tuple[float, float]:
+    """Return the torque that ``f`` follows after a step and its slope by the speed, in the direction of motion.
+
+    Parameters
+    ----------
+    joint : ElastoPlasticParameters
+        The joint.
+    way : float
+        Direction of motion, 1 or -1.
+    turned : float
+        Mobilised share at the last reversal, positive where it opposes the motion.
+    travel : float
+        Displacement since the last reversal before the step, rad, not negative.
+    period : float
+        Solver period, s.
+    speed : float
+        Speed after the step, rad/s, positive.
+
+    Returns
+    -------
+    torque, slope : float
+        In N m and N m s/rad.
+    """
+    rise, bend = presliding_curve((travel + period * speed) / joint.presliding)
+    share = turned + (1.0 - turned) * rise
+    curve = joint.friction if way * share > 0.0 else joint.backward  # of the direction that is opposed
+    level, product = yield_torque(curve, speed)
+    viscous = joint.friction.viscous if way > 0.0 else joint.backward.viscous
+    share_slope = (1.0 - turned) * bend * period / joint.presliding
+    return share * level + viscous * speed, share_slope * level + share * product / speed + viscous
+
+
+@register_jitable
+def elasto_plastic_speed(
+    joint: ElastoPlasticParameters,
+    way: float,
+    turned: float,
+    travel: float,
+    period: float,
+    kappa: float,
+    free: float,
+    pull: float,
+) -> float:
+    """Solve ``x + kappa torque(x) = free`` for the speed ``x > 0`` after a step.
+
+    ``pull > 0`` is ``free`` less ``kappa`` times the torque before the step. The left side rises at least half as fast
+    as ``x`` (``check_elasto_plastic_period`` sees to it): the root is in ``[0, 2 pull]``.
+    """
+    low, high = 0.0, 2.0 * pull
+    speed = pull
+    for _ in range(MAXIMUM_ITERATIONS):
+        torque, slope = mobilised_torque(joint, way, turned, travel, period, speed)
+        residual = speed + kappa * torque - free
+        if residual > 0.0:
+            high = speed
+        else:
+            low = speed
+        candidate = speed - residual / (1.0 + kappa * slope)
+        if abs(candidate - speed) <= RELATIVE_TOLERANCE * speed:
+            return min(max(candidate, low), high)
+        if not low < candidate < high:
+            candidate = 0.5 * (low + high)
+        speed = candidate
+    return speed
+
+
+@register_jitable
+def step_elasto_plastic(
+    joint: ElastoPlasticParameters, state: ElastoPlasticState, torque: float, period: float
+) -> ElastoPlasticState:
+    """Advance an elasto-plastic joint by one solver period under constant torque.
+
+    Parameters
+    ----------
+    joint : ElastoPlasticParameters
+        The joint.
+    state : ElastoPlasticState
+        State at the start of the step.
+    torque : float
+        Torque ``u``, N m, constant over the step.
+    period : float
+        Solver period ``h``, s.
+
+    Returns
+    -------
+    ElastoPlasticState
+        State at the end of the step.
+    """
+    divisor = joint.friction_lag + period
+    kappa = period * period / (joint.inertia * divisor)
+    carried = joint.friction_lag * state.friction_torque / divisor
+    free = state.velocity + period / joint.inertia * (torque - joint.offset - carried)
+    share = mobilised(joint.presliding, state.turned, state.travel)
+    held = share * (joint.friction if share > 0.0 else joint.backward).stiction
+    pull = free - kappa * held
+    if pull == 0.0:
+        return ElastoPlasticState(0.0, carried + period * held / divisor, state.position, state.turned, state.travel)
+    way = 1.0 if pull > 0.0 else -1.0
+    turned, travel = state.turned, state.travel
+    if way * travel < 0.0:
+        turned, travel = share, 0.0
+    speed = way * pull
+    if speed < math.inf:
+        speed = elasto_plastic_speed(joint, way, way * turned, way * travel, period, kappa, way * free, speed)
+    mobilised_now, _ = mobilised_torque(joint, way, way * turned, way * travel, period, speed)
+    return ElastoPlasticState(
+        way * speed,
+        carried + period * way * mobilised_now / divisor,
+        state.position + period * way * speed,
+        turned,
+        way * min(way * travel + period * speed, joint.presliding),
+    )
+
+
+@register_jitable
+def scaled_elasto_plastic(joint: ElastoPlasticParameters, factor: float) -> ElastoPlasticParameters:
+    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
+    return ElastoPlasticParameters(
+        joint.inertia,
+        scaled(joint.friction, factor),
+        scaled(joint.backward, factor),
+        joint.offset,
+        joint.friction_lag,
+        joint.presliding,
+    )
+
+
+@register_jitable
+def changed_elasto_plastic(joint: ElastoPlasticParameters, change: JointChange) -> ElastoPlasticParameters:
+    """Return the joint with a change of its parameters."""
+    return ElastoPlasticParameters(
+        joint.inertia * change.inertia,
+        changed_curve(joint.friction, change),
+        changed_curve(joint.backward, change),
+        joint.offset + change.load,
+        joint.friction_lag * change.lag,
+        joint.presliding,
+    )
+
+
+@register_jitable
+def sensed_elasto_plastic(state: ElastoPlasticState) -> float:
+    """Return the velocity at the motor, rad/s: a rigid joint has one velocity."""
+    return state.velocity
+
+
+def initial_elasto_plastic(joint: ElastoPlasticParameters, velocity: float) -> ElastoPlasticState:
+    """Return the state of a joint that has moved at a velocity (rad/s) for long; its position is zero."""
+    way = 0.0 if velocity == 0.0 else math.copysign(1.0, velocity)
+    friction = friction_at(joint.friction, joint.backward, velocity)
+    return ElastoPlasticState(velocity, friction, 0.0, way, way * joint.presliding)

@@ -1,0 +1,69 @@
+"""``adaptive-ff export``: files of a controller of a scenario, or of a state; bad input leaves nothing."""
+
+from command_line import refusal, run_command_line
+from exports import inputs, made, steps_in_python
+
+from adaptive_ff.replay.settings import ReplaySettings
+from adaptive_ff.replay.state import state_to_json
+
+
+def test_it_writes_the_adaptive_controller_of_the_built_in_scenario(tmp_path):
+    outcome = run_command_line("export", "--out", tmp_path / "out")
+    assert outcome.status == 0
+    assert outcome.err == ""
+    names = {"adaptive.h", "adaptive.c", "adaptive_selftest.c", "main.c", "CMakeLists.txt"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == names
+    assert all(name in outcome.out for name in names)
+
+
+def test_controller_prefix_precision_and_fmu_are_chosen(tmp_path):
+    options = ("--controller", "oracle", "--prefix", "axis1", "--float", "--fmu")
+    assert run_command_line("export", *options, "--out", tmp_path).status == 0
+    assert "float torque;" in (tmp_path / "axis1.h").read_text()
+    assert (tmp_path / "axis1.fmu").stat().st_size > 5000
+
+
+def test_it_starts_in_a_saved_state(tmp_path):
+    controller = made("adaptive")
+    steps_in_python(controller, inputs(controller, 60))
+    (tmp_path / "state.json").write_text(controller.state_to_json())
+    assert run_command_line("export", "--state", tmp_path / "state.json", "--out", tmp_path / "out").status == 0
+    text = (tmp_path / "out" / "adaptive.c").read_text()
+    assert repr(controller.estimates["coulomb"]) in text[text.index("START_STATE") :]
+
+
+def test_refusals_name_what_is_wrong_and_write_nothing(tmp_path):
+    other = tmp_path / "pi.json"
+    other.write_text(made("pi").state_to_json())
+    broken = tmp_path / "broken.json"
+    broken.write_text("{")
+    number = tmp_path / "number.json"
+    number.write_text("3")
+    file = tmp_path / "file"
+    file.write_text("")
+    out = ("--out", tmp_path / "out")
+    cases = {
+        ("--controller", "none"): "controllers = 'none' is not known; there are pi,",
+        ("--prefix", "1st"): "prefix = '1st' is not allowed",
+        ("--state", other): "controller = 'PI' is not allowed: this is a 'AdaptiveController'",
+        ("--state", broken): "is no saved state",
+        ("--state", number): "must be a JSON object",
+        ("--state", tmp_path / "missing.json"): "cannot be read",
+        (tmp_path / "missing.toml",): "missing.toml",
+    }
+    for options, message in cases.items():
+        assert message in refusal("export", *options, *out)
+    assert "cannot be written" in refusal("export", "--out", file)
+    assert not (tmp_path / "out").exists()
+    assert file.read_text() == ""
+
+
+def test_a_replays_state_brings_its_settings(tmp_path):
+    settings = ReplaySettings(period=0.01, inertia=20.0, stribeck_velocity=0.05, loop_bandwidth=10.0, rest_speed=0.005)
+    (tmp_path / "state.json").write_text(state_to_json(settings, settings.controller()))
+    state = ("--state", tmp_path / "state.json")
+    assert run_command_line("export", *state, "--out", tmp_path / "out").status == 0
+    assert "not allowed with" in refusal("export", *state, "--controller", "pi", "--out", tmp_path / "other")
+    (tmp_path / "scenario.toml").write_text("duration = 1.0\n")
+    assert "not both" in refusal("export", tmp_path / "scenario.toml", *state, "--out", tmp_path / "other")
+    assert not (tmp_path / "other").exists()

@@ -1,0 +1,107 @@
+"""The folder that an export writes: any compiler takes it without a warning, and its self-test passes."""
+
+import shutil
+import subprocess
+
+import pytest
+from exports import SIZES, WARNINGS, adaptive, compiled, inputs, made, needs_gcc, printed, steps_in_python
+
+from adaptive_ff import export_controller
+from adaptive_ff.errors import InputError
+
+pytestmark = needs_gcc
+
+ALLOWED = {"exp", "expm1", "log", "pow", "sqrt", "memcpy", "memset", "memcmp"}
+"""What the object may need from elsewhere; the oracle's weight needs a sine as well."""
+
+MADE = {
+    "pi": lambda: made("pi"),
+    "oracle": lambda: made("oracle"),
+    "feedback_error": lambda: made("feedback_error"),
+    "adaptive": lambda: adaptive(SIZES["directions"], 1.5, 0.004),
+}
+
+
+@pytest.fixture(scope="module", params=MADE)
+def folder(request, tmp_path_factory):
+    out = tmp_path_factory.mktemp("exported") / "new" / "folder"
+    files = export_controller(MADE[request.param](), out, prefix="drive")
+    assert sorted(out.iterdir()) == sorted(files)
+    return out
+
+
+@pytest.mark.parametrize("program", ["gcc", "clang"])
+def test_the_self_test_finds_no_difference_and_nothing_warns(folder, program):
+    if shutil.which(program) is None:
+        pytest.skip(f"there is no {program} on this machine")
+    built = compiled(folder, ["drive.c", "drive_selftest.c"], "-O2", *WARNINGS, program=program)
+    assert "largest difference 0 of" in printed(built)
+
+
+def test_sanitizers_are_silent(folder):
+    flags = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    try:
+        built = compiled(folder, ["drive.c", "drive_selftest.c"], *flags, out="sane")
+    except AssertionError as error:
+        pytest.skip(f"there are no sanitizers on this machine: {error}")
+    assert "largest difference" in printed(built)
+
+
+def test_the_example_runs(folder):
+    assert printed(compiled(folder, ["drive.c", "main.c"], "-O2", *WARNINGS, out="example")).count("rad/s") == 5
+
+
+def test_it_needs_nothing_but_mathematics_and_copying(folder):
+    subprocess.run(["gcc", "-std=c99", "-O2", "-fno-pie", "-c", "drive.c"], cwd=folder, check=True)
+    needed = {line.split()[-1] for line in printed("nm", "-u", "drive.o", cwd=folder).splitlines()}
+    assert needed <= ALLOWED | ({"sin"} if "step_model_based" in (folder / "drive.c").read_text() else set())
+    writable = [line for line in printed("nm", "drive.o", cwd=folder).splitlines() if line.split()[-2] in "dDbBC"]
+    assert writable == []  # no global variables
+
+
+def test_fast_math_is_an_error(folder):
+    done = subprocess.run(
+        ["gcc", "-std=c99", "-Ofast", "-c", "drive.c"], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode != 0
+    assert "fast-math" in done.stderr
+
+
+def test_the_header_is_cpp(folder):
+    (folder / "use.cpp").write_text('#include "drive.h"\nint main() { drive_Controller c; drive_init(&c); }\n')
+    subprocess.run(["g++", "-std=c++17", *WARNINGS, "-c", "use.cpp"], cwd=folder, check=True)
+
+
+def test_in_single_precision_it_warns_of_nothing_and_stays_near(tmp_path):
+    export_controller(adaptive(SIZES["offset"]), tmp_path, prefix="drive", single=True)
+    flags = (*WARNINGS, "-Wdouble-promotion", "-O2")
+    subprocess.run(["gcc", "-std=c99", *flags, "-c", "drive.c"], cwd=tmp_path, check=True)
+    assert "largest difference" in printed(compiled(tmp_path, ["drive.c", "drive_selftest.c"], "-O2"))
+
+
+def test_a_controller_that_has_learnt_is_exported_so(tmp_path):
+    controller = adaptive()
+    export_controller(controller, tmp_path / "new", prefix="drive")
+    steps_in_python(controller, inputs(controller, 100))
+    export_controller(controller, tmp_path / "learnt", prefix="drive")
+    assert "START_STATE" not in (tmp_path / "new" / "drive.c").read_text()
+    assert "controller->state = START_STATE;" in (tmp_path / "learnt" / "drive.c").read_text()
+    assert "largest difference 0 of" in printed(compiled(tmp_path / "learnt", ["drive.c", "drive_selftest.c"], "-O0"))
+
+
+def test_the_same_controller_gives_the_same_files(tmp_path):
+    for name in ("first", "second"):
+        export_controller(adaptive(), tmp_path / name, prefix="drive", with_fmu=True)
+    for file in (tmp_path / "first").iterdir():
+        if file.suffix != ".fmu":
+            assert file.read_bytes() == (tmp_path / "second" / file.name).read_bytes()
+
+
+def test_a_folder_that_cannot_be_written_is_left_as_it_is(tmp_path):
+    (tmp_path / "file").write_text("kept")
+    with pytest.raises(InputError, match="cannot be written"):
+        export_controller(made("pi"), tmp_path / "file")
+    (tmp_path / "drive.c").mkdir()
+    with pytest.raises(InputError, match="it is a folder"):
+        export_controller(made("pi"), tmp_path, prefix="drive")
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "drive.c"}

@@ -1,0 +1,94 @@
+"""FMUs of controllers: importing tools find no problem, and a run in one gives the torques of Python."""
+
+import platform
+import re
+import zipfile
+
+import numpy as np
+import pytest
+from exports import WARNINGS, adaptive, compiled, made, needs_gcc
+
+from adaptive_ff import export_controller
+from controllers import Inputs
+
+fmpy = pytest.importorskip("fmpy", reason="fmpy (the extra fmu) is not installed")
+from fmpy.validation import validate_fmu  # noqa: E402
+
+pytestmark = needs_gcc
+runs_here = pytest.mark.skipif(
+    (platform.system(), platform.machine()) != ("Linux", "x86_64"), reason="FMI 2.0 has no name for this machine"
+)
+
+
+def written(folder, controller, **options):
+    export_controller(controller, folder, prefix="drive", with_fmu=True, **options)
+    return folder / "drive.fmu"
+
+
+@pytest.fixture(scope="module")
+def learning(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("fmu"), adaptive())
+
+
+@pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
+def test_tools_find_no_problem(single, tmp_path):
+    file = written(tmp_path, made("pi"), single=single)
+    assert validate_fmu(str(file)) == []
+
+
+def test_its_description_has_units_start_values_and_all_inputs(learning):
+    assert validate_fmu(str(learning)) == []
+    found = {variable.name: variable for variable in fmpy.read_model_description(str(learning)).modelVariables}
+    assert {name for name in Inputs._fields if name != "dt"} <= set(found)
+    assert found["reference"].unit == "rad/s"
+    assert found["torque"].unit == "N m"
+    assert found["inertia"].unit == "kg m^2"
+    assert found["estimates.viscous"].unit == "N m s/rad"
+    assert found["next_reference_known"].start == "false"
+    assert found["enabled"].start == "true"
+    assert found["velocity"].start == "0"
+
+
+@runs_here
+def test_it_runs_as_in_python(learning):
+    controller, period = adaptive().run_uncompiled(), 0.01
+    time = period * np.arange(300)
+    reference = 0.2 * np.sin(3.0 * time)
+    velocity = np.roll(reference, 1) * 0.95
+    names = ["time", "reference", "velocity", "next_reference", "next_reference_known"]
+    columns = [time, reference, velocity, np.roll(reference, -1), np.ones(time.size, dtype=bool)]
+    signals = np.array(
+        list(zip(*columns, strict=True)),
+        dtype=[(name, np.bool_ if name.endswith("known") else np.float64) for name in names],
+    )
+    result = fmpy.simulate_fmu(
+        str(learning), stop_time=float(time[-1]), step_size=period, output_interval=period, input=signals
+    )
+    expected = [
+        controller.step(*row[:2], next_reference=row[2])
+        for row in zip(reference, velocity, np.roll(reference, -1), strict=True)
+    ]
+    torque = result["torque"][1:]  # what a communication step gives stands at its end
+    assert torque.size >= time.size - 2
+    assert np.ptp(torque) > 50.0
+    # the tool's communication steps are differences of rounded times, not 0.01 s exactly
+    assert np.allclose(torque, expected[: torque.size], rtol=1e-6, atol=1e-6 * np.ptp(torque))
+    assert result["estimates.coulomb"][-1] > 0.0
+
+
+def test_its_source_compiles_without_a_warning(learning, tmp_path):
+    with zipfile.ZipFile(learning) as archive:
+        archive.extractall(tmp_path)
+    sources = [str(path.relative_to(tmp_path)) for path in (tmp_path / "sources").glob("*.c")]
+    assert len(sources) == 2
+    compiled(tmp_path, sources, "-O2", "-shared", "-fPIC", *WARNINGS, out="drive.so")
+    guids = re.findall(r"\{[0-9a-f-]{36}\}", (tmp_path / "sources" / "drive_fmu.c").read_text())
+    assert guids == [fmpy.read_model_description(str(learning)).guid]
+
+
+def test_without_a_compiler_it_holds_the_source_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with zipfile.ZipFile(written(tmp_path, made("pi"))) as archive:
+        names = archive.namelist()
+    assert "sources/drive.c" in names
+    assert not any(name.startswith("binaries") for name in names)

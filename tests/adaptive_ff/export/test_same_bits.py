@@ -1,0 +1,135 @@
+"""The exported code does what the kernels do: the same bits on x86-64 with glibc, and a state that goes both ways."""
+
+import math
+import platform
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO as JOINT
+from closed_loops import lay_course, make, own_loop
+from exports import DELAYED, SIZES, adaptive, inputs, made, needs_gcc, steps_in_c, steps_in_python
+
+from adaptive_ff import run_in_c
+from adaptive_ff.errors import InputError
+from adaptive_ff.export.buffer import HEADER, state_from_bytes, state_to_bytes
+
+pytest.importorskip("cffi", reason="cffi is not installed")
+pytestmark = needs_gcc
+
+MADE = {
+    "pi": lambda: made("pi", DELAYED),
+    "oracle": lambda: made("oracle", DELAYED),
+    "extended_state": lambda: made("extended_state"),
+    "kalman_disturbance": lambda: made("kalman_disturbance"),
+    "disturbance_observer": lambda: made("disturbance_observer", DELAYED),
+    "adaptive_paper": lambda: made("adaptive_paper", DELAYED),
+    "canudas": lambda: made("canudas"),
+    "canudas_measured": lambda: made("canudas_measured", DELAYED),
+    "feedback_error": lambda: made("feedback_error"),
+    "adaptive": lambda: adaptive(),
+    "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
+    "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004, False),
+}
+
+
+EXACT = platform.machine() in ("x86_64", "AMD64") and platform.libc_ver()[0] == "glibc"
+
+
+def same(found, expected):
+    """Bit for bit on x86-64 with glibc, else to rounding."""
+    if EXACT:
+        return np.array_equal(found, expected)
+    return np.allclose(found, expected, rtol=1e-11, atol=1e-11 * np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_torque_and_state_are_those_of_the_kernels(name):
+    controller = MADE[name]()
+    runner = run_in_c(controller)
+    rows = inputs(controller)
+    assert np.isnan(rows).any(axis=0).sum() >= 3
+    expected = steps_in_python(controller, rows)
+    assert np.ptp(expected[:, 0]) > 10.0
+    assert same(steps_in_c(runner, rows), expected)
+    if EXACT:
+        assert runner.state_to_json() == controller.state_to_json()
+    assert runner.estimates == pytest.approx(controller.estimates)
+    assert runner.rejected == controller.rejected > 0
+
+
+def test_a_state_goes_from_python_to_c_and_back():
+    controller = adaptive(SIZES["offset"])
+    rows = inputs(controller, 300)
+    runner = run_in_c(adaptive(SIZES["offset"]))
+    steps_in_python(controller, rows[:100])
+    runner.state_from_json(controller.state_to_json())
+    found = steps_in_c(runner, rows[100:200])
+    again = adaptive(SIZES["offset"])
+    again.state_from_json(runner.state_to_json())
+    expected = steps_in_python(controller, rows[100:])
+    assert same(np.vstack([found, steps_in_python(again, rows[200:])]), expected)
+
+
+def test_an_exported_controller_starts_in_the_state_that_it_has_and_resets_to_that_of_a_new_one():
+    controller = adaptive()
+    rows = inputs(controller, 200)
+    steps_in_python(controller, rows[:100])
+    runner = run_in_c(controller)
+    assert runner.state_to_json() == controller.state_to_json()
+    assert same(steps_in_c(runner, rows[100:]), steps_in_python(controller, rows[100:]))
+    runner.reset()
+    assert runner.state_to_json() == adaptive().state_to_json()
+
+
+def test_it_is_used_like_the_controller_that_it_was_made_from():
+    course = lay_course(JOINT.modified(duration=2.0))
+    runner = run_in_c(make("adaptive"))
+    lost = {50: math.nan}
+    assert same(own_loop(runner, course, lost=lost), own_loop(make("adaptive").run_uncompiled(), course, lost=lost))
+    assert runner.enabled
+    runner.enabled = False
+    before = runner.estimates
+    own_loop(runner, course)
+    assert runner.estimates == before
+    with pytest.raises(ValueError, match="reference = nan is not allowed"):
+        runner.step(math.nan, 0.0)
+    with pytest.raises(ValueError, match="dt = 0"):
+        runner.step(0.0, 0.0, dt=0.0)
+
+
+def test_the_controller_that_it_was_made_from_stays_as_it_is():
+    controller = adaptive()
+    untouched = controller.state_to_json()
+    runner = run_in_c(controller)
+    steps_in_c(runner, inputs(controller, 50))
+    assert controller.state_to_json() == untouched
+
+
+def test_without_a_compiler_it_says_so(monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(InputError, match="C compiler = cc is not found"):
+        run_in_c(made("pi"))
+
+
+def test_bytes_of_a_state_that_are_damaged_or_of_another_controller_are_refused():
+    controller, other = adaptive(), made("pi")
+    steps_in_python(controller, inputs(controller, 50))
+    content, kept = state_to_bytes(controller), controller.state_to_json()
+    fresh = adaptive()
+    state_from_bytes(fresh, content)
+    assert fresh.state_to_json() == kept
+    damaged = bytearray(content)
+    damaged[HEADER.size + 3] ^= 1
+    other_hash = bytearray(content)
+    other_hash[HEADER.size - 1] ^= 1
+    for wrong, message in (
+        (bytes(damaged), "damaged"),
+        (bytes(other_hash), "of another controller"),
+        (b"XXXX" + content[4:], "no saved state"),
+        (content[:-1], "bytes is not allowed"),
+        (b"", "bytes is not allowed"),
+        (state_to_bytes(other), "bytes is not allowed"),
+    ):
+        with pytest.raises(InputError, match=message):
+            state_from_bytes(controller, wrong)
+    assert controller.state_to_json() == kept

@@ -1,0 +1,162 @@
+"""Every kernel that a controller runs has a translation; what has none is refused with its place and a remedy."""
+
+import importlib
+import sys
+
+import numpy as np
+import pytest
+from closed_loops import NAMES
+from exports import DELAYED, SCENARIO, SIZES, adaptive, adaptive_variants, made
+
+from adaptive_ff.comparison.run import Foreign
+from adaptive_ff.export.errors import NotExportable
+from adaptive_ff.export.export import Export
+from adaptive_ff.export.literals import DOUBLE, SINGLE
+from adaptive_ff.export.source import source
+from adaptive_ff.export.types import BOOLEAN, REAL, Array, Line, Record, type_of
+from adaptive_ff.export.unit import Unit
+from controllers import STEPS
+
+
+def translated(text, tmp_path, monkeypatch, *arguments, name="kernel"):
+    """Translate a function of a module with the given text."""
+    module = f"made_{abs(hash(text))}"
+    (tmp_path / f"{module}.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    importlib.invalidate_caches()
+    function = getattr(importlib.import_module(module), name)
+    try:
+        kinds = tuple(type_of(argument, "argument") for argument in arguments)
+        unit = Unit(DOUBLE, "x")
+        return "\n".join(made.text for made in (unit.function(function, kinds), *unit.functions.values()))
+    finally:
+        sys.modules.pop(module)
+
+
+@pytest.mark.parametrize("scenario", [SCENARIO, DELAYED], ids=["prompt", "delayed"])
+@pytest.mark.parametrize("name", NAMES)
+def test_every_controller_of_the_comparison_has_a_translation(name, scenario):
+    export = Export(made(name, scenario), "made")
+    text = source(export)
+    assert f"static {export.unit.c_type(export.step.result)} {export.step.name}(" in text
+    for function in export.unit.functions.values():
+        assert text.count(f" {function.name}(") >= 1
+
+
+def test_no_registered_controller_is_left_out():
+    assert set(STEPS) - {Foreign} == {type(made(name).parameters) for name in NAMES}  # a user's own has no kernel
+
+
+@pytest.mark.parametrize("name", adaptive_variants())
+def test_every_variant_of_the_adaptive_controller_has_a_translation(name):
+    text = source(Export(adaptive_variants()[name](), "made"))
+    assert "step_adaptive_result step_adaptive(" in text
+
+
+def test_sizes_decide_branches():
+    short, long = (source(Export(adaptive(SIZES[size]), "made")) for size in ("symmetric", "directions"))
+    assert "BOUNDS_VISCOUS_ASYMMETRY" not in short
+    assert "BOUNDS_VISCOUS_ASYMMETRY" in long
+
+
+def test_names_comments_and_equations_of_the_kernels_are_kept():
+    text = source(Export(made("pi"), "made"))
+    assert "The integral is a backward Euler sum, I(k) = I(k-1) + Ki dt e(k)" in text
+    assert "---- controllers/pi.py" in text
+    assert "integral += share * (inputs->realised_torque - asked_torque(pi, state));" in text
+
+
+def test_single_precision_has_no_double():
+    text = source(Export(adaptive(), "made", single=True))
+    code = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith(("/*", "*")))
+    assert "double" not in code
+    assert "expf(" in code
+    assert " exp(" not in code
+
+
+def test_what_would_round_to_zero_in_single_precision_stays_above_it():
+    assert float(np.float32(float(SINGLE.literal(1e-100).rstrip("f")))) > 0.0
+    assert SINGLE.literal(0.0) == "0.0f"
+    with pytest.raises(NotExportable, match="too large"):
+        SINGLE.literal(1e39, "LARGEST")
+
+
+@pytest.mark.parametrize(
+    ("body", "line", "advice"),
+    [
+        ("    while x > 0.0:\n        x -= 1.0\n    return x", 5, "a loop over a range replaces while"),
+        ("    y = [x, x]\n    return x", 5, "has no translation"),
+        ("    return math.gamma(x)", 5, "there are abs"),
+        ("    return x**3", 5, "as products"),
+        ("    return x if x else 1.0", 5, "compare it"),
+        ("    for item in (1.0, 2.0):\n        x += item\n    return x", 5, "range"),
+        ("    y = 0\n    y = 0.5 * x\n    return y", 6, "begin with 0.0"),
+        ("    return kernel(x - 1.0)", 5, "calls itself"),
+        ("    try:\n        return x\n    finally:\n        x = 0.0", 5, "has no translation"),
+        ("    return unknown", 5, "is not known"),
+        ("    return 'text'", 5, "numbers"),
+        ("    return x // 2.0", 5, "+ - * /"),
+        ("    if x > 0.0:\n        return x, x\n    return x", 7, "same types"),
+    ],
+)
+def test_what_has_no_translation_is_refused_with_its_line_and_a_remedy(body, line, advice, tmp_path, monkeypatch):
+    text = f"import math\n\n\ndef kernel(x):\n{body}\n"
+    with pytest.raises(NotExportable) as error:
+        translated(text, tmp_path, monkeypatch, 1.0)
+    assert f".py:{line}: kernel: " in str(error.value)
+    assert advice in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_call_that_changes_arrays_must_stand_alone(tmp_path, monkeypatch):
+    text = """
+def change(row):
+    row[0] += 1.0
+    return row[0]
+
+
+def kernel(row):
+    return change(row) + row[0]
+"""
+    with pytest.raises(NotExportable, match="changes arrays in place; give its result a name"):
+        translated(text, tmp_path, monkeypatch, np.zeros(2))
+    alone = text.replace("    return change(row) + row[0]", "    new = change(row)\n    return new + row[0]")
+    assert "const double new_ = change(row);" in translated(alone, tmp_path, monkeypatch, np.zeros(2))
+
+
+def test_an_index_outside_of_an_array_is_refused(tmp_path, monkeypatch):
+    with pytest.raises(NotExportable, match="outside of its 2 elements"):
+        translated("def kernel(row):\n    return row[2]\n", tmp_path, monkeypatch, np.zeros(2))
+
+
+def test_values_that_depend_on_each_other_are_exchanged_as_in_python(tmp_path, monkeypatch):
+    text = translated("def kernel(a, b):\n    a, b = b, a\n    return a - b\n", tmp_path, monkeypatch, 1.0, 2.0)
+    assert "const double value = b;" in text
+    assert "a = value;" in text
+    assert "b = value2;" in text
+
+
+def test_types_come_from_samples():
+    kind = type_of(made("pi").state, "state")
+    assert isinstance(kind, Record)
+    assert kind.field("commands") == Line(REAL, 1)
+    assert type_of(np.zeros((2, 3)), "array") == Array(REAL, (2, 3))
+    assert type_of(True, "flag") == BOOLEAN
+    for value in ("text", None, [1.0], (1.0, 2)):
+        with pytest.raises(NotExportable, match="cannot be exported"):
+            type_of(value, "value")
+
+
+def test_only_controllers_with_kernels_can_be_exported():
+    class Own:
+        def step(self, reference, velocity):
+            return 0.0
+
+    with pytest.raises(NotExportable, match="Own cannot be exported: it has no kernel"):
+        Export(Own(), "made")
+
+
+@pytest.mark.parametrize("prefix", ["", "1st", "Upper", "with space", "double", "a" * 40, "é"])
+def test_a_prefix_must_be_a_name(prefix):
+    with pytest.raises(NotExportable, match="prefix = "):
+        Export(made("pi", SCENARIO), prefix)

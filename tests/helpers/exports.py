@@ -1,0 +1,90 @@
+"""Exported controllers for tests: one of each kind and variant, and what is needed to compile and to run them."""
+
+import itertools
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.export.sample import made_up_inputs
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from adaptive_ff.scenario.scenario import load_scenario
+from controllers import PI, Inputs
+
+SCENARIO = load_scenario()
+DELAYED = SCENARIO.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
+GAINS = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
+SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
+
+
+def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, tunes_lag=True):
+    """Make an adaptive controller of a variant."""
+    return AdaptiveController(
+        GAINS.proportional,
+        GAINS.integral,
+        0.01,
+        inertia=20.0,
+        stribeck_velocity=0.05,
+        parameters=parameters,
+        delay=delay,
+        velocity_lag=velocity_lag,
+        tunes_lag=tunes_lag,
+    )
+
+
+def adaptive_variants():
+    """Variants of the adaptive controller by name, as functions that make one: all sizes of all arrays and tuples."""
+    grid = itertools.product(SIZES, ((0.0, 0.0, True), (1.5, 0.004, False)))
+    return {
+        f"{size} delay={delay} lag={lag} tuned={tuned}": (
+            lambda size=size, delay=delay, lag=lag, tuned=tuned: adaptive(SIZES[size], delay, lag, tuned)
+        )
+        for size, (delay, lag, tuned) in grid
+    }
+
+
+def made(name, scenario=SCENARIO):
+    """Make a controller of the comparison."""
+    return CONTROLLERS[name](scenario)
+
+
+def steps_in_python(controller, rows):
+    """Step a controller in plain Python over rows of inputs; return torque and feedforward of each."""
+    controller.run_uncompiled()
+    found = []
+    for row in rows:
+        output, controller.state = controller._step(controller.parameters, controller.state, Inputs(*row.tolist()))
+        found.append(tuple(output))
+    return np.array(found)
+
+
+def steps_in_c(runner, rows):
+    """Step a controller in C over the same; the checks of ``step`` are left out, so that all inputs may be missing."""
+    stepping = runner._controller._step
+    return np.array([tuple(stepping(None, None, Inputs(*row.tolist()))[0]) for row in rows])
+
+
+def inputs(controller, samples=400):
+    """Rows of inputs with jitter, lost samples and missing previews; other ones than the export records."""
+    return made_up_inputs(controller.period, samples, seed=102)
+
+
+def compiled(folder, sources, *flags, program="gcc", out="a.out"):
+    """Compile sources in a folder; return the program, or fail with what the compiler says."""
+    line = [program, "-std=c99", *flags, *sources, "-o", out, "-lm"]
+    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:2000]
+    return folder / out
+
+
+def printed(*command, cwd=None):
+    """Run a program that must end well; return what it prints."""
+    done = subprocess.run([str(part) for part in command], cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-2000:]
+    return done.stdout

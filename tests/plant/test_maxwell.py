@@ -1,0 +1,283 @@
+"""Maxwell-slip joints against the Masing rule, return-point memory, closed loops, and their own equations."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from scipy.integrate import solve_ivp
+
+from plant import (
+    JointModel,
+    MaxwellJoint,
+    MaxwellState,
+    RollingJoint,
+    initial_state,
+    sliding_friction,
+    step_joint,
+    step_maxwell,
+)
+from plant.maxwell import scaled_maxwell
+from plant.maxwell_joint import KNOTS
+
+FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
+FIELDS = {"inertia": 20.0, **FRICTION, "displacements": [3e-4, 1e-3, 2e-3, 4e-3], "shares": [0.4, 0.3, 0.2, 0.1]}
+FLAT = {**FIELDS, "stiction": 60.0, "viscous": 0.0}
+REST = MaxwellState(*11 * [0.0])
+SHARES, REACHES = np.array(FIELDS["shares"]), np.array(FIELDS["displacements"])
+
+
+def model(**changes):
+    return MaxwellJoint(**{**FIELDS, **changes})
+
+
+def run_in_python(joint, state, torques, period):
+    """State after each step; row 0 is the start."""
+    motion = np.empty((torques.size + 1, 11))
+    motion[0] = state
+    for k in range(torques.size):
+        state = step_maxwell(joint, state, torques[k], period)
+        motion[k + 1] = state
+    return motion
+
+
+run = numba.njit(run_in_python)
+
+
+def friction_along(joint, path, period=1e-3, state=REST):
+    """Friction torque along a path that is forced upon a joint, which is too heavy to be moved by it."""
+    held, torques = joint._replace(inertia=1e18), []
+    for here, there in zip(path[:-1].tolist(), path[1:].tolist(), strict=True):
+        state = step_maxwell(held, state._replace(velocity=(there - here) / period), 0.0, period)
+        torques.append(state.friction_torque)
+    return np.array(torques)
+
+
+def virgin(displacement, shares=SHARES, reaches=REACHES, torque=60.0):
+    """Friction from rest: each element is a spring that slips."""
+    return torque * np.sum(shares * np.minimum(np.abs(np.atleast_1d(displacement))[:, None] / reaches, 1.0), axis=1)
+
+
+def test_first_branch_is_the_sum_of_springs_that_slip_and_every_other_one_obeys_masing():
+    joint = model(**FLAT).parameters
+    up, down, again = np.linspace(0.0, 3e-3, 301), np.linspace(3e-3, -1e-3, 401), np.linspace(-1e-3, 2e-3, 301)
+    found = friction_along(joint, np.concatenate([up, down[1:], again[1:]]))
+    first, second, third = found[:300], found[300:700], found[700:]
+    assert first == pytest.approx(virgin(up[1:]), rel=1e-9)
+    assert second == pytest.approx(first[-1] - 2.0 * virgin((3e-3 - down[1:]) / 2.0), rel=1e-9, abs=1e-9)
+    assert third == pytest.approx(second[-1] + 2.0 * virgin((again[1:] + 1e-3) / 2.0), rel=1e-9, abs=1e-9)
+
+
+def test_joint_remembers_the_point_where_a_minor_loop_began():
+    joint = model(**FLAT).parameters
+    to_the_point, minor = np.linspace(0.0, 1.5e-3, 151), np.linspace(0.0, -1.2e-3, 121)
+    loop = 1.5e-3 + np.concatenate([minor, minor[::-1][1:]])
+    onward = np.linspace(1.5e-3, 5e-3, 351)
+    disturbed = friction_along(joint, np.concatenate([to_the_point, loop[1:], onward[1:]]))
+    straight = friction_along(joint, np.concatenate([to_the_point, onward[1:]]))
+    assert disturbed[150 + 240 - 1] == pytest.approx(straight[149], rel=1e-9)  # the minor loop closes
+    assert disturbed[-350:] == pytest.approx(straight[-350:], rel=1e-9)  # and is wiped out
+
+
+@pytest.mark.parametrize("amplitude", [2e-4, 8e-4, 5e-3])
+def test_closed_loop_takes_the_energy_of_the_closed_form(amplitude):
+    joint = model(**FLAT).parameters
+    quarter = np.linspace(0.0, amplitude, 2001)
+    cycle = np.concatenate([quarter, quarter[::-1][1:], -quarter[1:], -quarter[::-1][1:]])
+    torque = friction_along(joint, np.concatenate([cycle, cycle[1:]]))[-8000:]
+    path = cycle[1:]
+    area = np.sum(torque * np.diff(cycle))  # each torque holds over its step: a sum of rectangles
+    expected = np.sum(4.0 * 60.0 * SHARES * np.maximum(amplitude - REACHES, 0.0))
+    assert area == pytest.approx(expected, abs=2e-3 * 4.0 * 60.0 * amplitude)
+    assert path.size == torque.size
+
+
+def test_presliding_is_rate_independent():
+    joint = model(**FLAT).parameters
+    path = 2e-3 * np.sin(np.linspace(0.0, 9.0, 800)) + 5e-4 * np.sin(np.linspace(0.0, 50.0, 800))
+    assert friction_along(joint, path, 1e-1) == pytest.approx(friction_along(joint, path, 1e-4), rel=1e-9, abs=1e-9)
+
+
+def of_events(torque, duration, joint):
+    """Velocity and position at the end of a forward motion by scipy; each element slips at an event."""
+    stiffness, limits, slips = np.array(joint.stiffnesses), 60.0 * np.array(joint.shares), np.zeros(4, dtype=bool)
+
+    def slope(t, y):
+        rates = np.where(slips, 0.0, stiffness * y[0])
+        return [(torque(t) - np.sum(y[2:]) - 80.0 * y[0]) / 20.0, y[0], *rates]
+
+    onsets = [lambda t, y, i=i: y[2 + i] - limits[i] if not slips[i] else 1.0 for i in range(4)]
+    for onset in onsets:
+        onset.terminal = True
+    time, state = 0.0, np.zeros(6)
+    for _ in range(5):
+        found = solve_ivp(slope, (time, duration), state, method="DOP853", rtol=1e-11, atol=1e-14, events=onsets)
+        assert found.success
+        assert np.all(found.y[0] > -1e-9)
+        time, state = found.t[-1], found.y[:, -1]
+        slips |= [event.size > 0 for event in found.t_events]
+    assert time == duration
+    assert np.all(slips)
+    return state[:2]
+
+
+def test_motion_through_all_onsets_of_slip_converges_to_that_of_solve_ivp_with_first_order():
+    joint = model(stiction=60.0).parameters
+    exact, errors = of_events(lambda t: 400.0 * t, 0.4, joint), []
+    for period in (1e-4, 5e-5, 2.5e-5):
+        middle = period * (np.arange(round(0.4 / period)) + 0.5)
+        errors.append(run(joint, REST, 400.0 * middle, period)[-1][[0, 2]] - exact)
+    assert np.all(np.abs(errors[0]) < 1e-3 * exact)
+    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
+    assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("attraction", [None, 2e3])
+@pytest.mark.parametrize("velocity", [0.003, 0.3, -0.05])
+def test_friction_settles_on_the_stribeck_curve_of_its_direction(attraction, velocity):
+    joint = model(coulomb_backward=40.0, viscous_backward=100.0, attraction=attraction).parameters
+    friction = friction_along(joint, np.arange(3001) * 1e-3 * velocity)[-1]
+    curve = joint.friction if velocity > 0.0 else joint.backward
+    assert friction == pytest.approx(math.copysign(sliding_friction(curve, abs(velocity)), velocity), rel=1e-6)
+    start = initial_state(joint, velocity)
+    assert friction_along(joint, np.arange(5) * 1e-3 * velocity, state=start) == pytest.approx(friction, rel=1e-6)
+
+
+def test_sliding_friction_follows_with_the_time_constant_of_the_attraction():
+    # sum of dF/dt = C (1 - F/g): F - g fades with the time constant g/C
+    joint = model(viscous=0.0, attraction=2e3).parameters
+    start, fast = initial_state(joint, 0.01), 0.2
+    friction = friction_along(joint, np.arange(201) * 1e-4 * fast, period=1e-4, state=start)
+    before, level = sliding_friction(joint.friction, 0.01), sliding_friction(joint.friction, fast)
+    time = 1e-4 * np.arange(1, 201)
+    assert friction == pytest.approx(level + (before - level) * np.exp(-2e3 / level * time), abs=0.01 * before)
+
+
+def test_joint_of_stiff_elements_moves_as_the_rigid_one():
+    rigid = JointModel(inertia=20.0, **FRICTION).parameters
+    torques = 150.0 * np.sin(1e-3 * np.arange(8000)) + 40.0 * np.sin(0.0041 * np.arange(8000))
+    state, expected = initial_state(rigid, 0.0), [0.0]
+    for torque in torques.tolist():
+        state = step_joint(rigid, state, torque, 2e-4)
+        expected.append(state.velocity)
+    differences = []
+    for scale in (1e-2, 1e-3):
+        joint = model(displacements=(scale * REACHES).tolist(), solver_period=2e-4).parameters
+        differences.append(np.sqrt(np.mean((run(joint, REST, torques, 2e-4)[:, 0] - expected) ** 2)))
+    assert np.ptp(expected) > 0.3
+    assert differences[1] < 1e-3
+    assert differences[1] < 0.3 * differences[0]
+
+
+def test_torque_below_breakaway_holds_the_joint_where_its_springs_do():
+    joint = model(**FLAT, solver_period=1e-3).parameters
+    ramp = np.concatenate([np.linspace(0.0, 50.0, 20_000), np.full(20_000, 50.0)])
+    position = run(joint, REST, ramp, 1e-3)[-1, 2]
+    assert virgin(position)[0] == pytest.approx(50.0, rel=0.01)
+    vibrating = 40.0 + 10.0 * np.sin(0.01 * np.arange(100_000))
+    cycles = run(joint, REST, np.concatenate([ramp[:16_000], vibrating]), 1e-3)[:, 2]
+    assert np.max(cycles[-1000:]) == pytest.approx(np.max(cycles[20_000:21_000]), rel=1e-4)  # it does not creep
+
+
+@st.composite
+def steps(draw):
+    displacements = np.cumsum([draw(st.floats(1e-4, 1e-2)) for _ in range(4)]).tolist()
+    shares = np.array([draw(st.floats(0.1, 1.0)) for _ in range(4)])
+    coulomb = draw(st.floats(1.0, 100.0))
+    fields = {
+        "inertia": draw(st.floats(0.5, 100.0)),
+        "coulomb": coulomb,
+        "stiction": coulomb * draw(st.floats(1.0, 4.0)),
+        "viscous": draw(st.floats(0.0, 100.0)),
+        "stribeck_velocity": draw(st.floats(0.01, 0.5)),
+        "stribeck_shape": draw(st.sampled_from([1.0, 1.5, 2.0])),
+        "offset": draw(st.just(0.0) | st.floats(-50.0, 50.0)),
+        "attraction": draw(st.none() | st.floats(10.0, 1e5)),
+        "displacements": displacements,
+        "shares": (shares / shares.sum()).tolist(),
+    }
+    period = 1e-3
+    while True:
+        try:
+            joint = MaxwellJoint(**fields, solver_period=period).parameters
+            break
+        except ValidationError:
+            period *= 0.5
+    slips = [draw(st.sampled_from([-1.0, 0.0, 1.0])) for _ in range(4)]
+    loads = [
+        share * fields["stiction"] * (slip * draw(st.floats(0.3, 1.0)) if slip else draw(st.floats(-1.0, 1.0)))
+        for share, slip in zip(joint.shares, slips, strict=True)
+    ]
+    state = MaxwellState(draw(st.just(0.0) | st.floats(-2.0, 2.0)), 0.0, 0.0, *loads, *slips)
+    return joint, state, draw(st.floats(-300.0, 300.0)), period
+
+
+@settings(max_examples=200)
+@given(steps())
+def test_step_solves_its_equations_and_is_odd(case):
+    joint, state, torque, h = case
+    after = step_maxwell(joint, state, torque, h)
+    loads, slips = np.array(state[3:7]), np.array(state[7:])
+    pull = torque - joint.offset - after.friction_torque
+    size = abs(state.velocity) + h / joint.inertia * (abs(torque) + abs(joint.offset) + 5.0 * joint.friction.stiction)
+    assert after.velocity == pytest.approx(state.velocity + h / joint.inertia * pull, abs=1e-9 * size)
+    assert after.position == pytest.approx(h * after.velocity, abs=1e-15)
+    way = math.copysign(1.0, after.velocity)
+    level = sliding_friction(joint.friction._replace(viscous=0.0), abs(after.velocity))
+    share, spring = np.array(joint.shares), np.array(joint.stiffnesses)
+    free = loads + h * spring * after.velocity
+    attracted = way * share * level  # a slipping element by implicit Euler, C (a - F/g)
+    if joint.relaxation > 0.0:
+        rate = h / joint.relaxation
+        attracted = np.where(slips == way, (loads + rate * way * share) / (1.0 + rate / level), attracted)
+    expected = way * np.minimum(way * free, way * attracted)
+    assert np.array(after[3:7]) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    viscous = joint.friction.viscous * after.velocity
+    assert after.friction_torque == pytest.approx(np.sum(expected) + viscous, rel=1e-9, abs=1e-9)
+    turned = joint._replace(friction=joint.backward, backward=joint.friction, offset=-joint.offset)
+    mirrored = step_maxwell(turned, MaxwellState(*(-value for value in state)), -torque, h)
+    assert mirrored == tuple(-value for value in after)
+
+
+def test_what_an_element_cannot_hold_any_more_is_released():
+    joint = model(**FLAT).parameters
+    state = REST
+    for _ in range(200):
+        state = step_maxwell(joint, state, 55.0, 1e-3)
+    weak = scaled_maxwell(joint, 0.5)
+    assert step_maxwell(weak, state, 0.0, 1e-9).friction_torque <= 30.0 + 1e-9
+    assert weak.stiffnesses == tuple(0.5 * value for value in joint.stiffnesses)
+
+
+@pytest.mark.parametrize("exponent", [1.5, 2.0, 3.0])
+def test_rolling_friction_is_its_curve_where_elements_slip_and_straight_between(exponent):
+    fields = {**FLAT, "rolling_range": 0.01, "exponent": exponent}
+    joint = RollingJoint(**{name: fields[name] for name in fields if name not in ("displacements", "shares")})
+    path = np.linspace(0.0, 0.012, 961)
+    found = friction_along(joint.parameters, path)
+    curve = 60.0 * (1.0 - (1.0 - np.minimum(path[1:] / 0.01, 1.0)) ** exponent)
+    places = np.searchsorted(path[1:], 0.01 * np.array(KNOTS) - 1e-12)
+    assert found[places] == pytest.approx(curve[places], rel=1e-9)
+    assert np.all(found <= curve + 1e-9)  # straight lines below a curve that bends down
+    assert np.max(curve - found) < 0.05 * 60.0
+    assert sum(joint.parameters.shares) == pytest.approx(1.0, rel=1e-12)
+    assert min(joint.parameters.shares) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"shares": [0.5, 0.5, 0.5, 0.5]}, "their sum is 2, not one"),
+        ({"displacements": [1e-3, 1e-3, 2e-3, 3e-3]}, "they must ascend strictly"),
+        ({"displacements": [1e-3, 2e-3, 3e-3]}, "at least 4 items"),
+        ({"coulomb": 0.0}, "coulomb = 0 N m is not allowed"),
+        ({"stribeck_shape": 0.7}, "stribeck_shape = 0.7 is not allowed for a joint of the kind 'maxwell'"),
+        ({"solver_period": 0.02}, "solver_period = 0.02 s is too long"),
+    ],
+)
+def test_wrong_value_is_refused(changes, message):
+    with pytest.raises(ValidationError, match=message):
+        model(**changes)
