@@ -30,6 +30,7 @@ from .interface import planned_inputs as planned_inputs
 from .interface import present_inertia as present_inertia
 from .interface import step as step
 from .interface import with_feedforward as with_feedforward
+from .interface import with_realised_torque as with_realised_torque
 from .interface import with_velocity as with_velocity
 from .interface import without_estimates as without_estimates
 from .interface import write_estimates as write_estimates
