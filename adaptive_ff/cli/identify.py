@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_current, read_columns, warn_of_degrees
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -54,6 +54,10 @@ def identify_command(
     torque_delay: Annotated[
         float, typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held.")
     ] = 0.0,
+    torque_constant: Annotated[
+        float | None,
+        typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
+    ] = None,
     model: Annotated[
         str,
         typer.Option(
@@ -75,6 +79,9 @@ def identify_command(
     drawn = picture_formats(formats)
     scales = read_scales(scale or [])
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
+    if torque_constant is not None:
+        scales[columns["torque"]] = torque_constant * scales.get(columns["torque"], 1.0)
+    warn_of_degrees(columns, scales)
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)
     with places(out, json) as (stage, beside):
@@ -85,6 +92,7 @@ def identify_command(
             validation=other,
             torque_delay=torque_delay,
             linear=linear,
+            is_current=torque_constant is None and is_current(columns["torque"]) and not scales,
             model=model,
         )
         refused = _write_scenario(found, stage)

@@ -37,7 +37,7 @@ def _assumed_way(scenario: Scenario) -> float:
 
 
 def make_maxwell_adaptive(
-    scenario: Scenario, rate: float = 0.6, reaches: tuple[float, ...] = REACHES
+    scenario: Scenario, rate: float = 1.0, reaches: tuple[float, ...] = REACHES
 ) -> LearntFeedforward:
     """Make an adaptive Maxwell-slip compensation; the rate is a share of the feedback's crossover."""
     return LearntFeedforward(
@@ -51,7 +51,7 @@ def make_maxwell_adaptive(
     )
 
 
-def make_radial_basis(scenario: Scenario, rate: float = 3.0, lag: float = 1.0) -> LearntFeedforward:
+def make_radial_basis(scenario: Scenario, rate: float = 6.0, lag: float = 2.0) -> LearntFeedforward:
     """Make a radial-basis feedforward; rate and lag are in units of the feedback's crossover and time constant."""
     response = response_time(scenario)
     return LearntFeedforward(
@@ -86,7 +86,7 @@ def cycle_of(scenario: Scenario) -> int:
     return 0
 
 
-def make_repetitive(scenario: Scenario, gain: float = 0.7, lead: float = 0.5) -> Repetitive:
+def make_repetitive(scenario: Scenario, gain: float = 0.9, lead: float = 0.5) -> Repetitive:
     """Make a repetitive feedforward; the lead is in time constants of the feedback."""
     period, cycle = scenario.sampling.period, cycle_of(scenario)
     samples = math.ceil(lead * response_time(scenario) / period + scenario.assumed_delay - 1e-9)

@@ -9,6 +9,7 @@ friction that depends on the position as far as it does not change its sign with
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adaptive_ff.logs.derivatives import Array
 from controllers import compiled
@@ -89,7 +90,7 @@ class OpenLoopModel(NamedTuple):
     high: float
     force: Array
 
-    def errors(self, record: Record, starts: Array, length: int) -> Array:
+    def errors(self, record: Record, starts: NDArray[np.int64], length: int) -> Array:
         """Return simulated minus measured position, shape (starts, length), from each start for so many samples."""
         curves = [
             Stribeck(self.coulomb, self.coulomb, self.viscous + side * self.viscous_asymmetry, SOME_VELOCITY, 1.0)

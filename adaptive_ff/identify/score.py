@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.filtering import uniform
@@ -125,7 +126,7 @@ def score_log(train: Log, test: Log, *, linear: bool = False, progress: Callable
     InputError
         A log has no position, a defect, or does not determine a joint.
     """
-    records = [_record(log) for log in (train, test)]
+    records = [_record(log, linear=linear) for log in (train, test)]
     found = identify_log(train, held_out=0.0, linear=linear, model="offset")
     start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
     offset = found.selection.chosen.values.get("offset", 0.0)
@@ -164,7 +165,7 @@ def _judge(
         fit=100.0 * (1.0 - _rms(whole[SETTLING:]) / float(np.std(other.position[SETTLING:]))),
         windows=_rms(model.errors(other, starts, window)[:, SETTLING:]),
         training_rms=_rms(model.errors(training, np.array([0]), training.position.size)[0, SETTLING:]),
-        time=other.period * np.arange(other.position.size),
+        time=other.period * np.arange(other.position.size, dtype=np.float64),
         measured=other.position,
         simulated=other.position + whole,
         linear=linear,
@@ -175,11 +176,11 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _record(log: Log) -> Record:
+def _record(log: Log, *, linear: bool) -> Record:
     """Return a log on a uniform grid, with velocities to start from."""
     if log.position is None:
         raise InputError(f"{log.name}: a score takes a position, which is what the simulation is compared with")
-    prepared = prepare(log)
+    prepared = prepare(log, linear=linear)
     if len(prepared.pieces) != 1 or prepared.skipped:
         reason = prepared.skipped[0].reason if prepared.skipped else "it has several pieces"
         raise InputError(f"{log.name}: an open-loop simulation takes a log without defect; {reason}")
@@ -199,7 +200,9 @@ def _model(values: Array, record: Record) -> OpenLoopModel:
     return OpenLoopModel(inertia, max(coulomb, 0.0), viscous, asymmetry, low, high, values[4:].copy())
 
 
-def _train(begin: OpenLoopModel, record: Record, starts: Array, length: int, *, by_direction: bool) -> OpenLoopModel:
+def _train(
+    begin: OpenLoopModel, record: Record, starts: NDArray[np.int64], length: int, *, by_direction: bool
+) -> OpenLoopModel:
     """Fit a model to open-loop simulations from each start, by steps of Gauss and Newton that lower the error."""
     values = np.concatenate([[getattr(begin, name) for name in FIRST], begin.force])
     scale = np.abs(values) + 0.01 * np.max(np.abs(values[1:3]))

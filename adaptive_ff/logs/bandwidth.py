@@ -24,7 +24,7 @@ NOISE_SHARE = 0.02
 its coefficient towards zero by about that share."""
 
 COARSE = 0.05
-"""Velocity of one step of a lattice in a sample, over the root mean square, from which on a position counts as coarse."""
+"""Velocity of one step of a lattice in a sample, over the root mean square, from which a position counts as coarse."""
 
 BULK_TIMES = 8.0
 """Frequency up to which power counts as that of the motion, over the one that has nearly all of its displacement."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+import adaptive_ff
 from adaptive_ff import load_scenario, run_in_c, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.export.buffer import state_to_bytes
@@ -16,7 +17,7 @@ from benchmarks.export.rows import Row, skipped
 from benchmarks.export.variants import SEED, variants
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3")
-SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
+SCENARIOS = Path(adaptive_ff.__file__).parent / "comparison" / "matrix" / "scenarios"
 TARGET = "0 of all"
 
 
