@@ -24,7 +24,7 @@ PART = 20_000
 """Samples between two reports of progress."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A run and its time series.
 
@@ -73,6 +73,11 @@ class Run:
     position_error: NDArray[np.float64] | None = None
     position_metrics: PositionMetrics | None = None
     monitors: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Return what was run and its settled error in one line."""
+        settled = self.metrics.rms_error_settled
+        return f"Run({self.name!r}, {self.solver_time[-1]:g} s, settled rms error {settled:.3g} rad/s)"
 
     @property
     def final_estimates(self) -> dict[str, float]:
