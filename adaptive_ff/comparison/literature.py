@@ -1,9 +1,9 @@
 """Rivals from the literature of friction and from practice, made for a scenario.
 
 What their sources leave open did best in ``python -m benchmarks.tuning``, on other joints and seeds, but for two rates
-of learning. The fastest ones of that search, where no drive has a delay, do not hold: ``radial_basis`` gets unstable with a
-delay of one period from a rate of 3 on, and ``maxwell_adaptive`` takes long to recover from saturation from a rate of
-0.6 on. The next slower rate of the search is chosen, which costs 10 to 30 % of error there.
+of learning. The fastest of that search, where no drive has a delay, do not hold: ``radial_basis`` gets unstable with a
+delay of one period from a rate of 3 on, and ``maxwell_adaptive`` takes long to recover from saturation from some rate
+between 0.3 and 1 on. A slower rate of the search is chosen.
 """
 
 import math
