@@ -25,10 +25,10 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.model.feedforward import FeedforwardState, ahead
-from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
     ESTIMATES,
     STEPS,
+    Controller,
     Inputs,
     Output,
     PIParameters,
@@ -186,7 +186,7 @@ STEPS[LearntParameters] = step_learnt
 ESTIMATES[LearntParameters] = without_estimates
 
 
-class LearntFeedforward(IdentifyingController):
+class LearntFeedforward(Controller):
     """``u = PI(e) + J dr/dt + sigma r + offset + sum w_i phi_i``, weights by gradient from the feedback torque.
 
     Give reaches for an adaptive Maxwell-slip compensation, centres for a radial-basis one, or both.
@@ -217,8 +217,6 @@ class LearntFeedforward(IdentifyingController):
     ValueError
         A value is out of range.
     """
-
-    estimate_names = ()
 
     def __init__(
         self,

@@ -17,10 +17,10 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
     ESTIMATES,
     STEPS,
+    Controller,
     Inputs,
     Output,
     PIParameters,
@@ -120,7 +120,7 @@ STEPS[RepetitiveParameters] = step_repetitive
 ESTIMATES[RepetitiveParameters] = without_estimates
 
 
-class Repetitive(IdentifyingController):
+class Repetitive(Controller):
     """``u = PI(e) + J dr/dt + m``, ``m(p) += gain (Q u_fb)(p + lead)``: repetitive learning of a periodic motion.
 
     Parameters
@@ -145,8 +145,6 @@ class Repetitive(IdentifyingController):
     ValueError
         A value is out of range.
     """
-
-    estimate_names = ()
 
     def __init__(
         self,

@@ -70,7 +70,7 @@ def test_weights_move_along_the_last_features_as_the_normalised_gradient_says():
     scale = np.array([20.0, 100.0, 50.0, 50.0])  # inertia, share of the gain, gain times Vs
     step = (1.0 - math.exp(-0.05)) * scale**2 * features * 1000.0 * 0.002 / np.sum((scale * features) ** 2)
     assert controller.state.weights - before == pytest.approx(step, rel=1e-9)
-    controller.enabled = False
+    controller.state = controller.state._replace(enabled=False)
     held = controller.state.weights.copy()
     controller.step(0.12, 0.1, next_reference=0.13)
     assert np.array_equal(controller.state.weights, held)
