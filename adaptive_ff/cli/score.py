@@ -25,10 +25,10 @@ def score_command(
     json: JsonCopy = None,
 ) -> None:
     """Train a model on one log and simulate another one from its torque alone, in open loop."""
+    from adaptive_ff.files import write_result
     from adaptive_ff.identify.open_loop import follow
     from adaptive_ff.identify.score import score_log
     from adaptive_ff.logs.columns import read_scales
-    from adaptive_ff.files import write_result
 
     columns = chosen_columns(train, time, period, position, None, torque, known_torque)
     scales = read_scales(scale or [])
