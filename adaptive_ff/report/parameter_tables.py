@@ -7,7 +7,6 @@ from rich.table import Table
 
 from adaptive_ff.identify.result import LogIdentification
 
-
 ALWAYS = ("friction_lag", "stiction")
 """Parameters that are shown even where the model does without them."""
 
