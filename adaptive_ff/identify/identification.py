@@ -86,9 +86,8 @@ def identify_log(
     Returns
     -------
     LogIdentification
-        Parameters with intervals, errors of fit and validation, and a verdict. In simulations with correlated noise
-        and some hundred reversals, 95 % intervals held the truth in 89 to 96 %; with less than ten reversals they are
-        too narrow by up to a half. None covers what the model lacks.
+        Parameters with intervals, errors of fit and validation, and a verdict. How often the intervals hold the truth
+        on synthetic logs is printed by ``python -m benchmarks.coverage``. None covers what every model lacks.
 
     Raises
     ------
