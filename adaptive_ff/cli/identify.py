@@ -61,8 +61,8 @@ def identify_command(
     model: Annotated[
         str,
         typer.Option(
-            help="Family of models: symmetric, offset, directions, gravity or gravity-directions; auto takes the one "
-            "that says best what it has not seen."
+            help="Family of models: coulomb-viscous, symmetric, offset, directions, gravity or "
+            "gravity-directions; auto takes the one that says best what it has not seen."
         ),
     ] = "auto",
     linear: Linear = False,

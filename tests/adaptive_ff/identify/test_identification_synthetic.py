@@ -182,7 +182,9 @@ def test_gravity_is_a_term_where_the_position_is_known():
     assert without.fit.rms_error > 3.0 * found.fit.rms_error
     with pytest.raises(InputError, match=r"model = 'gravity' is not allowed: gravity takes the position"):
         identify_log(heavy, model="gravity", linear=True)
-    with pytest.raises(InputError, match=r"model = 'all' is not allowed: it must be auto or one of symmetric, offset"):
+    with pytest.raises(
+        InputError, match=r"model = 'all' is not allowed: it must be auto or one of coulomb-viscous, symmetric"
+    ):
         identify_log(heavy, model="all")
 
 
