@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adaptive_ff.adaptive.command import CommandParameters
-from adaptive_ff.adaptive.estimator import EstimatorParameters, load_count
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.prior import prior_of
 from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state

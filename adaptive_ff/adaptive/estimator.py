@@ -20,7 +20,6 @@ friction lag enters linearly, a column each. The last parameters may be sizes of
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
@@ -33,20 +32,24 @@ from adaptive_ff.adaptive.change_detection import (
     LEAST_ERROR,
     LOAD,
     LONGEST_WAIT,
-    NO_ALARM,
     UNDECIDED,
     Alarm,
-    Surprise,
     attribute_change,
     explained_by_friction,
     forget_friction_in_place,
     forget_offset_in_place,
     note_surprise,
 )
+from adaptive_ff.adaptive.estimator_state import (
+    EstimatorParameters,
+    EstimatorState,
+    Levels,
+    load_count,
+    with_levels,
+)
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
-    initial_resetting_state,
     move_parameter_in_place,
     update_resetting_in_place,
 )
@@ -59,8 +62,8 @@ from adaptive_ff.model.bounds import (
     confine_in_place,
     write_ranges,
 )
-from adaptive_ff.regression.known_loads import advance_loads_in_place, initial_loads, load_torque, write_loads
-from adaptive_ff.regression.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals, TorqueForm, write_regressors
+from adaptive_ff.regression.known_loads import advance_loads_in_place, load_torque, write_loads
+from adaptive_ff.regression.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
 
 FLOOR = 0.2
 """Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
@@ -71,12 +74,6 @@ SMALLEST_FLOOR = 1e-9
 LARGEST_FLOOR = 1e-3
 """Floor of the information where the prediction is far off, as after a change of friction."""
 
-PRIOR = 6e-4
-"""Information at the start, in the same units."""
-
-LAG_PRIOR = 20.0
-"""The same of the friction lag, times that of the others: without reversals it is not identifiable, and stays."""
-
 GUESS = 0.9
 """Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
 
@@ -85,173 +82,6 @@ PEAK_FACTOR = 2.0
 
 SPEED_FACTOR = 3.0
 """A joint this many times faster than its reference ever was is a fault of the measurement; nothing is learnt then."""
-
-
-class EstimatorParameters(NamedTuple):
-    """Parameters of the estimator; constant.
-
-    Attributes
-    ----------
-    form : TorqueForm
-        The regression.
-    first : ndarray, shape (n,)
-        First estimate: inertia, Coulomb friction, stiction, viscous coefficient, friction lag, and the offset and what
-        differs by direction where they are estimated.
-    scale : ndarray, shape (n,)
-        Unit in which each parameter is estimated, of its expected size.
-    torque_scale : float
-        Unit of torque, N m.
-    memory : float
-        Memory, s of sliding motion.
-    ranges : ndarray, shape (n, 2)
-        Least and largest possible value of each parameter before there are data; see ``possible_ranges``.
-    regressors : int
-        How many of the last parameters are sizes of further known regressors.
-    gravity : bool
-        Whether the two parameters before these are those of gravity.
-    gear_ratio : float
-        Measured position and velocity over those of the joint that gravity turns.
-    deviation : ndarray, shape (n,)
-        Standard deviation of the first estimate.
-    given : bool
-        Whether that is the estimate of a model, which no guess replaces.
-    """
-
-    form: TorqueForm
-    first: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    torque_scale: float
-    memory: float
-    ranges: NDArray[np.float64]
-    regressors: int
-    gravity: bool
-    gear_ratio: float
-    deviation: NDArray[np.float64]
-    given: bool
-
-
-class Levels(NamedTuple):
-    """Levels of the signals so far.
-
-    Attributes
-    ----------
-    squared_error : float
-        Fading mean of the squared prediction error, in units of the torque scale squared.
-    torque : float
-        Largest filtered torque, N m.
-    speed : float
-        Largest filtered reference speed, rad/s.
-    learnt : float
-        For how long there has been something to learn from, s.
-    """
-
-    squared_error: float
-    torque: float
-    speed: float
-    learnt: float
-
-
-class Scratch(NamedTuple):
-    """Arrays that a sample is computed in, so that no step allocates memory; they hold nothing between samples.
-
-    Attributes
-    ----------
-    row : ndarray, shape (n + 1 + m,)
-        Regressors, and the derivatives of those of the ``m`` known loads.
-    model_gradient, measured_gradient : ndarray, shape (n,)
-        Scaled gradients of the predicted torque.
-    ranges : ndarray, shape (n, 2)
-        Least and largest possible value of each parameter, with what the data say of friction.
-    """
-
-    row: NDArray[np.float64]
-    model_gradient: NDArray[np.float64]
-    measured_gradient: NDArray[np.float64]
-    ranges: NDArray[np.float64]
-
-
-class EstimatorState(NamedTuple):
-    """State of the estimator; all its arrays are changed in place.
-
-    Attributes
-    ----------
-    recursion : ResettingState
-        Estimate, in the order of the first one, and information matrix of the scaled parameters.
-    agreement : ndarray, shape (n, 2)
-        Fading means of ``z^2`` and ``z x`` of each scaled gradient.
-    levels : Levels
-        Levels of error, torque and speed.
-    surprise : Surprise
-        Short means that a change of friction is noticed from.
-    alarm : Alarm
-        Change that was noticed and has not been attributed yet.
-    loads : ndarray, shape (m, 3)
-        Filters of the regressors of known loads; see ``known_loads``.
-    regressors : ndarray
-        Further known regressors at the present sample; written before each step.
-    scratch : Scratch
-        Scratch.
-    """
-
-    recursion: ResettingState
-    agreement: NDArray[np.float64]
-    levels: Levels
-    surprise: Surprise
-    alarm: Alarm
-    loads: NDArray[np.float64]
-    regressors: NDArray[np.float64]
-    scratch: Scratch
-
-
-@register_jitable(forceinline=True)
-def load_count(estimator: EstimatorParameters) -> int:
-    """Return how many of the last parameters are sizes of known loads."""
-    return estimator.regressors + (2 if estimator.gravity else 0)
-
-
-def known_torque(first: NDArray[np.float64], loads: int) -> float:
-    """Return the torque (N m) that a model knows of: what is found must be able to be as large."""
-    size = first.size - loads
-    constant = abs(first[OFFSET]) if size > OFFSET else 0.0
-    return float(max(first[COULOMB], first[STICTION]) + constant + np.sum(np.abs(first[size:])))
-
-
-def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
-    """Return the state of an estimator that has seen nothing."""
-    size, loads = estimator.first.size, load_count(estimator)
-    information = PRIOR * np.diag((estimator.scale / estimator.deviation) ** 2)
-    information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
-    largest = known_torque(estimator.first, loads) if estimator.given else 0.0
-    return EstimatorState(
-        initial_resetting_state(estimator.first, information),
-        np.zeros((size, 2)),
-        Levels(0.0, largest, 0.0, 0.0),
-        Surprise(0.0, 0.0),
-        NO_ALARM,
-        initial_loads(loads),
-        np.zeros(estimator.regressors),
-        Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
-    )
-
-
-@register_jitable(forceinline=True)
-def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
-    """Return the state with other levels, short means and alarm; it shares the arrays."""
-    return EstimatorState(
-        state.recursion, state.agreement, levels, surprise, alarm, state.loads, state.regressors, state.scratch
-    )
-
-
-@register_jitable(forceinline=True)
-def has_learnt(state: EstimatorState) -> bool:
-    """Return whether the estimator has learnt from any sample."""
-    return state.levels.learnt > 0.0
-
-
-@register_jitable(forceinline=True)
-def may_guess(estimator: EstimatorParameters, state: EstimatorState) -> bool:
-    """Return whether friction may be guessed: nothing was learnt, and no model was given."""
-    return not (estimator.given or has_learnt(state))
 
 
 @register_jitable(forceinline=True)
@@ -359,6 +189,33 @@ def guess_friction_in_place(
 
 
 @register_jitable(forceinline=True)
+def forget_in_place(
+    estimator: EstimatorParameters, recursion: ResettingState, mean: float, alarm: Alarm, share: float
+) -> None:
+    """Forget, but for what the short window holds, what a sudden change is attributed to.
+
+    Parameters
+    ----------
+    estimator : EstimatorParameters
+        The estimator.
+    recursion : ResettingState
+        Estimate and information; the latter is changed in place.
+    mean : float
+        Mean squared friction over the short window, in units of the torque scale squared.
+    alarm : Alarm
+        The change.
+    share : float
+        Length of the short window as a share of the memory.
+    """
+    information, scale, unit = recursion.information, estimator.scale, estimator.torque_scale
+    loads, work = load_count(estimator), recursion.factor
+    if alarm.cause != LOAD:
+        forget_friction_in_place(information, recursion.estimate, scale, mean, unit, share, work, loads)
+    if alarm.cause == LOAD or alarm.cause == EITHER:
+        forget_offset_in_place(information, scale, unit, share, work, loads)
+
+
+@register_jitable(forceinline=True)
 def learn_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,
@@ -427,27 +284,7 @@ def learn_in_place(
     if noticed:
         # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
-        known, share = surprise.friction_squared, window / estimator.memory
-        if alarm.cause != LOAD:
-            forget_friction_in_place(
-                recursion.information,
-                estimate,
-                estimator.scale,
-                known,
-                estimator.torque_scale,
-                share,
-                recursion.factor,
-                load_count(estimator),
-            )
-        if alarm.cause == LOAD or alarm.cause == EITHER:
-            forget_offset_in_place(
-                recursion.information,
-                estimator.scale,
-                estimator.torque_scale,
-                share,
-                recursion.factor,
-                load_count(estimator),
-            )
+        forget_in_place(estimator, recursion, surprise.friction_squared, alarm, window / estimator.memory)
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
     levels = Levels(squared_error, largest_torque, speed, learnt)
     update_resetting_in_place(recursion, floor, keep, error)

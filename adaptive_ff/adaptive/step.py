@@ -23,13 +23,15 @@ from adaptive_ff.adaptive.command import (
 )
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
-    EstimatorParameters,
-    EstimatorState,
     estimated_load,
     follow_loads_in_place,
     guess_friction_in_place,
-    initial_estimator_state,
     learn_in_place,
+)
+from adaptive_ff.adaptive.estimator_state import (
+    EstimatorParameters,
+    EstimatorState,
+    initial_estimator_state,
     load_count,
     may_guess,
 )

@@ -15,7 +15,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
-from adaptive_ff.adaptive.estimator import EstimatorParameters, EstimatorState
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.observer import (
     ObserverParameters,

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.estimator import EstimatorParameters, EstimatorState, initial_estimator_state
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, initial_estimator_state
 from adaptive_ff.model.bounds import FRICTION_LAG
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, make
 
 from adaptive_ff import simulate
-from adaptive_ff.adaptive.estimator import Levels, initial_estimator_state
+from adaptive_ff.adaptive.estimator_state import Levels, initial_estimator_state
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.friction import ESTIMATED
 from adaptive_ff.scenario.truth import true_model
