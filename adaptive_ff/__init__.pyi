@@ -1,4 +1,5 @@
 from .adaptive.controller import AdaptiveController as AdaptiveController
+from .adaptive.group import JointGroup as JointGroup
 from .comparison.baseline import read_baseline as read_baseline
 from .comparison.comparison import Comparison as Comparison
 from .comparison.comparison import compare as compare

@@ -1,5 +1,6 @@
 """What every controller has in common: its kernel's inputs and output, and the thin class around it."""
 
+import copy
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -72,7 +73,7 @@ def planned_inputs(
 
 
 @register_jitable
-def _changed(inputs: Inputs, velocity: float, feedforward: float) -> Inputs:
+def _changed(inputs: Inputs, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
     # the one place that lists all fields: compiled code knows no ``_replace``
     return Inputs(
         inputs.reference,
@@ -80,7 +81,7 @@ def _changed(inputs: Inputs, velocity: float, feedforward: float) -> Inputs:
         inputs.next_reference,
         inputs.correction,
         inputs.position,
-        inputs.realised_torque,
+        realised_torque,
         feedforward,
         inputs.inertia,
         inputs.dt,
@@ -90,13 +91,19 @@ def _changed(inputs: Inputs, velocity: float, feedforward: float) -> Inputs:
 @register_jitable
 def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
     """Return the inputs with a torque (N m) added to their feedforward."""
-    return _changed(inputs, inputs.velocity, inputs.feedforward + torque)
+    return _changed(inputs, inputs.velocity, inputs.realised_torque, inputs.feedforward + torque)
 
 
 @register_jitable
 def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
     """Return the inputs with another velocity (rad/s) in the place of the measured one."""
-    return _changed(inputs, velocity, inputs.feedforward)
+    return _changed(inputs, velocity, inputs.realised_torque, inputs.feedforward)
+
+
+@register_jitable
+def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
+    """Return the inputs with a mean torque (N m) that the drive gave over the last period."""
+    return _changed(inputs, inputs.velocity, torque, inputs.feedforward)
 
 
 @register_jitable
@@ -127,6 +134,18 @@ ESTIMATES: dict[type, Callable[..., Any]] = {}
 """Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
 
 
+class _Monitors(dict[type, Callable[..., Any]]):
+    """Kernels of the classes that have any; the others write nothing."""
+
+    def get(self, block: type, default: Any = None) -> Any:
+        """Return the kernel of a class of parameters."""
+        return super().get(block, without_estimates)
+
+
+MONITORS: dict[type, Callable[..., Any]] = _Monitors()
+"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
+
+
 def _step(block: Any, state: Any, inputs: Inputs) -> Any:
     return STEPS[type(block)](block, state, inputs)
 
@@ -135,11 +154,19 @@ def _write_estimates(block: Any, state: Any, row: Any) -> Any:
     return ESTIMATES[type(block)](block, state, row)
 
 
+def _write_monitors(block: Any, state: Any, row: Any) -> Any:
+    return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
+
+
 step = dispatched(STEPS, _step)
 """One sample of any controller, compiled or not."""
 
 write_estimates = dispatched(ESTIMATES, _write_estimates)
 """Write the physical estimates of any controller into a row of floats."""
+
+
+write_monitors = dispatched(MONITORS, _write_monitors)
+"""Write what any controller watches itself by into a row of floats."""
 
 
 @register_jitable
@@ -171,6 +198,7 @@ class Controller:
     """
 
     estimate_names: tuple[str, ...] = ()
+    monitor_names: tuple[str, ...] = ()
 
     def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
         if not (math.isfinite(period) and period > 0.0):
@@ -261,6 +289,42 @@ class Controller:
         """Take further known regressors for the coming step; a controller that knows none refuses them."""
         raise ValueError(f"regressors is not allowed: {type(self).__name__} has no use for known regressors")
 
+    def take_over(self, torque: float, reference: float, velocity: float, **given: Any) -> None:
+        """Prepare for taking over from a controller that runs, without a jump of the torque.
+
+        The step that comes next with the same arguments returns this torque, but for a torque limit; what was learnt
+        stays. The integral of the feedback makes up for the difference; an adaptive controller begins as its PI loop
+        alone and fades its feedforward in.
+
+        Parameters
+        ----------
+        torque : float
+            Torque that the drive gives now, N m.
+        reference, velocity : float
+            Planned and measured velocity now, rad/s.
+        **given
+            Other arguments of :meth:`step`.
+
+        Raises
+        ------
+        ValueError
+            The torque or the velocity is not finite, or the controller has no integral.
+        """
+        torque, velocity = _finite("torque", torque), _finite("velocity", velocity)
+        if not feedback_state(self.parameters).integral > 0.0:
+            raise ValueError("integral = 0 is not allowed for a takeover: it must be positive to hold the torque")
+        self._prepare(float(reference), torque)
+        feedback = feedback_state(self.state)
+        started = feedback._replace(commands=(torque,) * len(feedback.commands), samples=0)
+        begun = with_feedback_state(copy.deepcopy(self.state), started)
+        self.state = copy.deepcopy(begun)
+        self.step(reference, velocity, **given)
+        missing = torque - feedback_state(self.state).commands[0]
+        self.state = with_feedback_state(begun, started._replace(integral=started.integral + missing))
+
+    def _prepare(self, reference: float, torque: float) -> None:
+        """Forget what the last motion left in filters, before a takeover at a reference (rad/s) and a torque (N m)."""
+
     def reset(self) -> None:
         """Return to the state of a new controller; estimates are forgotten."""
         self.state = self._initial_state(self.parameters)
@@ -318,6 +382,13 @@ def feedback_state(state: Any) -> Any:
     while hasattr(state, "feedback"):
         state = state.feedback
     return state
+
+
+def with_feedback_state(state: Any, feedback: Any) -> Any:
+    """Return a controller's state with another state of its innermost feedback loop."""
+    if not hasattr(state, "feedback"):
+        return feedback
+    return state._replace(feedback=with_feedback_state(state.feedback, feedback))
 
 
 def _finite(name: str, value: float) -> float:

@@ -4,20 +4,23 @@
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adaptive_ff.adaptive.estimator import EstimatorParameters
-from adaptive_ff.adaptive.observer import ObserverParameters
-from adaptive_ff.adaptive.step import AdaptiveParameters, initial_adaptive_state
+from adaptive_ff.adaptive.command import CommandParameters
+from adaptive_ff.adaptive.estimator import EstimatorParameters, load_count
+from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
+from adaptive_ff.adaptive.prior import prior_of
+from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
-from adaptive_ff.model.bounds import INERTIA, largest_lag, possible_ranges
-from adaptive_ff.model.friction import ESTIMATED, FURTHER, WITH_OFFSET
+from adaptive_ff.model.bounds import largest_lag
+from adaptive_ff.model.feedforward import FeedforwardState
+from adaptive_ff.model.friction import ESTIMATED, FURTHER, WITH_OFFSET, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
-from adaptive_ff.regression.torque_form import TorqueForm
+from adaptive_ff.regression.torque_form import FILTER_TORQUE, TorqueForm, initial_signals
 from controllers import check_gains, check_positive
 
 if TYPE_CHECKING:
@@ -32,22 +35,8 @@ GATE_HOLD = 3.0
 MEMORY = 320.0
 """Default memory, in geometric means of the sampling period and the time constant of the filters."""
 
-VISCOUS_SHARE = 0.2
-"""Unit of the viscous coefficient, as a share of the proportional gain."""
-
-
-LAG_UNIT = 0.01
-"""Least unit of the friction lag, s: the time constant of a fast loop would be too small a unit to find the lag in."""
-
-ONE_SIDED_SHARE = 0.1
-"""Units of the offset and of what differs by direction, as a share of those of friction itself.
-
-Until the joint has moved both ways, the offset and Coulomb friction are one number; the smaller unit, the less of it is
-taken for an offset. With equal units the first seconds were worse than with the five parameters of a symmetric joint.
-"""
-
-LOAD_SHARE = 1.0
-"""Unit of the sizes of known loads, gravity among them, as a share of that of friction."""
+DEVIATION = 0.2
+"""How sure a first model is where nothing else is said, as a share of each of its values."""
 
 MOST_REGRESSORS = 20
 """Most further regressors: with some 25 columns and more, all of them are learnt worse."""
@@ -85,6 +74,10 @@ def adaptive_parameters(
     tunes_lag: bool,
     regressors: int,
     gear_ratio: float,
+    model: TorqueModel | Mapping[str, float] | None = None,
+    deviation: float | Mapping[str, float] = DEVIATION,
+    torque_limit: float = math.inf,
+    feedforward_includes_inertia: bool = False,
 ) -> tuple[tuple[str, ...], AdaptiveParameters]:
     """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
 
@@ -111,32 +104,29 @@ def adaptive_parameters(
         raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
     if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
         raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
-    torque_scale, response, slope = (
-        proportional * stribeck_velocity,
-        inertia / proportional,
-        VISCOUS_SHARE * proportional,
+    if not torque_limit > 0.0:
+        raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
+    prior, ranges = prior_of(
+        named,
+        inertia=float(inertia),
+        proportional=float(proportional),
+        stribeck=(float(stribeck_velocity), float(stribeck_shape)),
+        largest_lag=largest_lag(inertia / proportional),
+        model=model,
+        deviation=deviation,
     )
-    units = {
-        "inertia": inertia,
-        "coulomb": torque_scale,
-        "stiction": torque_scale,
-        "viscous": slope,
-        "friction_lag": max(response, LAG_UNIT),
-        "offset": ONE_SIDED_SHARE * torque_scale,
-        "stiction_asymmetry": ONE_SIDED_SHARE * torque_scale,
-        "viscous_asymmetry": ONE_SIDED_SHARE * slope,
-    }
-    first = {"inertia": inertia, "friction_lag": response}
     estimator = EstimatorParameters(
         TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-        np.array([first.get(name, 0.0) for name in named]),
-        np.array([units.get(name, LOAD_SHARE * torque_scale) for name in named]),
-        float(torque_scale),
+        prior.first,
+        prior.scale,
+        float(proportional * stribeck_velocity),
         float(memory),
-        possible_ranges(inertia, largest_lag(response), len(named)),
-        regressors,
+        ranges,
+        int(regressors),
         has_gravity(names),
         float(gear_ratio),
+        prior.deviation,
+        prior.given,
     )
     return named, AdaptiveParameters(
         feedback,
@@ -146,11 +136,39 @@ def adaptive_parameters(
         float(velocity_lag),
         float(period),
         bool(tunes_lag),
+        CommandParameters(float(torque_limit), bool(feedforward_includes_inertia)),
     )
 
 
 class AdaptiveBase(IdentifyingController):
     """What the adaptive controllers share: reading what has been learnt, and taking further regressors."""
+
+    @property
+    def feedforward_enabled(self) -> bool:
+        """Whether what is identified is fed forward; it is faded in and out, and identification goes on."""
+        return bool(self.state.command.feedforward_enabled)
+
+    @feedforward_enabled.setter
+    def feedforward_enabled(self, value: bool) -> None:
+        self.state = self.state._replace(command=self.state.command._replace(feedforward_enabled=bool(value)))
+
+    def _prepare(self, reference: float, torque: float) -> None:
+        block, state = self.parameters, self.state
+        model = identified_model(block, state)
+        friction = 0.0 if reference == 0.0 else directed_friction(model, abs(reference), reference)
+        count = block.estimator.first.size - load_count(block.estimator)
+        measured = initial_signals(count)
+        measured.filters[FILTER_TORQUE, 0] = torque
+        self.state = state._replace(
+            feedforward=FeedforwardState(friction, reference, True),
+            measured=measured,
+            model=initial_signals(count),
+            sliding=-block.hold,
+            lagged_torque=torque,
+            model_torques=(friction,) * len(state.model_torques),
+            known_torques=(0.0,) * len(state.known_torques),
+            command=state.command._replace(share=0.0),  # the integral holds the torque; what is fed fades in
+        )
 
     def _take_regressors(self, regressors: Sequence[float]) -> None:
         place = self.state.estimator.regressors
@@ -272,6 +290,18 @@ class AdaptiveController(AdaptiveBase):
     gear_ratio : float, optional
         Position and velocity as they are given over those of the joint that gravity turns: that of the gear where they
         are the motor's, negative where the gear reverses the direction.
+    model : TorqueModel or mapping, optional
+        First estimate, from a data sheet, an identification, or the ``estimates`` of another controller, instead of a
+        frictionless joint; fed forward from the first sample. A mapping may hold gravity as well.
+    deviation : float or mapping, optional
+        How sure that is: standard deviation as a share of each value, or in its unit for each name. It weighs for a
+        few memories.
+    torque_limit : float, optional
+        Largest torque that is commanded, N m; what it cut off then counts as not realised without being reported.
+    feedforward_includes_inertia : bool, optional
+        Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
+        ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then
+        identified as ever, and fed once.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
         delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
@@ -294,6 +324,8 @@ class AdaptiveController(AdaptiveBase):
     0.0
     """
 
+    monitor_names = ("trust", "observer_gain", "observer_torque")
+
     def __init__(
         self,
         proportional: float,
@@ -311,6 +343,10 @@ class AdaptiveController(AdaptiveBase):
         tunes_lag: bool = True,
         regressors: int = 0,
         gear_ratio: float = 1.0,
+        model: TorqueModel | Mapping[str, float] | None = None,
+        deviation: float | Mapping[str, float] = DEVIATION,
+        torque_limit: float = math.inf,
+        feedforward_includes_inertia: bool = False,
         observer_bandwidth: float | None = None,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
@@ -328,10 +364,19 @@ class AdaptiveController(AdaptiveBase):
             tunes_lag=tunes_lag,
             regressors=regressors,
             gear_ratio=gear_ratio,
+            model=model,
+            deviation=deviation,
+            torque_limit=torque_limit,
+            feedforward_includes_inertia=feedforward_includes_inertia,
         )
-        pole = _observer_pole(block, observer_bandwidth)
+        pole = _observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
         super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)
+
+    def _prepare(self, reference: float, torque: float) -> None:
+        super()._prepare(reference, torque)
+        begun = initial_observer(self.parameters.feedback)._replace(noise=self.state.observer.noise)
+        self.state = self.state._replace(observer=begun)
 
     @property
     def trust(self) -> float:
@@ -349,8 +394,8 @@ class AdaptiveController(AdaptiveBase):
         return float(self.state.observer.disturbance)
 
 
-def _observer_pole(block: AdaptiveParameters, bandwidth: float | None) -> float:
-    crossover = block.feedback.proportional / float(block.estimator.first[INERTIA])
+def _observer_pole(block: AdaptiveParameters, inertia: float, bandwidth: float | None) -> float:
+    crossover = block.feedback.proportional / inertia
     if bandwidth is None:
         # a delay of d samples costs the observer's loop the phase that it costs the feedback once more
         return crossover / (1.0 + 2.0 * block.feedback.delay * block.period * crossover)

@@ -111,6 +111,10 @@ class EstimatorParameters(NamedTuple):
         Whether the two parameters before these are those of gravity.
     gear_ratio : float
         Measured position and velocity over those of the joint that gravity turns.
+    deviation : ndarray, shape (n,)
+        Standard deviation of the first estimate.
+    given : bool
+        Whether that is the estimate of a model, which no guess replaces.
     """
 
     form: TorqueForm
@@ -119,9 +123,11 @@ class EstimatorParameters(NamedTuple):
     torque_scale: float
     memory: float
     ranges: NDArray[np.float64]
-    regressors: int = 0
-    gravity: bool = False
-    gear_ratio: float = 1.0
+    regressors: int
+    gravity: bool
+    gear_ratio: float
+    deviation: NDArray[np.float64]
+    given: bool
 
 
 class Levels(NamedTuple):
@@ -203,15 +209,23 @@ def load_count(estimator: EstimatorParameters) -> int:
     return estimator.regressors + (2 if estimator.gravity else 0)
 
 
+def known_torque(first: NDArray[np.float64], loads: int) -> float:
+    """Return the torque (N m) that a model knows of: what is found must be able to be as large."""
+    size = first.size - loads
+    constant = abs(first[OFFSET]) if size > OFFSET else 0.0
+    return float(max(first[COULOMB], first[STICTION]) + constant + np.sum(np.abs(first[size:])))
+
+
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     """Return the state of an estimator that has seen nothing."""
     size, loads = estimator.first.size, load_count(estimator)
-    information = PRIOR * np.eye(size)
+    information = PRIOR * np.diag((estimator.scale / estimator.deviation) ** 2)
     information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
+    largest = known_torque(estimator.first, loads) if estimator.given else 0.0
     return EstimatorState(
         initial_resetting_state(estimator.first, information),
         np.zeros((size, 2)),
-        Levels(0.0, 0.0, 0.0, 0.0),
+        Levels(0.0, largest, 0.0, 0.0),
         Surprise(0.0, 0.0),
         NO_ALARM,
         initial_loads(loads),
@@ -232,6 +246,12 @@ def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm
 def has_learnt(state: EstimatorState) -> bool:
     """Return whether the estimator has learnt from any sample."""
     return state.levels.learnt > 0.0
+
+
+@register_jitable(forceinline=True)
+def may_guess(estimator: EstimatorParameters, state: EstimatorState) -> bool:
+    """Return whether friction may be guessed: nothing was learnt, and no model was given."""
+    return not (estimator.given or has_learnt(state))
 
 
 @register_jitable(forceinline=True)

@@ -12,6 +12,15 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.command import (
+    CommandParameters,
+    CommandState,
+    fade,
+    inertia_torque,
+    initial_command_state,
+    limited,
+    machine_inputs,
+)
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     EstimatorParameters,
@@ -19,10 +28,10 @@ from adaptive_ff.adaptive.estimator import (
     estimated_load,
     follow_loads_in_place,
     guess_friction_in_place,
-    has_learnt,
     initial_estimator_state,
     learn_in_place,
     load_count,
+    may_guess,
 )
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,
@@ -76,6 +85,10 @@ Block = Any
 """Parameters or state of kernels that serve the supervised controller too: its tuples have these fields and more."""
 
 
+GUESS_HOLD = 0.5
+"""Time for which the joint must have been sliding for a guess of its friction, in holds of the gate."""
+
+
 class AdaptiveParameters(NamedTuple):
     """Parameters of the adaptive controller.
 
@@ -95,6 +108,8 @@ class AdaptiveParameters(NamedTuple):
         Nominal period, s.
     tunes_lag : bool
         Whether the lag of the feedforward is tuned by the tracking error.
+    command : CommandParameters
+        What stands between the controller and the machine.
     """
 
     feedback: PIParameters
@@ -104,6 +119,7 @@ class AdaptiveParameters(NamedTuple):
     velocity_lag: float
     period: float
     tunes_lag: bool
+    command: CommandParameters
 
 
 class AdaptiveState(NamedTuple):
@@ -132,6 +148,8 @@ class AdaptiveState(NamedTuple):
         State of the tuning of the feedforward's lag.
     enabled : bool
         Whether the estimates adapt.
+    command : CommandState
+        How much of the feedforward is fed.
     """
 
     feedback: PIState
@@ -145,6 +163,7 @@ class AdaptiveState(NamedTuple):
     known_torques: tuple[float, ...]
     timing: TimingState
     enabled: bool
+    command: CommandState
 
 
 def initial_adaptive_state(block: Block) -> AdaptiveState:
@@ -162,6 +181,7 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
         delay_line(block.feedback.delay),
         initial_timing_state(block.feedback, float(block.estimator.first[FRICTION_LAG])),
         True,
+        initial_command_state(),
     )
 
 
@@ -289,7 +309,7 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs) -> Period:
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
     timing = state.timing
-    if block.tunes_lag:
+    if block.tunes_lag and state.command.share == 1.0:
         timing = tune_lag(block, state, inputs)
     return Period(measured, model, lagged_torque, sliding, timing)
 
@@ -307,7 +327,9 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     old = fed_model(block, estimator, timing.lag)
     before, old_friction, feedforward = step_model(block, old, estimator, state.feedforward, inputs)
     learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
-    if not (state.enabled and (learns or (math.isfinite(inputs.velocity) and not has_learnt(estimator)))):
+    # a joint that a brake clamps does not move, and what it takes is not friction
+    guesses = period.sliding > GUESS_HOLD * block.hold and may_guess(block.estimator, estimator)
+    if not (state.enabled and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
     if learns:
@@ -325,16 +347,29 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
 
 
 @register_jitable(forceinline=True)
+def given_inertia_torque(block: Block, state: Block, inputs: Inputs) -> float:
+    """Return the torque (N m) of the inertia along the plan that is part of the torque known from elsewhere."""
+    if not block.command.includes_inertia:
+        return 0.0
+    first, delay = block.estimator.first[INERTIA], block.feedback.delay
+    return inertia_torque(first, state.feedforward, inputs, block.period, delay)
+
+
+@register_jitable(forceinline=True)
 def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback.
 
     The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
     """
+    given = given_inertia_torque(block, state, inputs)
+    inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
+    command = fade(state.command, inputs.dt)
     period = end_period_in_place(block, state, inputs)
     fed = learn_and_feed_in_place(block, state, period, inputs)
-    feedback = hand_over(block.feedback, state.feedback, fed.torque - fed.old_torque)
-    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, fed.torque))
-    return output, AdaptiveState(
+    feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
+    torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade
+    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
+    return Output(limited(output.torque, block.command.torque_limit), output.feedforward), AdaptiveState(
         feedback,
         fed.feedforward,
         period.measured,
@@ -346,6 +381,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         remember(state.known_torques, inputs.feedforward),
         note_friction(fed.timing, state.feedforward.friction, fed.feedforward.friction, fed.timing.lag, block.period),
         state.enabled,
+        command,
     )
 
 

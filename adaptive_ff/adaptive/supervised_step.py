@@ -14,6 +14,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.estimator import EstimatorParameters, EstimatorState
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.observer import (
@@ -28,6 +29,7 @@ from adaptive_ff.adaptive.observer import (
 from adaptive_ff.adaptive.step import (
     Fed,
     end_period_in_place,
+    given_inertia_torque,
     initial_adaptive_state,
     learn_and_feed_in_place,
     write_adaptive,
@@ -38,6 +40,7 @@ from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.regression.torque_form import Signals
 from controllers import (
     ESTIMATES,
+    MONITORS,
     STEPS,
     Inputs,
     Output,
@@ -73,6 +76,8 @@ class SupervisedParameters(NamedTuple):
         Nominal period, s.
     tunes_lag : bool
         Whether the lag of the feedforward is tuned by the tracking error.
+    command : CommandParameters
+        What stands between the controller and the machine.
     observer : ObserverParameters
         The observer.
     """
@@ -84,6 +89,7 @@ class SupervisedParameters(NamedTuple):
     velocity_lag: float
     period: float
     tunes_lag: bool
+    command: CommandParameters
     observer: ObserverParameters
 
 
@@ -110,6 +116,8 @@ class SupervisedState(NamedTuple):
         State of the tuning of the feedforward's lag.
     enabled : bool
         Whether the estimates adapt.
+    command : CommandState
+        How much of the feedforward is fed, and of the observer.
     observer : ObserverState
         State of the observer.
     trust : TrustState
@@ -127,6 +135,7 @@ class SupervisedState(NamedTuple):
     known_torques: tuple[float, ...]
     timing: TimingState
     enabled: bool
+    command: CommandState
     observer: ObserverState
     trust: TrustState
 
@@ -159,7 +168,7 @@ def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -
         block.velocity_lag,
         observer.response.velocity,
         inputs.reference,
-        valid and started,
+        valid and started and state.command.share == 1.0,  # what is not fed tells nothing
         inputs.dt,
     )
     return observer, trust
@@ -176,6 +185,9 @@ def step_supervised(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs
 ) -> tuple[Output, SupervisedState]:
     """Do one sample: observe, learn, feed forward what is trusted and what is observed; then feedback."""
+    given = given_inertia_torque(block, state, inputs)
+    inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
+    command = fade(state.command, inputs.dt)
     observer, trust = watch(block, state, inputs)
     period = end_period_in_place(block, state, inputs)
     fed = learn_and_feed_in_place(block, state, period, inputs)
@@ -183,16 +195,17 @@ def step_supervised(
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory)
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
-    gain = min(observer_gain(block.observer, observer, block.feedback, inertia), bound)
+    gain = command.share * min(observer_gain(block.observer, observer, block.feedback, inertia), bound)
     torque = fed_torque(fed, share)
-    change = torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction)
+    change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
+    torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
     observer, leaves = hand_over_to_observer(
         observer, change, gain, torque + inputs.feedforward, state.feedback.integral
     )
     feedback = hand_over(block.feedback, state.feedback, leaves)
     output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque + gain * observer.disturbance))
     tuned = max(share, LEAST_TRUST)
-    return Output(output.torque, inputs.feedforward + torque), SupervisedState(
+    return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
         feedback,
         fed.feedforward,
         period.measured,
@@ -210,6 +223,7 @@ def step_supervised(
             block.period,
         ),
         state.enabled,
+        command,
         observer,
         with_friction(trust, share, fed.friction),
     )
@@ -221,5 +235,14 @@ def write_supervised(block: SupervisedParameters, state: SupervisedState, row: N
     write_adaptive(block, state, row)
 
 
+@register_jitable(forceinline=True)
+def write_supervision(block: SupervisedParameters, state: SupervisedState, row: NDArray[np.float64]) -> None:
+    """Write trust, observer gain and observed torque that is fed back (N m) into a row."""
+    row[0] = state.trust.trust
+    row[1] = state.observer.gain
+    row[2] = state.observer.gain * state.observer.disturbance
+
+
 STEPS[SupervisedParameters] = step_supervised
 ESTIMATES[SupervisedParameters] = write_supervised
+MONITORS[SupervisedParameters] = write_supervision

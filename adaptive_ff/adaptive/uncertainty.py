@@ -80,15 +80,18 @@ def assess(estimator: EstimatorParameters, state: EstimatorState, period: float)
     size, memory = state.recursion.estimate.size, estimator.memory
     missing = math.exp(-state.levels.learnt / memory)
     if missing == 1.0:
-        return Confidence(estimator.scale.copy(), np.ones(size), np.ones(size), np.zeros(size))
+        share = estimator.deviation / estimator.scale
+        return Confidence(estimator.deviation.copy(), share, share.copy(), np.zeros(size))
+    # the prior fades with the memory, to that of a unit
+    prior = 1.0 + missing * ((estimator.scale / estimator.deviation) ** 2 - 1.0)
     start = missing * initial_estimator_state(estimator).recursion.information
     above = state.recursion.information - start
     floor = min(float(np.min(np.diag(above) - state.agreement[:, 0])), float(np.linalg.eigvalsh(above)[0]))
     own = start + max(floor, 0.0) * np.eye(size)
     data = state.recursion.information - own
     level = max(mean_squared_error(estimator, state) * period * (1.0 + missing) / (2.0 * memory), SMALLEST_LEVEL)
-    together = np.sqrt(np.diag(level * np.linalg.inv(data + level * np.eye(size))))
-    alone = np.sqrt(level / (np.maximum(np.diag(data), 0.0) + level))
+    together = np.sqrt(np.diag(level * np.linalg.inv(data + level * np.diag(prior))))
+    alone = np.sqrt(level / (np.maximum(np.diag(data), 0.0) + level * prior))
     errors = together * estimator.scale
     errors[FRICTION_LAG] = math.hypot(errors[FRICTION_LAG], period / math.sqrt(12.0))
     shares = np.clip(1.0 - np.diag(np.linalg.solve(state.recursion.information, own)), 0.0, 1.0)

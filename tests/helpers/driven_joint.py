@@ -7,7 +7,7 @@ import numpy as np
 
 from plant import Joint, JointModel
 
-PERIOD, STEPS = 0.01, 5
+PERIOD, STEPS, NOISE = 0.01, 5, 0.002
 
 FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05, "friction_lag": 0.02}
 
@@ -32,18 +32,25 @@ def slope(time):
     return (plan(time + PERIOD) - plan(time)) / PERIOD
 
 
+def noise_at(time):
+    """Noise of the measured velocity at a time."""
+    return float(NOISE * np.random.default_rng(101).standard_normal(round(time / PERIOD) + 1)[-1])
+
+
 def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=None, **given):
     """Move a joint along the plan from one time to another.
 
     ``load(time, position)`` is a torque against the motor's, ``clamped(time)`` tells whether a brake holds the joint;
-    what else is given are functions ``(time, position)`` for the arguments of a step.
+    what else is given are functions ``(time, position)`` for the arguments of a step. The measured velocity is noisy,
+    the same noise at the same time.
     """
     rows = []
+    noise = NOISE * np.random.default_rng(101).standard_normal(round(end / PERIOD))
     for k in range(round(begin / PERIOD), round(end / PERIOD)):
         time, state = k * PERIOD, joint.state
         arguments = {name: value(time, state.position) for name, value in given.items()}
         following = plan(time + PERIOD)
-        torque = controller.step(plan(time), state.velocity, next_reference=following, **arguments)
+        torque = controller.step(plan(time), state.velocity + noise[k], next_reference=following, **arguments)
         rows.append((time, plan(time) - state.velocity, state.position, torque))
         acting = min(max(torque, -limit), limit)
         for _ in range(STEPS):

@@ -40,7 +40,7 @@ def test_where_the_model_holds_the_friction_is_trusted_in_full():
 
 @pytest.fixture(scope="module")
 def absent_and_back():
-    """Trust of a controller that assumes 60 N m of Coulomb friction: on a joint without, then on one with it."""
+    """Trust of a controller that assumes 60 N m of Coulomb friction: on a joint without any, then on one with it."""
     controller = make("adaptive")
     controller.state.estimator.recursion.estimate[COULOMB : STICTION + 1] = 60.0
     controller.enabled = False

@@ -1,0 +1,321 @@
+"""Several adaptive joints as one controller with arrays."""
+
+import json
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.group_step import COLUMNS, step_group, step_joints
+from adaptive_ff.model.friction import IDENTIFIED
+
+if TYPE_CHECKING:
+    from adaptive_ff.report.diagnosis import Diagnosis
+
+Array = NDArray[np.float64]
+
+MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
+"""Inputs that need not be finite, joint by joint: then they are not known."""
+
+
+class JointGroup:
+    """``u_i = PI(e_i) + feedforward_i`` for every joint i: adaptive controllers stepped together, with arrays.
+
+    Each joint is identified on its own. Where it is said which joints precede which, in an arm whose joints turn about
+    parallel axes, gravity is taken at the sum of the angles, and every joint carries the weight of those that follow:
+    their sines and cosines are its further known regressors.
+
+    Parameters
+    ----------
+    joints : mapping of str to AdaptiveController
+        The joints by name, in the order of the arrays. All must have the same period.
+    preceding : mapping of str to sequence of str, optional
+        Names of the joints between the base and each joint; not named, a joint stands on the base.
+
+    Raises
+    ------
+    ValueError
+        There is no joint, periods differ, a name is unknown or precedes itself, or a joint was not made for as many
+        regressors as those that follow make: two for each.
+
+    Examples
+    --------
+    >>> from adaptive_ff import JointGroup
+    >>> from controllers import pi_gains
+    >>> proportional, integral = pi_gains(20.0, 10.0)
+    >>> joint = {"proportional": proportional, "integral": integral, "inertia": 20.0, "stribeck_velocity": 0.05}
+    >>> table = {"period": 0.01, "joints": {"shoulder": joint, "elbow": {**joint, "preceding": ["shoulder"]}}}
+    >>> group = JointGroup.from_table(table)
+    >>> group.step([0.1, 0.2], [0.0, 0.0], position=[0.0, 0.5]).shape
+    (2,)
+    """
+
+    def __init__(
+        self, joints: Mapping[str, AdaptiveController], preceding: Mapping[str, Sequence[str]] | None = None
+    ) -> None:
+        if not joints:
+            raise ValueError("joints = {} is not allowed: there must be one at least")
+        self.joints = dict(joints)
+        self._controllers = tuple(self.joints.values())
+        periods = {controller.period for controller in self._controllers}
+        if len(periods) > 1:
+            raise ValueError(f"periods = {sorted(periods)} are not allowed: all joints must have the same")
+        self.period = periods.pop()
+        self._angles = _angles(tuple(self.joints), preceding or {})
+        carried = self._angles.T - np.eye(len(self.joints))  # row i: which joints joint i carries
+        self._carried = [np.flatnonzero(row) for row in carried]
+        for (name, controller), followers in zip(self.joints.items(), self._carried, strict=True):
+            made_for = controller.parameters.estimator.regressors
+            if preceding is not None and made_for != 2 * followers.size:
+                raise ValueError(
+                    f"{name} has regressors = {made_for}; it must be {2 * followers.size}: a sine and a "
+                    "cosine for each joint that follows"
+                )
+        self._forms_regressors = preceding is not None
+        self._compiled = True
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any]) -> Self:
+        """Make a group from a table, such as a TOML file holds.
+
+        Parameters
+        ----------
+        table : mapping
+            ``period`` (s) and ``joints``, a table for each by name: arguments of :class:`AdaptiveController`, beside
+            them ``identify`` (a key of ``model.IDENTIFIED``, ``"gravity"`` by default) and ``preceding``, names of the
+            joints between the base and this one.
+
+        Raises
+        ------
+        ValueError
+            An entry is missing, unknown or not allowed; the message names the joint.
+        """
+        unknown = set(table) - {"period", "joints"}
+        if unknown:
+            raise ValueError(f"{min(unknown)} is not allowed: a group has period and joints")
+        for name in ("period", "joints"):
+            if name not in table:
+                raise ValueError(f"{name} is missing: a group has period and joints")
+        if not isinstance(table["joints"], Mapping):
+            raise ValueError(f"joints = {table['joints']!r} is not allowed: it must be a table for each joint")
+        entries = {name: dict(entry) for name, entry in table["joints"].items()}
+        coupled = any("preceding" in entry for entry in entries.values())
+        preceding = {name: entry.pop("preceding", ()) for name, entry in entries.items()}
+        angles = _angles(tuple(entries), preceding)
+        joints = {}
+        for place, (name, entry) in enumerate(entries.items()):
+            identify = entry.pop("identify", "gravity")
+            if identify not in IDENTIFIED:
+                raise ValueError(
+                    f"{name}.identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFIED)}"
+                )
+            if coupled:
+                entry["regressors"] = 2 * int(np.count_nonzero(angles[:, place]) - 1)
+            try:
+                joints[name] = AdaptiveController(period=table["period"], parameters=IDENTIFIED[identify], **entry)
+            except (TypeError, ValueError) as error:
+                text = str(error).replace("AdaptiveController.__init__() ", "")
+                raise ValueError(f"{name}: {text}") from error
+        return cls(joints, preceding if coupled else None)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Self:
+        """Make a group from a TOML file; see :meth:`from_table`."""
+        try:
+            return cls.from_table(tomllib.loads(Path(path).read_text(encoding="utf-8")))
+        except (OSError, UnicodeDecodeError, ValueError) as error:
+            raise ValueError(f"{path}: {error}") from error
+
+    def step(
+        self,
+        reference: ArrayLike,
+        velocity: ArrayLike,
+        *,
+        next_reference: ArrayLike | None = None,
+        correction: ArrayLike = 0.0,
+        position: ArrayLike | None = None,
+        realised_torque: ArrayLike | None = None,
+        feedforward: ArrayLike = 0.0,
+        inertia: ArrayLike | None = None,
+        dt: float | None = None,
+    ) -> Array:
+        """Compute the torques for the coming period.
+
+        Parameters
+        ----------
+        reference, velocity : array_like, shape (n,)
+            Planned and measured velocities, rad/s.
+        next_reference, correction, position, realised_torque, feedforward, inertia : array_like, shape (n,), optional
+            As in :meth:`controllers.Controller.step`. What is not finite of velocity, preview, position and realised
+            torque is not known, for that joint alone.
+        dt : float, optional
+            Time since the last call, s; the nominal period by default.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Torques, N m, always finite.
+
+        Raises
+        ------
+        ValueError
+            A shape is wrong, or a value is not allowed; no joint has been stepped then.
+        """
+        given = {
+            "reference": reference,
+            "velocity": velocity,
+            "next_reference": math.nan if next_reference is None else next_reference,
+            "correction": correction,
+            "position": math.nan if position is None else position,
+            "realised_torque": math.nan if realised_torque is None else realised_torque,
+            "feedforward": feedforward,
+            "inertia": math.nan if inertia is None else inertia,
+            "dt": self.period if dt is None else dt,
+        }
+        rows = np.empty((len(self._controllers), len(COLUMNS)))
+        for place, name in enumerate(COLUMNS):
+            rows[:, place] = self._checked(name, given[name], name == "inertia" and inertia is None)
+        if self._forms_regressors:
+            self._form_regressors(rows[:, COLUMNS.index("position")])
+        blocks = tuple(controller.parameters for controller in self._controllers)
+        states = tuple(controller.state for controller in self._controllers)
+        torques = np.empty(len(blocks))
+        if self._compiled:
+            states = step_group(blocks, states, rows, torques)
+        else:
+            states = step_joints(blocks, states, rows, 0, torques)
+        for controller, state in zip(self._controllers, states, strict=True):
+            controller.state = state
+        return torques
+
+    def _checked(self, name: str, values: ArrayLike, absent: bool) -> Array:
+        array = np.asarray(values, dtype=float)
+        if array.shape not in ((), (len(self._controllers),)) or (name == "dt" and array.shape):
+            raise ValueError(f"{name} has shape {array.shape}; it must be ({len(self._controllers)},)")
+        if name in MAY_BE_UNKNOWN or absent:
+            return array
+        positive = name in ("inertia", "dt")
+        allowed = np.isfinite(array) & (array > 0.0 if positive else True)
+        if not np.all(allowed):
+            place = int(np.argmin(np.broadcast_to(allowed, (len(self._controllers),))))
+            value = np.broadcast_to(array, (len(self._controllers),))[place]
+            limits = "positive and finite" if positive else "a finite number"
+            raise ValueError(f"{name} of {list(self.joints)[place]} = {value} is not allowed: it must be {limits}")
+        return array
+
+    def _form_regressors(self, position: Array) -> None:
+        """Replace each position by the sum of angles up to the joint, and give each joint those of the ones it carries.
+
+        A sum with an unknown position is unknown: the joints that it concerns hold their last one.
+        """
+        angles = np.array([np.sum(position[row != 0.0]) for row in self._angles])
+        for controller, carried in zip(self._controllers, self._carried, strict=True):
+            place = controller.state.estimator.regressors
+            with np.errstate(invalid="ignore"):
+                place[0::2], place[1::2] = np.sin(angles[carried]), np.cos(angles[carried])
+        position[:] = angles
+
+    @property
+    def estimates(self) -> dict[str, dict[str, float]]:
+        """Physical estimates of each joint, by name."""
+        return {name: controller.estimates for name, controller in self.joints.items()}
+
+    @property
+    def rejected(self) -> dict[str, int]:
+        """Number of measurements of each joint that were not finite and so were skipped."""
+        return {name: controller.rejected for name, controller in self.joints.items()}
+
+    def diagnose(self) -> "dict[str, Diagnosis]":
+        """Return what has been identified of each joint and how uncertain it is."""
+        return {name: controller.diagnose() for name, controller in self.joints.items()}
+
+    def take_over(self, torque: ArrayLike, reference: ArrayLike, velocity: ArrayLike) -> None:
+        """Prepare all joints for taking over without a jump; see :meth:`controllers.Controller.take_over`.
+
+        Raises
+        ------
+        ValueError
+            A value is not allowed; no joint has been prepared then.
+        """
+        before = [controller.state for controller in self._controllers]
+        columns = [
+            np.broadcast_to(np.asarray(value, dtype=float), (len(before),)) for value in (torque, reference, velocity)
+        ]
+        try:
+            for controller, own, planned, measured in zip(self._controllers, *columns, strict=True):
+                controller.take_over(float(own), float(planned), float(measured))
+        except ValueError:
+            for controller, state in zip(self._controllers, before, strict=True):
+                controller.state = state
+            raise
+
+    def reset(self) -> None:
+        """Return all joints to the state of new ones."""
+        for controller in self._controllers:
+            controller.reset()
+
+    def warm_up(self) -> None:
+        """Compile or load the step before real-time use; the states are left as they are."""
+        blocks = tuple(controller.parameters for controller in self._controllers)
+        states = tuple(controller._initial_state(controller.parameters) for controller in self._controllers)
+        rows = np.zeros((len(blocks), len(COLUMNS)))
+        rows[:, COLUMNS.index("dt")] = self.period
+        step_group(blocks, states, rows, np.empty(len(blocks)))
+
+    def state_to_json(self) -> str:
+        """Return the states of all joints as one JSON text that restores them exactly."""
+        saved = {name: json.loads(controller.state_to_json()) for name, controller in self.joints.items()}
+        return json.dumps({"group": saved}, indent=1)
+
+    def state_from_json(self, text: str) -> None:
+        """Restore the states that a group of the same joints has saved.
+
+        Raises
+        ------
+        ValueError
+            The text is no such state; all joints keep the one they have.
+        """
+        try:
+            saved = json.loads(text)["group"]
+            names = list(saved)
+        except (json.JSONDecodeError, KeyError, TypeError) as error:
+            raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error}") from error
+        if names != list(self.joints):
+            raise ValueError(f"joints = {names} is not allowed: this group has {list(self.joints)}")
+        before = [controller.state for controller in self._controllers]
+        try:
+            for name, controller in self.joints.items():
+                try:
+                    controller.state_from_json(json.dumps(saved[name]))
+                except ValueError as error:
+                    raise ValueError(f"{name}: {error}") from error
+        except ValueError:
+            for controller, state in zip(self._controllers, before, strict=True):
+                controller.state = state
+            raise
+
+    def run_uncompiled(self) -> Self:
+        """Make this group step in plain Python, for debugging; returns itself."""
+        self._compiled = False
+        return self
+
+
+def _angles(names: tuple[str, ...], preceding: Mapping[str, Sequence[str]]) -> Array:
+    """Return the matrix, of ones and zeros, that makes the angles of the links of the positions, shape (n, n)."""
+    matrix = np.eye(len(names))
+    for name, others in preceding.items():
+        if isinstance(others, str) or not isinstance(others, Sequence):
+            raise ValueError(f"{name}.preceding = {others!r} is not allowed: it must be a list of names")
+        for other in (name, *others):
+            if other not in names:
+                raise ValueError(f"preceding: {other!r} is not a joint; there are {', '.join(names)}")
+        if name in others or len(set(others)) < len(others):
+            raise ValueError(f"{name}.preceding = {list(others)} is not allowed: every name once, not its own")
+        for other in others:
+            matrix[names.index(name), names.index(other)] = 1.0
+    return matrix

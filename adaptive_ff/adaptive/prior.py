@@ -1,0 +1,192 @@
+"""What an adaptive controller assumes of its joint before it has learnt: first estimate, units, how sure it is."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.model.bounds import OFFSET, possible_ranges
+from adaptive_ff.model.friction import TorqueModel
+
+LAG_UNIT = 0.01
+"""Least unit of the friction lag, s: the time constant of a fast loop would be too small a unit to find the lag in."""
+
+VISCOUS_SHARE = 0.2
+"""Unit of the viscous coefficient, as a share of the proportional gain."""
+
+ONE_SIDED_SHARE = 0.1
+"""Units of the offset and of what differs by direction, as a share of those of friction itself.
+
+Until the joint has moved both ways, the offset and Coulomb friction are one number; the smaller unit, the less of it is
+taken for an offset. With equal units the first seconds were worse than with the five parameters of a symmetric joint.
+"""
+
+LOAD_SHARE = 1.0
+"""Unit of the sizes of known loads, gravity among them, as a share of that of friction."""
+
+LEAST_DEVIATION = 0.01
+"""Least standard deviation of a first estimate, in units of the parameter: a prior that is surer would not fade."""
+
+
+class Prior(NamedTuple):
+    """What is assumed of the parameters, in the order of the estimate.
+
+    Attributes
+    ----------
+    first, scale, deviation : ndarray, shape (n,)
+        First estimate, unit of each parameter, and standard deviation of the first estimate.
+    given : bool
+        Whether the first estimate is that of a model, so that nothing is guessed before there is something to learn.
+    """
+
+    first: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    given: bool
+
+
+def parameter_units(
+    names: Sequence[str], inertia: float, proportional: float, stribeck_velocity: float
+) -> NDArray[np.float64]:
+    """Return the unit that each parameter is estimated in, of its expected size.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The parameters.
+    inertia : float
+        Inertia that the feedback was designed for, kg m^2.
+    proportional : float
+        Proportional gain, N m s/rad.
+    stribeck_velocity : float
+        Assumed Stribeck velocity, rad/s.
+    """
+    torque, slope = proportional * stribeck_velocity, VISCOUS_SHARE * proportional
+    units = {
+        "inertia": inertia,
+        "coulomb": torque,
+        "stiction": torque,
+        "viscous": slope,
+        "friction_lag": max(inertia / proportional, LAG_UNIT),
+        "offset": ONE_SIDED_SHARE * torque,
+        "stiction_asymmetry": ONE_SIDED_SHARE * torque,
+        "viscous_asymmetry": ONE_SIDED_SHARE * slope,
+    }
+    return np.array([units.get(name, LOAD_SHARE * torque) for name in names])
+
+
+def frictionless_prior(names: Sequence[str], scale: NDArray[np.float64], inertia: float, lag: float) -> Prior:
+    """Return the prior of a frictionless joint of an inertia (kg m^2), with a friction lag (s), as sure as a unit."""
+    known = {"inertia": inertia, "friction_lag": lag}
+    return Prior(np.array([known.get(name, 0.0) for name in names]), scale, scale, False)
+
+
+def model_prior(
+    names: Sequence[str],
+    scale: NDArray[np.float64],
+    model: TorqueModel | Mapping[str, float],
+    deviation: float | Mapping[str, float],
+    ranges: NDArray[np.float64],
+) -> Prior:
+    """Return the prior that a model of the joint makes.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The parameters.
+    scale : ndarray, shape (n,)
+        Their units.
+    model : TorqueModel or mapping
+        The joint, from a data sheet, an identification or the ``estimates`` of another controller. Of a mapping what
+        is not among the parameters is passed over, and what it lacks but for the inertia and the lag is zero.
+    deviation : float or mapping
+        How sure it is: standard deviation as a share of each value, or for each name in its unit. What is zero, or not
+        named, is as uncertain as the unit of the parameter.
+    ranges : ndarray, shape (n, 2)
+        Possible values.
+
+    Raises
+    ------
+    ValueError
+        A value is missing, not finite or not possible, a name is not one of the parameters, or a deviation is not
+        positive and finite.
+    """
+    known = model._asdict() if isinstance(model, TorqueModel) else dict(model)
+    first = np.zeros(len(names))
+    for i, name in enumerate(names):
+        if name not in known and name in ("inertia", "friction_lag"):
+            raise ValueError(f"model has no {name}: it must have inertia and friction_lag at least")
+        value = float(known.get(name, 0.0))
+        least, most = ranges[i] if i >= OFFSET or name in ("inertia", "friction_lag") else (0.0, math.inf)
+        if not (math.isfinite(value) and least <= value <= most):
+            raise ValueError(
+                f"model.{name} = {value:g} is not allowed: it must be finite and from {least:g} to {most:g}"
+            )
+        first[i] = value
+    return Prior(first, scale, _deviations(names, scale, first, deviation), True)
+
+
+def _deviations(
+    names: Sequence[str],
+    scale: NDArray[np.float64],
+    first: NDArray[np.float64],
+    deviation: float | Mapping[str, float],
+) -> NDArray[np.float64]:
+    if isinstance(deviation, Mapping):
+        unknown = set(deviation) - set(names)
+        if unknown:
+            raise ValueError(f"deviation.{min(unknown)} is not allowed: it must be one of {', '.join(names)}")
+        given = {f"deviation.{name}": value for name, value in deviation.items()}
+        asked = np.array([float(deviation.get(name, unit)) for name, unit in zip(names, scale, strict=True)])
+    else:
+        given = {"deviation": deviation}
+        asked = np.where(first != 0.0, float(deviation) * np.abs(first), scale)
+    for where, value in given.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{where} = {value} is not allowed: it must be positive and finite")
+    found: NDArray[np.float64] = np.maximum(asked, LEAST_DEVIATION * scale)
+    return found
+
+
+def prior_of(
+    names: Sequence[str],
+    *,
+    inertia: float,
+    proportional: float,
+    stribeck: tuple[float, float],
+    largest_lag: float,
+    model: TorqueModel | Mapping[str, float] | None,
+    deviation: float | Mapping[str, float],
+) -> tuple[Prior, NDArray[np.float64]]:
+    """Return the prior of a controller, and the possible values of its parameters, shape (n, 2).
+
+    Parameters
+    ----------
+    names : sequence of str
+        The parameters.
+    inertia, proportional : float
+        Inertia that the feedback was designed for, kg m^2, and its proportional gain, N m s/rad.
+    stribeck : (float, float)
+        Stribeck velocity, rad/s, and shape factor; those of a model must be the same.
+    largest_lag : float
+        Largest possible friction lag, s.
+    model, deviation
+        See ``model_prior``; without a model the joint is assumed to be frictionless.
+
+    Raises
+    ------
+    ValueError
+        The model or its deviation is not allowed.
+    """
+    ranges = possible_ranges(inertia, largest_lag, len(names))
+    scale = parameter_units(names, inertia, proportional, stribeck[0])
+    if model is None:
+        return frictionless_prior(names, scale, inertia, inertia / proportional), ranges
+    if isinstance(model, TorqueModel):
+        for name, value in zip(("stribeck_velocity", "stribeck_shape"), stribeck, strict=True):
+            own = getattr(model, name)
+            if own != value:
+                raise ValueError(f"model.{name} = {own:g} is not allowed: it must be {name} = {value:g}")
+    return model_prior(names, scale, model, deviation, ranges), ranges

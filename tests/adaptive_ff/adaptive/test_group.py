@@ -1,0 +1,165 @@
+"""A group of joints against its joints one by one, and what one joint must not do to another."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
+from controllers import pi_gains
+
+PERIOD, SAMPLES = 0.01, 300
+JOINT = dict(zip(("proportional", "integral"), pi_gains(20.0, 10.0), strict=True))
+JOINT |= {"inertia": 20.0, "stribeck_velocity": 0.05}
+LIGHT = dict(zip(("proportional", "integral"), pi_gains(2.0, 10.0), strict=True))
+LIGHT |= {"inertia": 2.0, "stribeck_velocity": 0.05}
+ARM = {"period": PERIOD, "joints": {"shoulder": JOINT, "elbow": {**LIGHT, "preceding": ["shoulder"]}}}
+
+
+def pair(**options):
+    return JointGroup(
+        {
+            name: AdaptiveController(**table, period=PERIOD, parameters=WITH_GRAVITY, **options)
+            for name, table in (("shoulder", JOINT), ("elbow", LIGHT))
+        }
+    )
+
+
+def signals(samples=SAMPLES):
+    """Made-up motion of two joints: plan, measured velocity, position, shape (samples, 2) each."""
+    time = PERIOD * np.arange(samples + 1)[:, None]
+    plan = np.sin(time * [1.7, 2.9] + [0.3, 1.1]) * [0.3, 0.2]
+    noise = 0.002 * np.random.default_rng(101).standard_normal((samples, 2))
+    return plan, 0.95 * plan[:-1] + noise, np.cumsum(plan[:-1], axis=0) * PERIOD
+
+
+def run(group, velocity=None, samples=SAMPLES):
+    plan, measured, position = signals(samples)
+    seen = measured if velocity is None else velocity
+    return np.array(
+        [group.step(plan[k], seen[k], next_reference=plan[k + 1], position=position[k]) for k in range(samples)]
+    )
+
+
+def test_group_does_what_its_joints_do_alone():
+    group, alone = pair(), pair()
+    plan, measured, position = signals()
+    torques = run(group)
+    for place, controller in enumerate(alone.joints.values()):
+        for k in range(SAMPLES):
+            torque = controller.step(
+                plan[k, place], measured[k, place], next_reference=plan[k + 1, place], position=position[k, place]
+            )
+            assert torque == pytest.approx(torques[k, place], rel=1e-12)
+    assert group.estimates == {name: pytest.approx(found, rel=1e-9) for name, found in alone.estimates.items()}
+
+
+def test_plain_python_agrees():
+    np.testing.assert_allclose(run(pair(), samples=60), run(pair().run_uncompiled(), samples=60), rtol=1e-9)
+
+
+def test_measurements_lost_in_one_joint_do_not_touch_another():
+    plan, measured, position = signals()
+    torn = measured.copy()
+    torn[100:200, 0] = np.nan
+    whole, hurt = pair(), pair()
+    torques, others = run(whole), run(hurt, torn)
+    np.testing.assert_array_equal(others[:, 1], torques[:, 1])
+    assert hurt.rejected == {"shoulder": 100, "elbow": 0}
+    assert np.all(np.isfinite(others))
+    del plan, position
+
+
+def test_regressors_are_sines_of_the_summed_angles_of_the_joints_that_follow():
+    group = JointGroup.from_table(ARM)
+    shoulder, elbow = group.joints["shoulder"], group.joints["elbow"]
+    assert shoulder.estimate_names[-4:] == ("gravity_sin", "gravity_cos", "regressor_1", "regressor_2")
+    assert elbow.estimate_names[-2:] == ("gravity_sin", "gravity_cos")
+    group.step([0.1, 0.2], [0.1, 0.2], position=[0.4, 0.7])
+    np.testing.assert_allclose(shoulder.state.estimator.regressors, [math.sin(1.1), math.cos(1.1)])
+    np.testing.assert_allclose(shoulder.state.estimator.loads[:2, 2], [math.sin(0.4), math.cos(0.4)])
+    np.testing.assert_allclose(elbow.state.estimator.loads[:, 2], [math.sin(1.1), math.cos(1.1)])
+    torques = group.step([0.1, 0.2], [0.1, 0.2], position=[math.nan, 0.8])
+    assert np.all(np.isfinite(torques))
+    np.testing.assert_allclose(elbow.state.estimator.loads[:, 2], [math.sin(1.1), math.cos(1.1)])
+
+
+def test_state_of_all_joints_is_one_text():
+    first, second = JointGroup.from_table(ARM), JointGroup.from_table(ARM)
+    run(first, samples=100)
+    second.state_from_json(first.state_to_json())
+    plan, measured, position = signals()
+    arguments = (plan[100], measured[100])
+    np.testing.assert_array_equal(
+        first.step(*arguments, position=position[100]), second.step(*arguments, position=position[100])
+    )
+    damaged = json.loads(first.state_to_json())
+    damaged["group"]["elbow"]["state"]["sliding"] = None
+    kept = [controller.state for controller in second.joints.values()]
+    for text in (json.dumps(damaged), "no JSON", '{"group": {}}', "[]"):
+        with pytest.raises(ValueError, match=r"elbow|no saved state|this group has"):
+            second.state_from_json(text)
+        assert all(now is old for now, old in zip((c.state for c in second.joints.values()), kept, strict=True))
+
+
+def test_group_from_a_file(tmp_path):
+    path = tmp_path / "arm.toml"
+    lines = ["period = 0.01"]
+    for name, entry in ARM["joints"].items():
+        lines += [f"[joints.{name}]", *(f"{key} = {json.dumps(value)}" for key, value in entry.items())]
+    path.write_text("\n".join(lines))
+    assert list(JointGroup.from_toml(path).joints) == ["shoulder", "elbow"]
+    for text in ("period = [", "joints = 3\nperiod = 1.0", "period = 0.01\n[joints.a]\nmass = 3.0"):
+        path.write_text(text)
+        with pytest.raises(ValueError, match=r"arm\.toml: "):
+            JointGroup.from_toml(path)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"period": PERIOD}, r"^joints is missing"),
+        ({"period": PERIOD, "joints": {}}, r"^joints = \{\} is not allowed"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "inertia": -1.0}}}, r"^a: inertia = -1.0 is not allowed"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": ["b"]}}}, r"^preceding: 'b' is not a joint"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": ["a"]}}}, r"^a\.preceding = \['a'\] is not allowed"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": "a"}}}, r"^a\.preceding = 'a' is not allowed"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "identify": "all"}}}, r"^a\.identify = 'all' is not allowed"),
+        ({"period": PERIOD, "joints": {"a": JOINT}, "gain": 1.0}, r"^gain is not allowed"),
+    ],
+)
+def test_what_is_no_group_is_refused_in_one_line(table, message):
+    with pytest.raises(ValueError, match=message) as raised:
+        JointGroup.from_table(table)
+    assert "\n" not in str(raised.value)
+
+
+def test_wrong_inputs_step_no_joint():
+    group = pair()
+    states = [controller.state for controller in group.joints.values()]
+    for arguments, message in (
+        (([0.1], [0.0, 0.0]), r"^reference has shape \(1,\); it must be \(2,\)"),
+        (([0.1, math.nan], [0.0, 0.0]), r"^reference of elbow = nan is not allowed"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            group.step(*arguments)
+    with pytest.raises(ValueError, match=r"^inertia of shoulder = 0.0 is not allowed: it must be positive"):
+        group.step([0.1, 0.1], [0.0, 0.0], inertia=[0.0, 1.0])
+    with pytest.raises(ValueError, match=r"^dt of shoulder = -1.0 is not allowed"):
+        group.step([0.1, 0.1], [0.0, 0.0], dt=-1.0)
+    with pytest.raises(ValueError, match=r"^velocity = "):
+        group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, math.nan])
+    assert all(now is old for now, old in zip((c.state for c in group.joints.values()), states, strict=True))
+
+
+def test_takeover_and_switches_of_a_group():
+    group = pair()
+    run(group, samples=50)
+    group.take_over([5.0, -3.0], [0.1, 0.1], [0.09, 0.11])
+    np.testing.assert_allclose(group.step([0.1, 0.1], [0.09, 0.11]), [5.0, -3.0], atol=1e-9)
+    group.joints["elbow"].enabled = False
+    held = group.estimates["elbow"]
+    run(group, samples=100)
+    assert group.estimates["elbow"] == held
+    assert set(group.diagnose()) == {"shoulder", "elbow"}

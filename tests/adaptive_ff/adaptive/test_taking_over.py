@@ -1,0 +1,196 @@
+"""Taking over and letting go: bumpless start, feedforward on and off, first model, torque limit, brake."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adaptive_ff import WITH_OFFSET, AdaptiveController, TorqueModel
+from controllers import PI, pi_gains
+from tests.helpers.driven_joint import NOISE, PERIOD, drive, noise_at, plan, reference_joint, rms, slope
+
+GAINS = pi_gains(20.0, 10.0)
+TRUE = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+
+
+def make(parameters=WITH_OFFSET, **options):
+    return AdaptiveController(
+        *GAINS, period=PERIOD, inertia=20.0, stribeck_velocity=0.05, parameters=parameters, **options
+    )
+
+
+@pytest.mark.parametrize("learnt", [False, True], ids=["new", "with a model"])
+def test_takeover_does_not_let_the_torque_jump(learnt):
+    joint, pi = reference_joint(), PI(*GAINS, PERIOD)
+    before = drive(pi, joint, 0.0, 6.3)
+    adaptive = make(model=TRUE) if learnt else make()
+    velocity, now = joint.state.velocity + noise_at(6.3), plan(6.3)
+    given = {"next_reference": plan(6.3 + PERIOD)}
+    expected = pi.step(now, velocity, **given)
+    adaptive.take_over(expected, now, velocity, **given)
+    after = drive(adaptive, joint, 6.3, 9.0)
+    assert after.torque[0] == pytest.approx(expected, abs=1e-9)
+    usual = np.max(np.abs(np.diff(before.torque[before.time > 3.0])))
+    assert np.max(np.abs(np.diff(after.torque[:30]))) < usual
+    assert rms(after.error) < 1.1 * rms(before.error[before.time > 3.0])
+
+
+def test_takeover_after_a_pause_keeps_what_was_learnt():
+    controller, joint = make(), reference_joint()
+    drive(controller, joint, 0.0, 10.0)
+    learnt = controller.estimates
+    drive(PI(*GAINS, PERIOD), joint, 10.0, 12.0)
+    controller.take_over(33.0, plan(12.0), joint.state.velocity)
+    assert controller.estimates == learnt
+    assert controller.step(plan(12.0), joint.state.velocity) == pytest.approx(33.0, abs=1e-9)
+
+
+def test_takeover_is_refused_where_it_cannot_be():
+    for wrong in (math.nan, math.inf):
+        with pytest.raises(ValueError, match=r"^torque = "):
+            make().take_over(wrong, 0.0, 0.0)
+        with pytest.raises(ValueError, match=r"^velocity = "):
+            make().take_over(1.0, 0.0, wrong)
+    with pytest.raises(ValueError, match=r"^integral = 0"):
+        PI(100.0, 0.0, PERIOD).take_over(1.0, 0.0, 0.0)
+
+
+def test_feedforward_fades_out_and_in_while_learning_goes_on():
+    controller, joint, pi_joint = make(), reference_joint(), reference_joint()
+    pi = drive(PI(*GAINS, PERIOD), pi_joint, 0.0, 26.0)
+    usual = drive(controller, joint, 0.0, 12.0)
+    usual = np.max(np.abs(np.diff(usual.torque[usual.time > 3.0])))
+    controller.feedforward_enabled = False
+    off = drive(controller, joint, 12.0, 19.0)
+    learnt = controller.state.estimator.levels.learnt
+    part = (pi.time > 14.5) & (pi.time < 18.99)
+    assert rms(off.error[off.time > 14.5]) == pytest.approx(rms(pi.error[part]), rel=0.03)
+    fed = drive(controller, joint, 19.0, 19.01)
+    assert learnt > 10.0
+    assert fed.torque.size == 1
+    controller.feedforward_enabled = True
+    on = drive(controller, joint, 19.01, 26.0)
+    assert rms(on.error[on.time > 21.0]) < 0.25 * rms(off.error[off.time > 14.5])
+    steps = np.abs(np.diff(np.concatenate([off.torque, fed.torque, on.torque])))
+    assert np.max(steps) < 1.2 * usual
+
+
+def test_a_first_model_is_fed_from_the_first_sample_and_corrected():
+    halved = TRUE._replace(coulomb=30.0, stiction=45.0)
+    errors = {}
+    for name, options in {
+        "new": {},
+        "true": {"model": TRUE, "deviation": 0.05},
+        "wrong": {"model": halved, "deviation": 0.5},
+        "stubborn": {"model": halved, "deviation": {"coulomb": 0.1, "stiction": 0.1}},
+    }.items():
+        controller = make(**options)
+        if options:
+            assert controller.estimates["coulomb"] == options["model"].coulomb
+        run = drive(controller, reference_joint(), 0.0, 5.0)
+        errors[name] = rms(run.error), controller.estimates["coulomb"]
+    assert errors["true"][0] < 0.7 * errors["new"][0]
+    assert errors["wrong"][1] == pytest.approx(60.0, abs=6.0)
+    assert abs(errors["stubborn"][1] - 60.0) > 2.0 * abs(errors["wrong"][1] - 60.0)
+
+
+def test_a_model_may_be_the_estimates_of_another_controller():
+    first = make()
+    drive(first, reference_joint(), 0.0, 6.0)
+    second = make(model=first.estimates)
+    assert second.estimates == pytest.approx(first.estimates)
+    assert second.uncertainties["coulomb"] == pytest.approx(0.2 * first.estimates["coulomb"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"model": TRUE._replace(inertia=1.9)},
+            r"^model.inertia = 1.9 is not allowed: it must be finite and from 2 to",
+        ),
+        ({"model": TRUE._replace(coulomb=-1.0)}, r"^model.coulomb = -1 is not allowed"),
+        ({"model": TRUE._replace(viscous=math.nan)}, r"^model.viscous = nan is not allowed"),
+        ({"model": TRUE._replace(stribeck_velocity=0.1)}, r"^model.stribeck_velocity = 0.1 is not allowed"),
+        ({"model": {"coulomb": 3.0}}, r"^model has no inertia"),
+        ({"model": TRUE, "deviation": 0.0}, r"^deviation = 0.0 is not allowed"),
+        ({"model": TRUE, "deviation": {"inertia": math.nan}}, r"^deviation.inertia = nan is not allowed"),
+        ({"model": TRUE, "deviation": {"mass": 1.0}}, r"^deviation.mass is not allowed: it must be one of inertia"),
+        ({"torque_limit": 0.0}, r"^torque_limit = 0.0 N m is not allowed"),
+        ({"torque_limit": math.nan}, r"^torque_limit = nan N m is not allowed"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(options, message):
+    with pytest.raises(ValueError, match=message) as raised:
+        make(**options)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("delay", [0.0, 1.5])
+def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
+    limit, joint = 90.0, reference_joint()
+    controller, by_hand = make(torque_limit=limit, delay=delay), make(delay=delay)
+    own = drive(controller, joint, 0.0, 6.0, limit=limit)
+    clipped, joint = [0.0] * 4, reference_joint()
+
+    def realised(time, position):
+        if delay == 0.0:
+            return clipped[-1]
+        return 0.5 * clipped[-2] + 0.5 * clipped[-3]
+
+    torques, noise = [], NOISE * np.random.default_rng(101).standard_normal(own.time.size)
+    for k in range(own.time.size):
+        time = k * PERIOD
+        given = {"realised_torque": realised(time, 0.0)} if k else {}
+        velocity = joint.state.velocity + noise[k]
+        torque = by_hand.step(plan(time), velocity, next_reference=plan(time + PERIOD), **given)
+        clipped.append(min(max(torque, -limit), limit))
+        torques.append(clipped[-1])
+        for _ in range(5):
+            joint.step(clipped[-1], PERIOD / 5)
+    np.testing.assert_allclose(own.torque, torques, atol=1e-9)
+    assert np.max(np.abs(own.torque)) == limit
+
+
+def test_inverse_dynamics_with_inertia_is_fed_once_and_the_inertia_is_identified():
+    def dynamics(time, position):
+        return 20.0 * slope(time)
+
+    options = {"feedforward": dynamics}
+    said, silent, plain = make(feedforward_includes_inertia=True), make(), make()
+    with_it = drive(said, reference_joint(), 0.0, 20.0, **options)
+    drive(silent, reference_joint(), 0.0, 20.0, **options)
+    without = drive(plain, reference_joint(), 0.0, 20.0)
+    np.testing.assert_allclose(with_it.torque, without.torque, atol=1e-6)
+    assert said.estimates["inertia"] == pytest.approx(20.0, rel=0.03)
+    assert silent.estimates["inertia"] < 5.0  # what saying so is for
+
+
+def test_given_inertia_counts_as_assumed_and_its_error_is_identified():
+    """The joint has 20 kg m^2 in truth."""
+
+    def given(time, position):
+        return 25.0
+
+    controller, plain = make(), make()
+    wrong = drive(controller, reference_joint(), 0.0, 20.0, inertia=given)
+    right = drive(plain, reference_joint(), 0.0, 20.0)
+    assert controller.estimates["inertia"] * 25.0 / 20.0 == pytest.approx(20.0, rel=0.03)
+    later = wrong.time > 10.0
+    assert rms(wrong.error[later]) < 1.1 * rms(right.error[later])
+
+
+def test_a_brake_that_clamps_the_joint_teaches_nothing_wrong():
+    controller, joint = make(torque_limit=400.0), reference_joint()
+    drive(controller, joint, 0.0, 12.0)
+    before = controller.estimates
+    drive(controller, joint, 12.0, 17.0, clamped=lambda time: True)
+    after = controller.estimates
+    for name in ("inertia", "coulomb", "stiction"):
+        assert after[name] == pytest.approx(before[name], rel=0.1)
+
+
+def test_a_brake_that_clamps_the_joint_from_the_start_teaches_nothing_wrong():
+    controller, joint = make(torque_limit=400.0), reference_joint()
+    drive(controller, joint, 0.0, 5.0, clamped=lambda time: True)
+    assert controller.estimates["coulomb"] < 100.0
