@@ -21,9 +21,9 @@ def worked(scenario=SCENARIO):
     return controller, simulate(scenario, controller)
 
 
-def along(reference, **more):
+def along(reference, name="adaptive", **more):
     """A controller that went along a reference on the grid of 1 ms, at 100 Hz."""
-    controller = make("adaptive")
+    controller = make(name)
     drive(controller, course_along(reference, substeps=10, noise=0.002, **more))
     return controller
 
@@ -97,15 +97,22 @@ def test_at_standstill_it_warns_that_there_is_nothing_to_learn_from_only_after_a
     assert warning.startswith("in 20 s there was nothing to learn from: the joint never slid faster than 0.01 rad/s")
 
 
-def test_constant_speed_identifies_friction_as_a_whole_only():
-    found = along(np.concatenate([np.linspace(0.0, 0.2, 1000), np.full(60_001, 0.2)])).diagnose()
+@pytest.mark.parametrize(
+    ("name", "combined"),
+    [
+        ("adaptive_unsupervised", "coulomb, stiction and viscous"),
+        ("adaptive", "coulomb, stiction, viscous and offset"),
+    ],
+)
+def test_constant_speed_identifies_friction_as_a_whole_only(name, combined):
+    found = along(np.concatenate([np.linspace(0.0, 0.2, 1000), np.full(60_001, 0.2)]), name).diagnose()
     verdicts = {one.name: one.verdict for one in found.parameters}
     assert verdicts["inertia"] == verdicts["friction_lag"] == "not identifiable"
     assert verdicts["coulomb"] == verdicts["viscous"] == "only in combination"
     assert not found.excited
     text = str(found)
     assert "does not identify inertia and friction_lag: do not rely on these numbers." in text
-    assert "identifies a combination of coulomb, stiction and viscous, but not each of them." in text
+    assert f"identifies a combination of {combined}, but not each of them." in text
     assert any("hardly shows the friction lag" in warning for warning in found.warnings)
 
 
