@@ -4,6 +4,10 @@ from typing import Any
 
 import lazy_loader
 
+from adaptive_ff.shadowed import check_not_shadowed
+
+check_not_shadowed()
+
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 

@@ -1,7 +1,8 @@
 """How honest the intervals of ``identify`` are: ``python -m benchmarks.coverage [--logs N] [--json FILE]``.
 
 Logs are made of joints that are known: multisine motion, friction with a lag of 0 to 50 ms, coloured noise of the
-torque, a quantised position, gravity in half of them, viscous friction that saturates in a third, 10 to 60 s. For
+torque, a quantised position, gravity in half of them, viscous friction that saturates in a third (in three shapes, of
+which the identified models have two), 10 to 60 s. For
 inertia, Coulomb friction and viscous coefficient it is counted how often the stated 95 % interval holds the truth, how
 wide it is, and how many logs are refused or flagged as confounded. Log N is the same in every run.
 """

@@ -30,6 +30,7 @@ from adaptive_ff.comparison.registry import (
     make_observed_batch,
     make_observed_nominal,
 )
+from benchmarks.tuning_literature import PERIODIC, literature_candidates
 from benchmarks.tuning_rivals import candidates
 
 FIRST_SEED = 101
@@ -111,13 +112,19 @@ CANDIDATES: dict[str, dict[str, Maker]] = {
     "observed_nominal": _by_balance(make_observed_nominal, [0.05, 0.1, 0.14, 0.2, 0.28, 0.35, 0.5, 1.0, 1.7]),
     "observed_batch": _by_balance(make_observed_batch, [0.05, 0.1, 0.14, 0.2, 0.28, 0.35, 0.5, 1.0, 1.7]),
     **candidates(),
+    **literature_candidates(),
 }
 """Makers by controller and label."""
 
 
+def searched(name: str, scenario: Scenario) -> Scenario:
+    """Return the scenario that a controller's candidates run on: for repetitive learning along a periodic motion."""
+    return scenario.modified(reference=PERIODIC) if name == "repetitive" else scenario
+
+
 def settled_error(name: str, label: str, scenario: str, seed: int) -> float:
     """Return the settled rms error (rad/s) of a candidate."""
-    course = tuning_scenarios()[scenario].modified(seed=seed)
+    course = searched(name, tuning_scenarios()[scenario]).modified(seed=seed)
     return simulate(course, CANDIDATES[name][label](course), name=name).metrics.rms_error_settled
 
 

@@ -16,7 +16,11 @@ from .design.pi_design import pi_gains as pi_gains
 from .design.position_design import PositionDesign as PositionDesign
 from .design.position_design import default_position_gain as default_position_gain
 from .design.position_design import design_position_loop as design_position_loop
+from .design.systems import LoopSystems as LoopSystems
+from .design.systems import loop_margins_of as loop_margins_of
+from .design.systems import loop_systems as loop_systems
 from .interface import ESTIMATES as ESTIMATES
+from .interface import MONITORS as MONITORS
 from .interface import STEPS as STEPS
 from .interface import Controller as Controller
 from .interface import Inputs as Inputs
@@ -30,9 +34,11 @@ from .interface import with_realised_torque as with_realised_torque
 from .interface import with_velocity as with_velocity
 from .interface import without_estimates as without_estimates
 from .interface import write_estimates as write_estimates
+from .interface import write_monitors as write_monitors
 from .observers.disturbance_observer import DisturbanceObserver as DisturbanceObserver
 from .observers.extended_state import ExtendedState as ExtendedState
 from .observers.kalman_disturbance import KalmanDisturbance as KalmanDisturbance
+from .observers.super_twisting import SuperTwisting as SuperTwisting
 from .pi import PI as PI
 from .pi import PIParameters as PIParameters
 from .pi import PIState as PIState

@@ -134,6 +134,18 @@ ESTIMATES: dict[type, Callable[..., Any]] = {}
 """Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
 
 
+class _Monitors(dict[type, Callable[..., Any]]):
+    """Kernels of the classes that have any; the others write nothing."""
+
+    def get(self, block: type, default: Any = None) -> Any:
+        """Return the kernel of a class of parameters."""
+        return super().get(block, without_estimates)
+
+
+MONITORS: dict[type, Callable[..., Any]] = _Monitors()
+"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
+
+
 def _step(block: Any, state: Any, inputs: Inputs) -> Any:
     return STEPS[type(block)](block, state, inputs)
 
@@ -142,11 +154,19 @@ def _write_estimates(block: Any, state: Any, row: Any) -> Any:
     return ESTIMATES[type(block)](block, state, row)
 
 
+def _write_monitors(block: Any, state: Any, row: Any) -> Any:
+    return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
+
+
 step = dispatched(STEPS, _step)
 """One sample of any controller, compiled or not."""
 
 write_estimates = dispatched(ESTIMATES, _write_estimates)
 """Write the physical estimates of any controller into a row of floats."""
+
+
+write_monitors = dispatched(MONITORS, _write_monitors)
+"""Write what any controller watches itself by into a row of floats."""
 
 
 @register_jitable
@@ -178,6 +198,7 @@ class Controller:
     """
 
     estimate_names: tuple[str, ...] = ()
+    monitor_names: tuple[str, ...] = ()
 
     def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
         if not (math.isfinite(period) and period > 0.0):

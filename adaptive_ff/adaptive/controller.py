@@ -324,6 +324,8 @@ class AdaptiveController(AdaptiveBase):
     0.0
     """
 
+    monitor_names = ("trust", "observer_gain", "observer_torque")
+
     def __init__(
         self,
         proportional: float,

@@ -236,7 +236,7 @@ def hand_over_to_observer(
         Integral of the feedback, N m.
     """
     disturbance = state.disturbance - change
-    leaves = (1.0 - gain) * change
+    leaves = (1.0 - state.gain) * change  # shared out at the old gain: the change of the gain comes after it
     if gain < state.gain:
         leaves -= (state.gain - gain) * disturbance
     elif gain > state.gain:

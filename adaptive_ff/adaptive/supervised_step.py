@@ -40,6 +40,7 @@ from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.regression.torque_form import Signals
 from controllers import (
     ESTIMATES,
+    MONITORS,
     STEPS,
     Inputs,
     Output,
@@ -234,5 +235,14 @@ def write_supervised(block: SupervisedParameters, state: SupervisedState, row: N
     write_adaptive(block, state, row)
 
 
+@register_jitable(forceinline=True)
+def write_supervision(block: SupervisedParameters, state: SupervisedState, row: NDArray[np.float64]) -> None:
+    """Write trust, observer gain and observed torque that is fed back (N m) into a row."""
+    row[0] = state.trust.trust
+    row[1] = state.observer.gain
+    row[2] = state.observer.gain * state.observer.disturbance
+
+
 STEPS[SupervisedParameters] = step_supervised
 ESTIMATES[SupervisedParameters] = write_supervised
+MONITORS[SupervisedParameters] = write_supervision

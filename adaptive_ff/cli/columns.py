@@ -1,5 +1,7 @@
 """Columns of a recorded log, chosen on the command line."""
 
+import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,6 +10,10 @@ from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
     from adaptive_ff.logs.log import Log
+
+
+CURRENT = re.compile(r"(current|amp(ere)?s?|(^|_)i_?q(_|$)|_A$)(\[\d+\])?", re.IGNORECASE)
+"""Name of a column that is a current."""
 
 
 def chosen_columns(
@@ -41,6 +47,24 @@ def chosen_columns(
 def columns_taken(columns: Mapping[str, str]) -> str:
     """Return a sentence that says which columns were taken."""
     return "Columns: " + ", ".join(f"{role.replace('_', ' ')} {column}" for role, column in columns.items()) + "."
+
+
+def is_current(column: str) -> bool:
+    """Tell whether the name of a column says that it is a current."""
+    return CURRENT.search(column) is not None
+
+
+def warn_of_degrees(columns: Mapping[str, str], scales: Mapping[str, float]) -> None:
+    """Warn where the name of a column says degrees, and no factor turns them into radians."""
+    from adaptive_ff.logs.sanity import is_in_degrees
+
+    for role in ("position", "velocity"):
+        column = columns.get(role)
+        if column is not None and column not in scales and is_in_degrees(column):
+            warnings.warn(
+                f"the column {column} seems to be in degrees, but is taken as radians: give --scale {column}=pi/180",
+                stacklevel=2,
+            )
 
 
 def read_columns(

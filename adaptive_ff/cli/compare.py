@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from adaptive_ff.cli.gate import Gate
-from adaptive_ff.cli.options import OUT, JsonCopy, OwnControllers, ScenarioFile
+from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
 from adaptive_ff.errors import InputError
@@ -28,6 +28,7 @@ def compare_command(
     own: OwnControllers = None,
     out: Annotated[Path, typer.Option(help="Folder for plots (PNG), time series (CSV) and result.json.")] = OUT,
     json: JsonCopy = None,
+    formats: Formats = "png",
     baseline: Annotated[
         Path | None, typer.Option(help="Earlier result (JSON); status 1 where tracking got worse than it.")
     ] = None,
@@ -48,8 +49,10 @@ def compare_command(
     from adaptive_ff.comparison.own import check_own_names, named_own
     from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
     from adaptive_ff.files import write_csv, write_result
+    from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.scenario.scenario import load_scenario
 
+    drawn = picture_formats(formats)
     errors = error_console()
     mine = named_own(own or [])
     check_own_names(mine, CONTROLLERS)
@@ -71,7 +74,7 @@ def compare_command(
             raise InputError(f"{source}: the simulation fails: {error}") from error
         for name, run in comparison.runs.items():
             write_csv(stage / f"{name}.csv", run.columns())
-        comparison.plot(stage)
+        write_figures(comparison.plot(None), stage, drawn, source=f"{source}, seed {loaded.seed}")
         for file in (stage / "result.json", *beside.values()):
             write_result(file, comparison.to_dict())
     _print(comparison, out)

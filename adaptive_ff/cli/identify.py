@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_current, read_columns, warn_of_degrees
 from adaptive_ff.cli.options import (
     OUT,
+    Formats,
     JsonCopy,
     KnownTorque,
     Linear,
@@ -20,6 +21,7 @@ from adaptive_ff.cli.options import (
     Time,
     Torque,
     Velocity,
+    picture_formats,
 )
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, error_console, warn, warn_of_skips
@@ -52,24 +54,34 @@ def identify_command(
     torque_delay: Annotated[
         float, typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held.")
     ] = 0.0,
+    torque_constant: Annotated[
+        float | None,
+        typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
+    ] = None,
     model: Annotated[
         str,
         typer.Option(
-            help="Family of models: symmetric, offset, directions, gravity or gravity-directions; auto takes the one "
-            "that says best what it has not seen."
+            help="Family of models: coulomb-viscous, symmetric, offset, directions, gravity or "
+            "gravity-directions; auto takes the one that says best what it has not seen."
         ),
     ] = "auto",
     linear: Linear = False,
     out: Annotated[Path, typer.Option(help="Folder for plots, identification.json and a scenario.")] = OUT,
     json: JsonCopy = None,
+    formats: Formats = "png",
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
     from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.columns import read_scales
+    from adaptive_ff.report.drawing import write_figures
 
+    drawn = picture_formats(formats)
     scales = read_scales(scale or [])
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
+    if torque_constant is not None:
+        scales[columns["torque"]] = torque_constant * scales.get(columns["torque"], 1.0)
+    warn_of_degrees(columns, scales)
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)
     with places(out, json) as (stage, beside):
@@ -80,10 +92,11 @@ def identify_command(
             validation=other,
             torque_delay=torque_delay,
             linear=linear,
+            is_current=torque_constant is None and is_current(columns["torque"]) and not scales,
             model=model,
         )
         refused = _write_scenario(found, stage)
-        found.plot(stage)
+        write_figures(found.plot(None), stage, drawn, source=str(log))
         result = {**found.to_dict(), "columns": columns, "scenario": SCENARIO if refused is None else None}
         for file in (stage / "identification.json", *beside.values()):
             write_result(file, result)

@@ -6,16 +6,18 @@ Every command imports what it needs inside itself, so that ``--help`` answers be
 import sys
 import warnings
 from io import TextIOWrapper
-from typing import TextIO
+from typing import Annotated, TextIO
 
 import typer
 
+from adaptive_ff.cli.common import with_common_options
 from adaptive_ff.cli.compare import compare_command
 from adaptive_ff.cli.export import export_command
 from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.matrix import matrix_command
 from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
+from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
 from adaptive_ff.errors import InputError
 
@@ -24,14 +26,24 @@ INTERRUPTED = 130
 
 app = typer.Typer(
     help="Adaptive friction-compensating velocity control of robot and machine joints.",
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        version_command()
+        raise typer.Exit
+
+
 @app.callback()
-def _application() -> None:
+def _application(
+    version: Annotated[
+        bool, typer.Option("--version", "-V", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
     """Adaptive friction-compensating velocity control of robot and machine joints."""
 
 
@@ -44,12 +56,16 @@ def version_command() -> None:
 
 
 app.command("new")(new_command)
-app.command("compare")(compare_command)
-app.command("matrix")(matrix_command)
-app.command("sweep")(sweep_command)
-app.command("identify")(identify_command)
-app.command("replay")(replay_command)
-app.command("export")(export_command)
+for _name, _command in (
+    ("compare", compare_command),
+    ("matrix", matrix_command),
+    ("sweep", sweep_command),
+    ("identify", identify_command),
+    ("replay", replay_command),
+    ("export", export_command),
+    ("score", score_command),
+):
+    app.command(_name)(with_common_options(_command))
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.console import Console
 
 from adaptive_ff.cli.options import JsonCopy, OwnControllers
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
@@ -39,7 +40,7 @@ def matrix_command(
     json: JsonCopy = None,
 ) -> None:
     """Run controllers on all scenarios of the package over several seeds, and say who wins where."""
-    run_and_print(own, only, controller or list(SHOWN), seeds, fastest, out, json)
+    run_and_print(own, only, controller or list(SHOWN), seeds, fastest, out, json, Printer())
 
 
 def run_and_print(
@@ -50,6 +51,7 @@ def run_and_print(
     fastest: bool,
     out: Path,
     json: Path | None,
+    console: Console,
 ) -> "Results":
     """Run the matrix, print its tables, write its files, and return all figures."""
     from adaptive_ff.comparison.comparison import BASELINE
@@ -82,7 +84,6 @@ def run_and_print(
             own=mine,
             progress=lambda share: progress.update(task, completed=share),
         )
-    console = Printer()
     parts = by_loop(results)
     for fast, part in parts.items():
         wide = len(chosen) + len(mine) > MOST_COLUMNS
@@ -93,7 +94,7 @@ def run_and_print(
     write_matrix(results, out)
     if json is not None:
         write_result(json, {"runs": matrix_rows(results)})
-    console.say(f"Tables, pictures and the runs behind them are in {out}")
+    console.print(f"Tables, pictures and the runs behind them are in {out}", highlight=False, soft_wrap=True)
     return results
 
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from adaptive_ff.errors import InputError
+
 SCENARIO_HELP = "Scenario file (TOML); the built-in one by default."
 OUT = Path("results")
 """Default of ``--out``."""
@@ -18,7 +20,32 @@ OwnControllers = Annotated[
         help="Own controller: a class, a factory or an object with a method step. May be given several times.",
     ),
 ]
-JsonCopy = Annotated[Path | None, typer.Option("--json", help="Write the result there, too.")]
+JsonCopy = Annotated[
+    Path | None, typer.Option("--json", help="Write the result there, too; - for standard output, without tables.")
+]
+
+Formats = Annotated[str, typer.Option("--format", help="Formats of the pictures: png, pdf, svg, or several: png,pdf.")]
+"""Parsed by ``picture_formats``."""
+
+KNOWN_FORMATS = ("png", "pdf", "svg")
+
+
+def picture_formats(text: str) -> tuple[str, ...]:
+    """Return the formats of pictures that an option names.
+
+    Raises
+    ------
+    InputError
+        One is not known.
+    """
+    names = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
+    for name in names:
+        if name not in KNOWN_FORMATS:
+            raise InputError(f"--format = {name!r} is not known; there are {', '.join(KNOWN_FORMATS)}")
+    if not names:
+        raise InputError(f"--format is empty; there are {', '.join(KNOWN_FORMATS)}")
+    return names
+
 
 LogFile = Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5 or Parquet file.", show_default=False)]
 Time = Annotated[str | None, typer.Option(help="Column of the time, s.")]

@@ -1,11 +1,17 @@
 """Where a command writes: a folder, and beside it single files that were asked for, all of them or none."""
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from adaptive_ff.cli.common import SETTINGS
 from adaptive_ff.errors import InputError
+
+STANDARD_OUTPUT = Path("-")
+"""What stands for standard output instead of a file."""
 
 
 @contextmanager
@@ -24,7 +30,7 @@ def places(out: Path, *files: Path | None) -> Iterator[tuple[Path, dict[Path, Pa
     stage : Path
         The temporary folder that becomes ``out``.
     beside : dict
-        By single file where to write it for the time being.
+        By single file where to write it for the time being. ``-`` is printed when all is done.
 
     Raises
     ------
@@ -34,10 +40,22 @@ def places(out: Path, *files: Path | None) -> Iterator[tuple[Path, dict[Path, Pa
     from adaptive_ff.files import staged
 
     wanted = [file for file in files if file is not None]
+    if STANDARD_OUTPUT in wanted:
+        SETTINGS.quiet = True  # what is printed is the result and nothing else
     with ExitStack() as stack:
-        beside = {file: stack.enter_context(staged(file.parent)) / file.name for file in wanted}
+        beside = {file: _staged_file(file, stack) for file in wanted}
         stage = stack.enter_context(staged(out))
         for file in wanted:
-            if os.path.isdir(file):
+            if os.path.isdir(file) and file != STANDARD_OUTPUT:
                 raise InputError(f"{file}: cannot be written: it is a folder")
         yield stage, beside
+        printed = beside[STANDARD_OUTPUT].read_text(encoding="utf-8") if STANDARD_OUTPUT in beside else ""
+    sys.stdout.write(printed)
+
+
+def _staged_file(file: Path, stack: ExitStack) -> Path:
+    from adaptive_ff.files import staged
+
+    if file == STANDARD_OUTPUT:
+        return Path(stack.enter_context(TemporaryDirectory())) / "result.json"
+    return stack.enter_context(staged(file.parent)) / file.name

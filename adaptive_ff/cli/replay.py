@@ -9,6 +9,7 @@ from rich.console import Console
 from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     OUT,
+    Formats,
     JsonCopy,
     KnownTorque,
     Linear,
@@ -19,6 +20,7 @@ from adaptive_ff.cli.options import (
     Time,
     Torque,
     Velocity,
+    picture_formats,
 )
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn_of_skips
@@ -78,13 +80,16 @@ def replay_command(
     linear: Linear = False,
     out: Annotated[Path, typer.Option(help="Folder for plots and replay.json.")] = OUT,
     json: JsonCopy = None,
+    formats: Formats = "png",
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
     from adaptive_ff.files import write_result
     from adaptive_ff.logs.columns import read_scales
     from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
     from adaptive_ff.replay.state import read_state
+    from adaptive_ff.report.drawing import write_figures
 
+    drawn = picture_formats(formats)
     if reference_velocity is not None and reference_position is not None:
         raise InputError("--reference-velocity and --reference-position are both given; give one of them")
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
@@ -114,7 +119,7 @@ def replay_command(
             state=saved,
             linear=linear,
         )
-        found.plot(stage)
+        write_figures(found.plot(None), stage, drawn, source=str(log))
         for file in (stage / "replay.json", *([beside[json]] if json is not None else [])):
             write_result(file, {**found.to_dict(), "columns": columns})
         if save_state is not None:

@@ -5,33 +5,45 @@ from typing import Annotated
 
 import typer
 
-from adaptive_ff.cli.options import OUT, JsonCopy, ScenarioFile
+from adaptive_ff.cli.options import OUT, JsonCopy, OwnControllers, ScenarioFile
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
 
 
 def sweep_command(
     scenario: ScenarioFile = None,
+    own: OwnControllers = None,
     runs: Annotated[int, typer.Option(min=1, help="Number of joints to draw.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 1,
-    out: Annotated[Path, typer.Option(help="Folder for sweep.json and the worst cases as scenario files.")] = OUT,
+    out: Annotated[
+        Path, typer.Option(help="Folder for sweep.json and the worst cases; an interrupted call goes on there.")
+    ] = OUT,
     json: JsonCopy = None,
 ) -> None:
-    """Draw joints at random, and show how pi, oracle and adaptive fare on them."""
+    """Draw joints at random, and show how pi, oracle, adaptive and own controllers fare on them."""
     from adaptive_ff.comparison.drawn_joints import draw_scenario, summary, sweep
+    from adaptive_ff.comparison.own import named_own
     from adaptive_ff.files import write_result
-    from adaptive_ff.report.comparison_tables import classes_table, sweep_table
+    from adaptive_ff.report.comparison_tables import classes_table, own_sweep_table, sweep_table
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_compiled
 
     errors = error_console()
+    mine = named_own(own or [])
     loaded = load_scenario(scenario)
     with places(out, json) as (stage, beside):
         announce_compilation(errors, run_compiled)
         with progress_bars(errors) as progress:
             task = progress.add_task("joints", total=1.0)
-            outcomes = sweep(loaded, runs, seed, progress=lambda share: progress.update(task, completed=share))
+            outcomes = sweep(
+                loaded,
+                runs,
+                seed,
+                own=mine,
+                folder=out,
+                progress=lambda share: progress.update(task, completed=share),
+            )
         result = summary(outcomes, seed)
         for rank, case in enumerate(result["worst"], start=1):
             text = to_toml(draw_scenario(loaded, seed, case["draw"]))
@@ -41,6 +53,8 @@ def sweep_command(
     console = Printer()
     console.print(sweep_table(result))
     console.print(classes_table(result))
+    if result["own"]:
+        console.print(own_sweep_table(result))
     console.print(
         f"Whole run more than 5 % worse than pi: {100 * result['worse_than_pi']:.2g} % of the joints that ran"
     )

@@ -1,5 +1,7 @@
 """Printing to a terminal: tables, warnings, progress."""
 
+import csv
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -7,6 +9,10 @@ from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from adaptive_ff.cli.common import SETTINGS, TableForm
 
 COMPILES = "First run on this machine: the controllers are compiled, once (some 15 to 30 s)."
 
@@ -15,7 +21,18 @@ LONGEST_LIST = 10
 
 
 class Printer(Console):
-    """Standard output; a reader that has seen enough is no error."""
+    """Standard output, in the form that was asked for; a reader that has seen enough is no error."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print tables as text, Markdown or CSV; the latter two without anything between them; quiet, nothing."""
+        if SETTINGS.quiet:
+            return
+        if SETTINGS.tables is TableForm.TEXT:
+            super().print(*objects, **options)
+            return
+        for item in objects:
+            if isinstance(item, Table):
+                super().print(plain_table(item, SETTINGS.tables), markup=False, highlight=False, soft_wrap=True)
 
     def on_broken_pipe(self) -> None:
         """End the program quietly."""
@@ -25,6 +42,22 @@ class Printer(Console):
     def say(self, sentence: str) -> None:
         """Print a sentence as it is."""
         self.print(sentence, highlight=False, markup=False, soft_wrap=True)
+
+
+def plain_table(table: Table, form: TableForm) -> str:
+    """Return a table as Markdown or CSV, with an empty line after it."""
+    title = Text.from_markup(str(table.title or "")).plain
+    heads = [str(column.header) for column in table.columns]
+    cells = zip(*(column.cells for column in table.columns), strict=True)
+    rows = [[Text.from_markup(str(cell)).plain for cell in row] for row in cells]
+    if form is TableForm.CSV:
+        stream = io.StringIO()
+        csv.writer(stream, lineterminator="\n").writerows([heads, *rows])
+        return f"# {title}\n{stream.getvalue()}" if title else stream.getvalue()
+    rules = ["--:" if column.justify == "right" else "---" for column in table.columns]
+    lines = [[cell.replace("|", r"\|") for cell in row] for row in (heads, rules, *rows)]
+    body = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return f"**{title}**\n\n{body}\n" if title else f"{body}\n"
 
 
 def error_console() -> Console:
@@ -49,11 +82,11 @@ def announce_compilation(errors: Console, loop: Any) -> None:
     """Say that a loop has to be compiled, where that has not been done on this machine."""
     from controllers import is_cached
 
-    if not is_cached(loop):
+    if not SETTINGS.quiet and not is_cached(loop):
         errors.print(COMPILES)
 
 
 def progress_bars(errors: Console) -> Progress:
     """Return progress bars, which show only on a terminal and go when they are done."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)
+    return Progress(*columns, console=errors, transient=True, disable=SETTINGS.quiet or not errors.is_terminal)

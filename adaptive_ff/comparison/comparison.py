@@ -19,7 +19,7 @@ BASELINE = "pi"
 """The controller that improvement is measured against."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Runs of several controllers on the same scenario.
 
@@ -65,6 +65,35 @@ class Comparison:
             The file cannot be written.
         """
         write_result(Path(path), self.to_dict())
+
+    def __repr__(self) -> str:
+        """Return the settled errors in one line."""
+        settled = ", ".join(f"{name} {run.metrics.rms_error_settled:.3g}" for name, run in self.runs.items())
+        return f"Comparison(settled rms error, rad/s: {settled})"
+
+    def _repr_html_(self) -> str:
+        """Return tables and pictures for a notebook."""
+        from adaptive_ff.report.notebook import comparison_html
+
+        return comparison_html(self)
+
+    def to_pandas(self) -> Any:
+        """Return the figures of merit as a ``pandas.DataFrame``, a row a controller (extra ``pandas``).
+
+        Units are in ``attrs["units"]``.
+        """
+        from adaptive_ff.report.frames import figures_frame
+
+        return figures_frame(self)
+
+    def to_xarray(self) -> Any:
+        """Return the series of all controllers as an ``xarray.Dataset`` by controller and time (extra ``pandas``).
+
+        Series at the samples and the reference; the unit of each is in its ``attrs["units"]``.
+        """
+        from adaptive_ff.report.frames import series_dataset
+
+        return series_dataset(self)
 
     def plot(self, folder: str | Path | None = None) -> dict[str, "Figure"]:
         """Draw all pictures, by name; write them to a folder where one is given."""

@@ -2,19 +2,23 @@
 
 import math
 import os
-from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import suppress
+from dataclasses import asdict
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from adaptive_ff.comparison.outcomes import KeptOutcomes, Outcome
+from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, make_own
+from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import lay_course
-from adaptive_ff.simulation.metrics import Metrics
 from plant import check_factor, schedule, steepest_fall
 
 CONTROLLERS = ("pi", "oracle", "adaptive")
@@ -38,34 +42,6 @@ FINEST = 64
 
 BATCH = 8
 """Joints handed to a worker at a time."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One drawn joint.
-
-    Attributes
-    ----------
-    draw : int
-        Number of the draw; with the seed of the sweep it gives the joint, see :func:`draw_scenario`.
-    metrics : dict of Metrics
-        Figures of merit by controller; empty where the draw was refused.
-    refused : str
-        Why it was not run, empty where it was.
-    fall : float
-        Steepest fall of its friction over the proportional gain.
-    """
-
-    draw: int
-    metrics: dict[str, Metrics]
-    refused: str = ""
-    fall: float = math.nan
-
-    def ratio(self, figure: str, controller: str, to: str) -> float:
-        """Return a figure of merit of one controller over that of another."""
-        top: float = getattr(self.metrics[controller], figure)
-        bottom: float = getattr(self.metrics[to], figure)
-        return top / bottom
 
 
 def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
@@ -158,7 +134,7 @@ def needed_torque(scenario: Scenario) -> float:
     return joint.inertia * fastest + friction
 
 
-def run_draw(scenario: Scenario, seed: int, draw: int) -> Outcome:
+def run_draw(scenario: Scenario, seed: int, draw: int, own: Mapping[str, Own] | None = None) -> Outcome:
     """Draw a joint and run the controllers on it."""
     try:
         drawn = draw_scenario(scenario, seed, draw)
@@ -166,11 +142,14 @@ def run_draw(scenario: Scenario, seed: int, draw: int) -> Outcome:
         return Outcome(draw, {}, str(error))
     course = lay_course(drawn)
     metrics = {name: simulate(drawn, name, course=course).metrics for name in CONTROLLERS}
+    for name, one in (own or {}).items():
+        with suppress(ArithmeticError):  # an own controller may fail on a joint; it then has no figures there
+            metrics[name] = simulate(drawn, make_own(name, one, drawn), name=name, course=course).metrics
     return Outcome(draw, metrics, fall=fall_over_gain(drawn))
 
 
-def _run_batch(scenario: Scenario, seed: int, draws: list[int]) -> list[Outcome]:
-    return [run_draw(scenario, seed, draw) for draw in draws]
+def _run_batch(scenario: Scenario, seed: int, draws: list[int], own: Mapping[str, Own]) -> list[Outcome]:
+    return [run_draw(scenario, seed, draw, own) for draw in draws]
 
 
 def sweep(
@@ -178,6 +157,8 @@ def sweep(
     runs: int,
     seed: int = 1,
     *,
+    own: Mapping[str, Own] | None = None,
+    folder: Path | None = None,
     executor: Executor | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Outcome]:
@@ -191,6 +172,10 @@ def sweep(
         Number of draws, refused ones included.
     seed : int, optional
         Seed of the draws; each draw depends on it and on its number only, not on the workers.
+    own : mapping, optional
+        Own controllers by name that are run, too; see :func:`adaptive_ff.comparison.own.make_own`.
+    folder : Path, optional
+        Where outcomes are kept as they come, so that a call that was interrupted goes on where it stopped.
     executor : concurrent.futures.Executor, optional
         Where the runs go, such as that of a cluster; by default processes on all cores.
     progress : callable, optional
@@ -208,20 +193,39 @@ def sweep(
     """
     if runs < 1:
         raise ValueError(f"runs = {runs} is not allowed: it must be at least 1")
-    outcomes = [run_draw(scenario, seed, 0)]  # here, so that workers find the controllers compiled
-    if outcomes[0].refused:
+    own = own or {}
+    check_own_names(own, REGISTERED)
+    kept = KeptOutcomes(folder, scenario, seed, own)
+    outcomes = {draw: outcome for draw, outcome in kept.read().items() if draw < runs}
+    for batch in _run(scenario, seed, [draw for draw in range(runs) if draw not in outcomes], own, executor):
+        outcomes |= {outcome.draw: outcome for outcome in batch}
+        kept.add(batch)
+        if progress is not None:
+            progress(len(outcomes) / runs)
+    return [outcomes[draw] for draw in range(runs)]
+
+
+def _run(
+    scenario: Scenario, seed: int, draws: list[int], own: Mapping[str, Own], executor: Executor | None
+) -> Iterator[list[Outcome]]:
+    """Yield the outcomes of draws, in batches as they come."""
+    if not draws:
+        return
+    first = run_draw(scenario, seed, draws[0], own)  # here, so that workers find the controllers compiled
+    if first.refused:
         simulate(scenario.modified(duration=1.0, change=[]), "adaptive")
+    yield [first]
+    batches = [draws[start : start + BATCH] for start in range(1, len(draws), BATCH)]
+    if executor is None and not can_be_sent(own):
+        yield from (_run_batch(scenario, seed, batch, own) for batch in batches)
+        return
     pool = ProcessPoolExecutor(os.cpu_count()) if executor is None else executor
     try:
-        batches = [list(range(first, min(first + BATCH, runs))) for first in range(1, runs, BATCH)]
-        for batch in pool.map(_run_batch, [scenario] * len(batches), [seed] * len(batches), batches):
-            outcomes.extend(batch)
-            if progress is not None:
-                progress(len(outcomes) / runs)
+        for done in as_completed([pool.submit(_run_batch, scenario, seed, batch, own) for batch in batches]):
+            yield done.result()
     finally:
         if executor is None:
             pool.shutdown(cancel_futures=True)
-    return outcomes
 
 
 QUANTITIES = {
@@ -265,6 +269,20 @@ def _classes(run: list[Outcome], values: dict[int, dict[str, float]]) -> dict[st
     return found
 
 
+def own_summary(run: list[Outcome], name: str) -> dict[str, Any]:
+    """Return how an own controller fared: joints on which it did not stay finite, and quantiles of its figures."""
+    ran = [outcome for outcome in run if name in outcome.metrics]
+    ratios = {
+        "improvement": [outcome.ratio("rms_error_settled", "pi", name) for outcome in ran],
+        "whole_run": [outcome.ratio("rms_error", name, "pi") for outcome in ran],
+    }
+    found: dict[str, Any] = {"failed": len(run) - len(ran)}
+    if ran:
+        for key, values in ratios.items():
+            found[key] = dict(zip(map(str, QUANTILES), np.quantile(values, QUANTILES).tolist(), strict=True))
+    return found
+
+
 def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any]:
     """Return the result of a sweep as ``--json`` writes it.
 
@@ -285,12 +303,14 @@ def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any
         )
         for name in (QUANTITIES if values else ())
     }
+    own = dict.fromkeys(name for outcome in run for name in outcome.metrics if name not in CONTROLLERS)
     ranked = sorted(run, key=lambda outcome: -values[outcome.draw]["whole_run"])
     return {
         "seed": seed,
         "draws": len(outcomes),
         "refused": len(outcomes) - len(run),
         "quantiles": quantiles,
+        "own": {name: own_summary(run, name) for name in own},
         "classes": _classes(run, values),
         "pi_hunts": sum(outcome.fall > HUNTING for outcome in run),
         "worse_than_pi": sum(v["whole_run"] > 1.05 for v in values.values()) / max(1, len(values)),

@@ -6,6 +6,13 @@ from typing import Any
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
+from adaptive_ff.comparison.literature import (
+    make_lugre_observer,
+    make_maxwell_adaptive,
+    make_radial_basis,
+    make_repetitive,
+    make_super_twisting,
+)
 from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.errors import InputError
@@ -224,6 +231,11 @@ CONTROLLERS: dict[str, Maker] = {
     "canudas": _canudas,
     "canudas_measured": _canudas_measured,
     "feedback_error": _feedback_error,
+    "lugre_observer": make_lugre_observer,
+    "maxwell_adaptive": make_maxwell_adaptive,
+    "radial_basis": make_radial_basis,
+    "super_twisting": make_super_twisting,
+    "repetitive": make_repetitive,
     **FIXED,
 }
 """Controllers by name."""

@@ -1,7 +1,7 @@
 """One controller in the closed loop of a scenario."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ PART = 20_000
 """Samples between two reports of progress."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A run and its time series.
 
@@ -54,6 +54,8 @@ class Run:
         Planned minus true position on the solver's grid, rad; None without a position loop.
     position_metrics : PositionMetrics or None
         Figures of merit of the position; None without a position loop.
+    monitors : dict of ndarray, shape (samples,)
+        What a controller watches itself by, by name: trust, observer gain and observed torque (N m) of ``adaptive``.
     """
 
     name: str
@@ -70,6 +72,12 @@ class Run:
     metrics: Metrics
     position_error: NDArray[np.float64] | None = None
     position_metrics: PositionMetrics | None = None
+    monitors: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Return what was run and its settled error in one line."""
+        settled = self.metrics.rms_error_settled
+        return f"Run({self.name!r}, {self.solver_time[-1]:g} s, settled rms error {settled:.3g} rad/s)"
 
     @property
     def final_estimates(self) -> dict[str, float]:
@@ -90,6 +98,7 @@ class Run:
             "friction": self.friction,
             **({} if self.position_error is None else {"position_error": self.position_error[samples]}),
             **named,
+            **self.monitors,
         }
 
     def figures(self) -> dict[str, float]:
@@ -150,7 +159,8 @@ def simulate(
     own = not isinstance(controller, Controller)
     block, state = (own_controller(controller), None) if own else (controller.parameters, controller.state)
     names = block.estimate_names if own else controller.estimate_names
-    record = empty_record(course, len(names))
+    watched = () if own else controller.monitor_names
+    record = empty_record(course, len(names), len(watched))
     run = run_plain if own else run_compiled
     position = start_position(course)
     count = course.noise.size
@@ -161,10 +171,12 @@ def simulate(
             progress(stop / count)
     if not own:
         controller.state = state
-    return _finished(name or type(controller).__name__, scenario, course, record, names)
+    return _finished(name or type(controller).__name__, scenario, course, record, names, watched)
 
 
-def _finished(name: str, scenario: Scenario, course: Course, record: Record, names: tuple[str, ...]) -> Run:
+def _finished(
+    name: str, scenario: Scenario, course: Course, record: Record, names: tuple[str, ...], watched: tuple[str, ...]
+) -> Run:
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
         metrics = evaluate(time, course.reference, record.velocity, record.torque, scenario.last_change)
@@ -189,4 +201,5 @@ def _finished(name: str, scenario: Scenario, course: Course, record: Record, nam
         metrics,
         position_error,
         position_metrics,
+        {key: record.monitors[:, i] for i, key in enumerate(watched)},
     )

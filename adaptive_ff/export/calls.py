@@ -143,9 +143,11 @@ class Calls:
             if value.type is None:
                 raise kernel.refusal(node, f"{ast.unparse(node)}: {value.text} cannot be passed; pass its elements")
             kinds.append(value.type)
-        translated = unit.function(function, tuple(kinds), (kernel, node))
+        constants = tuple(value.constant if value.type == INTEGER else None for value in values)
+        translated = unit.function(function, tuple(kinds), constants, (kernel, node))
         if translated.writes:
             expressions.scope.writes = True
             expressions.check_order(node, translated.name)
         texts = [expressions.passed(node, value) for value in values]
-        return Value(f"{translated.name}({', '.join(texts)})", translated.result)
+        text = f"{translated.name}({', '.join(texts)})"
+        return Value(text, translated.result, constant=translated.constant)

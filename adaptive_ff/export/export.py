@@ -20,7 +20,7 @@ from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 
 def as_record(value: Any, where: str) -> Record:
     """Return the type of a named tuple."""
-    kind = type_of(value, where)
+    kind = type_of(value, where, fixed=where == "parameters")  # which are constant, so that they may decide branches
     if not isinstance(kind, Record):
         raise NotExportable(f"{where} cannot be exported: it must be a NamedTuple")
     return kind

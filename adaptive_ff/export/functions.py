@@ -33,6 +33,8 @@ class Function:
         Its definition with its comment.
     writes : bool
         Whether it changes arrays in place.
+    constant : int, optional
+        What it returns, where that is an integer or truth value that is known at translation.
     """
 
     name: str
@@ -40,20 +42,24 @@ class Function:
     kernel: Kernel
     text: str
     writes: bool
+    constant: int | None = None
 
 
-def translate_function(unit: "Unit", kernel: Kernel, kinds: tuple[Type, ...], name: str) -> Function:
-    """Translate a kernel for arguments of some types; ``NotExportable`` where a construct has no translation."""
+def translate_function(
+    unit: "Unit", kernel: Kernel, kinds: tuple[Type, ...], constants: tuple[int | None, ...], name: str
+) -> Function:
+    """Translate a kernel for arguments of some types, some of them known; ``NotExportable`` where it cannot be."""
     arguments = kernel.tree.args
     if arguments.vararg or arguments.kwarg or arguments.posonlyargs:
         raise kernel.refusal(kernel.tree, "its arguments must be named one by one")
     scope = Scope(kernel)
     declared, opening = [], []
-    for argument, kind in zip([*arguments.args, *arguments.kwonlyargs], kinds, strict=True):
+    given_all = zip([*arguments.args, *arguments.kwonlyargs], kinds, constants, strict=True)
+    for argument, kind, known in given_all:
         wish = c_name(argument.arg)
         if not passed_by_pointer(kind):
             declared.append(unit.declaration(kind, wish))
-            scope.variables[argument.arg] = Variable(wish, kind)
+            scope.variables[argument.arg] = Variable(wish, kind, constant=None if scope.stores[argument.arg] else known)
         elif scope.stores[argument.arg]:
             given = scope.fresh(f"given_{argument.arg}")
             declared.append(f"const {unit.c_type(kind)} *{given}")
@@ -72,7 +78,7 @@ def translate_function(unit: "Unit", kernel: Kernel, kinds: tuple[Type, ...], na
     result = statements.result
     returned = "void" if result is None else unit.c_type(result) if isinstance(result, Record | Line) else ""
     head = f"{returned} {name}" if returned else unit.declaration(result, name) if result else name
-    lines = [f"static {head}({', '.join(declared) or 'void'})", "{"]
+    lines = [f"static inline {head}({', '.join(declared) or 'void'})", "{"]
     lines += [f"{'    ' * depth}{text}" for depth, text in opening]
     for depth, item in scope.lines:
         if isinstance(item, Unused):
@@ -88,7 +94,7 @@ def translate_function(unit: "Unit", kernel: Kernel, kinds: tuple[Type, ...], na
     lines.append("}")
     text = "\n".join(piece for line in lines for piece in wrapped_code(line)) + "\n"
     comment = block_comment(inspect.getdoc(kernel.function) or "")
-    return Function(name, result, kernel, comment + text, scope.writes)
+    return Function(name, result, kernel, comment + text, scope.writes, statements.constant)
 
 
 def _uses(texts: list[str], name: str) -> int:

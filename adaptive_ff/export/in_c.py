@@ -1,5 +1,6 @@
 """The exported code in place of the compiled kernels, in Python: a single step at a fraction of the time."""
 
+import copy
 import re
 import tempfile
 from pathlib import Path
@@ -12,6 +13,7 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.header import header
 from adaptive_ff.export.source import source
 from controllers import Controller, Inputs, Output
+from controllers.interface import single_step
 
 PREFIX = "controller"
 
@@ -30,11 +32,11 @@ class InC:
         Shared library with its code.
     declarations : str
         What the library holds, as C.
+    single : bool
+        Whether it computes in single precision.
     """
 
-    _OWN = frozenset({"step", "_controller", "_ffi", "_library", "_handle", "_inputs", "_output", "_buffer"})
-
-    def __init__(self, controller: Controller, library: Path, declarations: str) -> None:
+    def __init__(self, controller: Controller, library: Path, declarations: str, single: bool) -> None:
         import cffi
 
         set_own = super().__setattr__
@@ -46,7 +48,8 @@ class InC:
         set_own("_inputs", ffi.new(f"{PREFIX}_Inputs *"))
         set_own("_output", ffi.new(f"{PREFIX}_Output *"))
         set_own("_controller", controller)
-        set_own("_buffer", ffi.new("unsigned char[]", len(state_to_bytes(controller))))
+        set_own("_buffer", ffi.new("unsigned char[]", len(state_to_bytes(controller, single=single))))
+        set_own("_single", single)
         self._library.controller_init(self._handle)
         set_own("step", controller.step)
         controller._step = self._stepping()
@@ -65,13 +68,20 @@ class InC:
     def _fetch(self) -> None:
         """Give the controller in Python the state that C has."""
         self._library.controller_save_state(self._handle, self._buffer, len(self._buffer))
-        state_from_bytes(self._controller, bytes(self._ffi.buffer(self._buffer)))
+        state_from_bytes(self._controller, bytes(self._ffi.buffer(self._buffer)), single=self._single)
 
     def _hand_back(self) -> None:
         """Give C the state of the controller in Python."""
-        content = state_to_bytes(self._controller)
+        content = state_to_bytes(self._controller, single=self._single)
         if self._library.controller_load_state(self._handle, content, len(content)):
             raise InputError("state is not allowed: it does not belong to this controller")
+
+    def in_python(self) -> Controller:
+        """Return a controller with the same settings and state that runs in Python, on its own."""
+        self._fetch()
+        own: Controller = copy.deepcopy(self._controller)
+        own._step = single_step
+        return own
 
     def __getattr__(self, name: str) -> Any:
         self._fetch()
@@ -93,7 +103,7 @@ class InC:
         self._hand_back()
 
 
-def run_in_c(controller: Controller) -> Any:
+def run_in_c(controller: Controller, *, single: bool = False) -> Any:
     """Return the controller with its step as C, compiled by the C compiler of this machine.
 
     It needs the package ``cffi`` and a C compiler (the variable CC, or ``cc``), and a second for that. Settings and
@@ -103,6 +113,8 @@ def run_in_c(controller: Controller) -> Any:
     ----------
     controller : Controller
         Any controller whose step is a kernel.
+    single : bool, optional
+        Compute in single precision, to see what that would cost on a machine without double; other torques then.
 
     Returns
     -------
@@ -118,7 +130,7 @@ def run_in_c(controller: Controller) -> Any:
         import cffi  # noqa: F401
     except ImportError as error:
         raise InputError("cffi is not installed; pip install adaptive-ff[in-c]") from error
-    export = Export(controller, PREFIX)
+    export = Export(controller, PREFIX, single)
     declared = header(export)
     own = export.copy()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
@@ -127,7 +139,7 @@ def run_in_c(controller: Controller) -> Any:
         file.write_text(source(export), encoding="ascii")
         library = Path(folder) / "controller.so"
         compile_library([file], library, ["-fvisibility=default"])
-        return InC(own, library, declarations(declared))
+        return InC(own, library, declarations(declared), single)
 
 
 def declarations(text: str) -> str:

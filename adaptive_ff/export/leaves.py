@@ -59,7 +59,7 @@ def leaves(kind: Type, path: tuple[str | int, ...] = ()) -> Iterator[Leaf]:
     elif isinstance(kind, Array):
         yield Leaf(path, kind.element, kind.shape, True)
     else:
-        yield Leaf(path, kind)
+        yield Leaf(path, Scalar(kind.kind))
 
 
 def value_at(value: Any, path: tuple[str | int, ...]) -> Any:

@@ -33,12 +33,19 @@ def loop_header(expressions: Expressions, statement: ast.For) -> tuple[str, bool
         raise kernel.refusal(statement, f"{ast.unparse(call)} must go by 1 or -1")
     known = start.constant is not None and end.constant is not None
     runs = not known or (start.constant < end.constant if stride == 1 else start.constant > end.constant)
+    start, end = _literal(start), _literal(end)
     name = c_name(target.id)
     kind = "int" if start.constant is not None or start.root in expressions.scope.counters else "int64_t"
     if kind == "int":
         expressions.scope.counters.add(target.id)
     sign, change = ("<", "++") if stride == 1 else (">", "--")
     return f"for ({kind} {name} = {start.text}; {name} {sign} {end.text}; {name}{change}) {{", runs
+
+
+def _literal(value: Value) -> Value:
+    """Return a known integer as such, but for constants of modules, whose names say more."""
+    plain = value.constant is None or value.text == value.text.upper()
+    return value if plain else Value(str(value.constant), INTEGER, constant=value.constant)
 
 
 def _is_stored(node: ast.AST) -> bool:

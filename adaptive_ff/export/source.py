@@ -1,10 +1,12 @@
 """The source of an exported controller: constants, translated kernels, and the functions of the header."""
 
 import importlib
+import re
 
 from adaptive_ff.export.comments import block_comment, joined, plain, summary
 from adaptive_ff.export.entry_points import entry_points, estimates
 from adaptive_ff.export.export import Export
+from adaptive_ff.export.functions import Function
 from adaptive_ff.export.kernels import Constant
 from adaptive_ff.export.state_functions import state_buffer
 from adaptive_ff.export.tables import state_tables
@@ -71,9 +73,23 @@ def _definitions(export: Export, name: str, constant: Constant) -> list[str]:
     return [f"#define {key} {f'({text})' if text.startswith('-') else text}" for key, text in texts]
 
 
+def used_functions(export: Export) -> list[Function]:
+    """Return the functions that are called, callees first; of those that give a known number, the number is used."""
+    made = {function.name: function for function in export.unit.functions.values()}
+    pending = [function for function in (export.step, export.write_estimates) if function is not None]
+    used: set[str] = set()
+    while pending:
+        function = pending.pop()
+        if function.name not in used:
+            used.add(function.name)
+            code = re.sub(r"/\*.*?\*/", "", function.text, flags=re.DOTALL)
+            pending += [made[name] for name in re.findall(r"\b(\w+)\(", code) if name in made]
+    return [function for name, function in made.items() if name in used]
+
+
 def _kernels(export: Export) -> str:
     parts, last, seen = [], "", set()
-    for function in export.unit.functions.values():
+    for function in used_functions(export):
         kernel = function.kernel
         if kernel.path != last:
             last = kernel.path

@@ -1,6 +1,6 @@
 """Functions in C that write a state into a buffer and read it; the format is that of ``buffer``."""
 
-from adaptive_ff.export.buffer import HEADER, VERSION
+from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf
 from adaptive_ff.export.tables import has_arrays
@@ -19,6 +19,7 @@ static const Field FIELDS[] = {{
 
 #define FIELD_COUNT (sizeof FIELDS / sizeof FIELDS[0])
 #define HEADER_SIZE {header}u
+#define MAGIC UINT32_C(0x{magic:08x}) /* the letters AFFS */
 #define FORMAT_VERSION {version}u
 #define LAYOUT_HASH UINT64_C(0x{hash:016x})
 
@@ -108,7 +109,7 @@ int {p}_save_state(const {p}_Controller *controller, unsigned char *buffer, size
             next += width_of(&FIELDS[f]);
         }}
     }}
-    memcpy(buffer, "AFFS", 4);
+    put(buffer, MAGIC, 4);
     put(buffer + 4, FORMAT_VERSION, 4);
     put(buffer + 8, {P}_STATE_SIZE, 4);
     put(buffer + 12, checksum(buffer + HEADER_SIZE, {P}_STATE_SIZE - HEADER_SIZE), 4);
@@ -118,7 +119,7 @@ int {p}_save_state(const {p}_Controller *controller, unsigned char *buffer, size
 
 int {p}_load_state({p}_Controller *controller, const unsigned char *buffer, size_t size)
 {{
-    if (size != {P}_STATE_SIZE || memcmp(buffer, "AFFS", 4) != 0 || get(buffer + 4, 4) != FORMAT_VERSION
+    if (size != {P}_STATE_SIZE || get(buffer, 4) != MAGIC || get(buffer + 4, 4) != FORMAT_VERSION
         || get(buffer + 8, 4) != {P}_STATE_SIZE || get(buffer + 16, 8) != LAYOUT_HASH
         || get(buffer + 12, 4) != checksum(buffer + HEADER_SIZE, {P}_STATE_SIZE - HEADER_SIZE)) {{
         return {P}_BAD_STATE;
@@ -152,6 +153,7 @@ def state_buffer(export: Export) -> str:
         fields="\n".join(lines),
         header=HEADER.size,
         version=VERSION,
+        magic=int.from_bytes(MAGIC, "little"),
         hash=export.hash,
         real=export.precision.real,
         bits="uint32_t" if export.single else "uint64_t",

@@ -7,7 +7,7 @@ from adaptive_ff.export.expressions import ARITHMETIC, Expressions
 from adaptive_ff.export.loops import loop_header
 from adaptive_ff.export.results import ResultNames
 from adaptive_ff.export.scope import Path, Scope, Variable, c_name
-from adaptive_ff.export.types import INTEGER, REAL, Array, Line, Record, Type, passed_by_pointer
+from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Type, passed_by_pointer
 from adaptive_ff.export.values import Value
 
 
@@ -29,7 +29,7 @@ class Statements:
         self.kernel = expressions.kernel
         self.names = names
         self.result: Type | None = None
-        self.returns = False
+        self.constants: list[int | None] = []
         self._commented: set[int] = set()
 
     def body(self) -> None:
@@ -40,6 +40,11 @@ class Statements:
             self._commented.update(range(first.lineno, (first.end_lineno or first.lineno) + 1))
             statements = statements[1:]
         self.block(statements, ())
+
+    @property
+    def constant(self) -> int | None:
+        """What the function returns, where it does nothing else and that is known."""
+        return self.constants[0] if len(self.constants) == 1 and not self.scope.writes else None
 
     def block(self, statements: list[ast.stmt], path: Path) -> None:
         """Translate the statements of a block."""
@@ -245,7 +250,8 @@ class Statements:
             self.scope.emit(f"const {self.unit.c_type(kind)} *{text} = {pointer};")
         elif once and kind == INTEGER and value.constant is not None:
             self.scope.variables[name] = Variable(text, kind, constant=value.constant)
-            self.scope.emit(f"const int {text} = {value.text};")
+            named = value.text == value.text.upper()  # of constants of modules alone, not of variables
+            self.scope.emit(f"const int {text} = {value.text if named else value.constant};")
         else:
             self.scope.variables[name] = Variable(text, kind)
             constant = "const " if once and not isinstance(kind, Array) else ""
@@ -324,7 +330,6 @@ class Statements:
 
     def _return(self, statement: ast.Return) -> None:
         node = statement.value
-        self.returns = True
         if node is None or (isinstance(node, ast.Constant) and node.value is None):
             self.scope.emit("return;")
             return
@@ -339,6 +344,7 @@ class Statements:
         if value.type is None:
             raise self.kernel.refusal(statement, "a shape or a tuple of constants cannot be returned")
         self._agree(statement, value.type)
+        self.constants.append(value.constant if value.type in (INTEGER, BOOLEAN) else None)
         if self.result == REAL:
             value = self.expressions.as_real(node, value)
         self.scope.emit(f"return {value.content};")

@@ -10,9 +10,13 @@ from adaptive_ff.export.errors import NotExportable
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number or a truth value; ``kind`` is ``real``, ``integer`` or ``boolean``."""
+    """A number or a truth value; ``kind`` is ``real``, ``integer`` or ``boolean``.
+
+    Integers and truth values of parameters have their value with them: they decide which branches there are.
+    """
 
     kind: str
+    value: int | None = None
 
 
 REAL, INTEGER, BOOLEAN = Scalar("real"), Scalar("integer"), Scalar("boolean")
@@ -56,8 +60,8 @@ LARGEST_BY_VALUE = 4
 """Records and tuples of more members than this are passed by ``const`` pointer."""
 
 
-def type_of(value: Any, where: str) -> Type:
-    """Return the type of a sample value.
+def type_of(value: Any, where: str, *, fixed: bool = False) -> Type:
+    """Return the type of a sample value; where it is fixed, with the values of integers and truth values.
 
     Raises
     ------
@@ -65,16 +69,18 @@ def type_of(value: Any, where: str) -> Type:
         The value is neither a number, an array, a named tuple nor a tuple of one type; ``where`` names it.
     """
     if isinstance(value, bool | np.bool_):
-        return BOOLEAN
+        return Scalar(BOOLEAN.kind, bool(value)) if fixed else BOOLEAN
     if isinstance(value, int | np.integer):
-        return INTEGER
+        return Scalar(INTEGER.kind, int(value)) if fixed else INTEGER
     if isinstance(value, float):
         return REAL
     if isinstance(value, np.ndarray) and value.dtype.kind in KINDS:
         return Array(KINDS[value.dtype.kind], value.shape)
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         names = type(value)._fields
-        fields = tuple((name, type_of(item, f"{where}.{name}")) for name, item in zip(names, value, strict=True))
+        fields = tuple(
+            (name, type_of(item, f"{where}.{name}", fixed=fixed)) for name, item in zip(names, value, strict=True)
+        )
         return Record(type(value).__name__, fields, type(value))
     if isinstance(value, tuple) and value:
         elements = {type_of(item, f"{where}[{place}]") for place, item in enumerate(value)}

@@ -14,6 +14,9 @@ from adaptive_ff.export.scope import c_name
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from adaptive_ff.export.values import Value
 
+Key = tuple[Callable[..., Any], tuple[Type, ...], tuple[int | None, ...]]
+"""A kernel with the types of its arguments, and those of them that are known integers."""
+
 
 @dataclass(frozen=True)
 class Struct:
@@ -40,7 +43,7 @@ class Unit:
         self.prefix = prefix
         self.calls = Calls()
         self.structs: dict[Type, Struct] = {}
-        self.functions: dict[tuple[Callable[..., Any], tuple[Type, ...]], Function] = {}
+        self.functions: dict[Key, Function] = {}
         self.constants: dict[str, Constant] = {}
         self.helpers: set[str] = set()
         self._pending: list[Callable[..., Any]] = []
@@ -48,7 +51,7 @@ class Unit:
     def c_type(self, kind: Type) -> str:
         """Return the type in C of a value that is no array."""
         if isinstance(kind, Scalar):
-            return {REAL: self.precision.real, INTEGER: "int64_t", BOOLEAN: "bool"}[kind]
+            return {REAL: self.precision.real, INTEGER: "int64_t", BOOLEAN: "bool"}[Scalar(kind.kind)]
         if isinstance(kind, Array):
             raise TypeError("an array is declared with its name")
         return self.struct(kind).name
@@ -122,21 +125,28 @@ class Unit:
         return f"{name}({', '.join(arguments)})"
 
     def function(
-        self, function: Callable[..., Any], kinds: tuple[Type, ...], caller: tuple[Kernel, Any] | None = None
+        self,
+        function: Callable[..., Any],
+        kinds: tuple[Type, ...],
+        constants: tuple[int | None, ...] = (),
+        caller: tuple[Kernel, Any] | None = None,
     ) -> Function:
-        """Return a kernel in C for arguments of some types; it is translated when it is first met."""
-        key = (function, kinds)
+        """Return a kernel in C for arguments of some types; it is translated when it is first met.
+
+        Arguments that are known integers, such as sizes, decide branches within it, as they do at the call.
+        """
+        key = (function, kinds, constants or (None,) * len(kinds))
         if key not in self.functions:
             kernel = read_kernel(function)
             if function in self._pending and caller is not None:
                 raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
             self._pending.append(function)
-            self.functions[key] = translate_function(self, kernel, kinds, self._function_name(function))
+            self.functions[key] = translate_function(self, kernel, kinds, key[2], self._function_name(function))
             self._pending.pop()
         return self.functions[key]
 
     def _function_name(self, function: Callable[..., Any]) -> str:
-        taken = {made.name: origin for (origin, _), made in self.functions.items()}
+        taken = {made.name: origin for (origin, _, _), made in self.functions.items()}
         name = c_name(function.__name__)
         if name in taken and taken[name] is not function:
             name = f"{function.__module__.rpartition('.')[2]}_{name}"

@@ -63,8 +63,11 @@ class Value:
         """Return a field of a record; ``KeyError`` where there is none."""
         if not isinstance(self.type, Record):
             raise TypeError(f"{self.text} has no fields")
-        kind = self.type.field(name)
-        return Value(f"{self.within(PRIMARY)}{'->' if self.pointer else '.'}{name}", kind, root=self.root)
+        kind, constant = self.type.field(name), None
+        if isinstance(kind, Scalar):
+            kind, constant = Scalar(kind.kind), kind.value
+        text = f"{self.within(PRIMARY)}{'->' if self.pointer else '.'}{name}"
+        return Value(text, kind, constant=constant, root=self.root)
 
     def element(self, index: str) -> "Value":
         """Return an element of a tuple, or of an array, whose element may be a row."""

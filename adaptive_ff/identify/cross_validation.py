@@ -1,9 +1,10 @@
 """Blocked cross-validation: which models of a log say the torque of a block that they have not seen.
 
 Rows of a log depend on their neighbours, so what is held out are whole blocks, and the blocks next to it are not fitted
-either (P. Burman, E. Chow, D. Nolan, Biometrika 81, 1994). Differences between models are judged by their scatter over the blocks: a model whose error is larger than
-the smallest by no more than chance explains is one that the log cannot tell from the best (after the rule of one
-standard error: L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3, on paired differences).
+either (P. Burman, E. Chow, D. Nolan, Biometrika 81, 1994). Differences between models are judged by their scatter over
+the blocks: a model whose error is larger than the smallest by no more than chance explains is one that the log cannot
+tell from the best (after the rule of one standard error: L. Breiman et al., "Classification and Regression Trees",
+1984, section 3.4.3, on paired differences).
 """
 
 import math

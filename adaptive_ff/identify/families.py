@@ -15,13 +15,15 @@ SATURATION, SLOW_SATURATION = "saturation", "slow_saturation"
 """Further terms; stiction and both shapes of saturation exclude each other, as one log seldom determines two bends."""
 
 FAMILIES = {
+    "coulomb-viscous": ("offset",),
     "symmetric": (),
     "offset": ("offset",),
     "directions": ("offset", ASYMMETRY),
     "gravity": ("offset", *GRAVITY),
     "gravity-directions": ("offset", *GRAVITY, ASYMMETRY),
 }
-"""Terms beside the base and beside lag, stiction and saturation, by the name that a user gives."""
+"""Terms beside the base and beside lag, stiction and saturation, by the name that a user gives; the first
+one, that of most published parameters, has none of these either."""
 
 AUTO = "auto"
 """Name of the choice among all families."""
@@ -52,11 +54,18 @@ def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Ter
     if family != AUTO and GRAVITY[0] in FAMILIES[family] and not gravity:
         raise InputError(f"model = {family!r} is not allowed: gravity takes the position of a rotary joint")
     if family == AUTO:
-        sides = [FAMILIES[name] for name in FAMILIES if name != "symmetric" and (gravity or "gravity" not in name)]
+        sides = [
+            FAMILIES[name]
+            for name in FAMILIES
+            if name not in ("symmetric", "coulomb-viscous") and (gravity or "gravity" not in name)
+        ]
     else:
         sides = [FAMILIES[family]]
+    plain = family == "coulomb-viscous"
+    lags = ((),) if plain else ((), (LAG,))
+    bends = ((),) if plain else ((), (STICTION,), (SATURATION,), (SLOW_SATURATION,))
     made: dict[Terms, None] = {}
-    for side, lag, bend in product(sides, ((), (LAG,)), ((), (STICTION,), (SATURATION,), (SLOW_SATURATION,))):
+    for side, lag, bend in product(sides, lags, bends):
         kept = side if both_ways else tuple(term for term in side if term not in ("offset", ASYMMETRY))
         made[(*BASE, *kept, *bend, *lag)] = None
     return sorted(made, key=len)

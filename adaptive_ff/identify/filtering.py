@@ -77,7 +77,8 @@ class Conditioned(NamedTuple):
     direction, speed : ndarray, shape (n,)
         Sign and size of the velocity, filtered after the sign was taken.
     bent : dict of ndarray, shape (k, n)
-        ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)`` and ``sgn(w) (1 - exp(-|w|/Vc))``, filtered, for each speed of their grid, by term.
+        ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)`` and ``sgn(w) (1 - exp(-|w|/Vc))``, filtered, for each speed of their
+        grid, by term.
     sine, cosine : ndarray, shape (n,), or None
         Sine and cosine of the position; None where the log has a velocity only.
     held : ndarray, shape (n,)

@@ -158,7 +158,7 @@ def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
     errors: list[float] = []
     for lag in lags.tolist():
         matrix = design(problem, fitted.linear, {**others, "friction_lag": lag})
-        errors.append(np.linalg.norm(_residual(matrix, target)) / np.linalg.norm(target))
+        errors.append(float(np.linalg.norm(_residual(matrix, target)) / np.linalg.norm(target)))
     return np.array(errors)
 
 

@@ -157,16 +157,24 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], fitted: NDArray[np.bool_], hel
     if not np.isfinite(squares[best]):
         return NOWHERE
     full = np.concatenate([values, np.full((*values.shape[:-1], 1), -1.0)], axis=-1)
-    tried = np.einsum("...i,...ij,...j->...", full[:, best[1]], test[:, best[1]], full[:, best[1]])
-    share, weights = _between(squares[:, best[1]], int(best[0]))
-    lag = float(grid.lags[lags][best[0]] + share * (grid.lags[1] - grid.lags[0]))
-    around = slice(max(0, int(best[0]) - 1), int(best[0]) + 2)
-    if weights is None:
-        found, unseen = float(squares[best]), float(tried[best[0]])
-    else:
-        found, unseen = float(weights @ squares[around, best[1]]), float(weights @ tried[around])
-    speed = float(grid.speeds[bent[0]][best[1]]) if bent else 0.0
-    at_end = bool(bent) and int(best[1]) in (0, len(ends) - 1)
+    tried = np.einsum("...i,...ij,...j->...", full, test, full)
+    here = tuple(int(place) for place in best)
+    found, unseen = float(squares[here]), float(tried[here])
+    shares = []
+    for axis in (0, 1):  # beside the point of the grid, along lag and speed, the sums are parabolas
+        line = tuple(slice(None) if other == axis else here[other] for other in (0, 1))
+        share, weights = _between(squares[line], here[axis])
+        around = slice(max(0, here[axis] - 1), here[axis] + 2)
+        if weights is not None:
+            found += float(weights @ squares[line][around]) - float(squares[here])
+            unseen += float(weights @ tried[line][around]) - float(tried[here])
+        shares.append(share)
+    lag = float(grid.lags[lags][here[0]] + shares[0] * (grid.lags[1] - grid.lags[0]))
+    speed, at_end = 0.0, False
+    if bent:
+        speeds = grid.speeds[bent[0]]
+        speed = float(speeds[here[1]] * (speeds[1] / speeds[0]) ** shares[1])
+        at_end = here[1] in (0, speeds.size - 1)
     return Point(max(found, 0.0), max(unseen, 0.0), lag, speed, at_end)
 
 

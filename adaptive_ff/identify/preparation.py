@@ -10,6 +10,7 @@ from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth, wide_c
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
 from adaptive_ff.logs.derivatives import REACH
 from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.sanity import look_through
 
 FEWEST_SAMPLES = 50
 """Samples below which nothing is tried."""
@@ -36,6 +37,8 @@ class Prepared(NamedTuple):
         Band of the regression, Hz.
     rest : Rest
         What counts as rest.
+    said : list of str
+        What is probably wrong with it, a sentence each.
     """
 
     log: Log
@@ -44,9 +47,10 @@ class Prepared(NamedTuple):
     period: float
     bandwidth: float
     rest: Rest
+    said: list[str]
 
 
-def prepare(log: Log, bandwidth: float | None = None) -> Prepared:
+def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -> Prepared:
     """Cut a log into usable pieces, and choose the band where none is given.
 
     Parameters
@@ -55,6 +59,8 @@ def prepare(log: Log, bandwidth: float | None = None) -> Prepared:
         The log.
     bandwidth : float, optional
         Band, Hz.
+    linear : bool, optional
+        Whether it is a linear axis, whose position does not wrap.
 
     Raises
     ------
@@ -63,10 +69,11 @@ def prepare(log: Log, bandwidth: float | None = None) -> Prepared:
     """
     if log.time.size < FEWEST_SAMPLES:
         raise InputError(f"{log.name}: {log.time.size} samples are not enough; there must be at least {FEWEST_SAMPLES}")
+    _check_sizes(log, median_step(log))
+    log, said, jumps = look_through(log, linear=linear)
     period = median_step(log)
-    _check_sizes(log, period)
     smallest = 4 * REACH
-    pieces, skipped = usable_pieces(log, smallest)
+    pieces, skipped = usable_pieces(log, smallest, jumps)
     if not pieces:
         raise InputError(f"{log.name}: no piece of {smallest} samples is without defect; {_worst(skipped)}")
     is_position = log.position is not None
@@ -93,7 +100,7 @@ def prepare(log: Log, bandwidth: float | None = None) -> Prepared:
     ]
     if not any(np.any(velocity) for velocity in velocities):
         raise InputError(f"{log.name}: nothing moves; the joint must move to be identified")
-    return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities, corner))
+    return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities, corner), said)
 
 
 def too_short(piece: Piece, period: float, needed: int) -> str:

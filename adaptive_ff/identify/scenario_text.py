@@ -14,7 +14,10 @@ BANDWIDTH, PERIODS = 10.0, 0.1
 """Crossover of the assumed PI loop, Hz, and the most that it may be times the sampling period."""
 
 SLOW = 0.05
-"""Stribeck velocity where none is told, over the largest speed."""
+"""Assumed Stribeck velocity where none is identified, over the largest speed."""
+
+LEFT_OUT = ("offset", "viscous_asymmetry", "gravity_sine", "gravity_cosine", "saturation", "slow_saturation")
+"""Terms that the scenario does without."""
 
 SOLVER_STEP = 0.001
 """Longest solver period, s."""
@@ -55,15 +58,16 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     Raises
     ------
     InputError
-        The log does not tell the inertia, or friction is negative: there is no joint to simulate.
+        The inertia is not identifiable, or friction is negative: there is no joint to simulate.
     """
     inertia, coulomb = found.value("inertia"), found.value("coulomb")
     if inertia <= 0.0:
-        raise InputError(f"{found.name}: the log does not tell the inertia, so there is no scenario")
+        raise InputError(f"{found.name}: the inertia is not identifiable, so there is no scenario")
     stiction, bend, shape, known = _stiction(found, coulomb)
+    bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
     period = float(f"{found.period:.4g}")
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    left = [name for name in ("offset", "viscous_asymmetry") if _identifiable(found, name)]
+    left = [name for name in LEFT_OUT if _identifiable(found, name)]
     head = [
         f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
         "Linear axes: read m, N and kg for rad, N m and kg m^2.",
@@ -93,14 +97,14 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     comments = {
         **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "viscous", "friction_lag")},
         "joint.stiction": known,
-        "joint.stribeck_velocity": known,
+        "joint.stribeck_velocity": bend_known,
         "joint.stribeck_shape": known if shape != 1.0 else "assumed",
         "sampling.period": "as recorded",
         "sensor.velocity_noise": "scatter of the log's velocity without a filter",
         "reference.path": "the motion of the log in its band, its end led to its start, so that it repeats",
         "feedback.inertia": "assumed: the designer knows it",
         "feedback.bandwidth": "assumed; the machine's own loop is not known",
-        "adaptation.stribeck_velocity": known,
+        "adaptation.stribeck_velocity": bend_known,
         "adaptation.memory": "assumed",
         "fixed": "the identified Coulomb and viscous friction",
     }
@@ -121,7 +125,7 @@ def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, f
             "from stretches at constant speed",
         )
     slow = SLOW * float(np.max(np.abs(found.reference.velocity)))
-    return coulomb, float(f"{slow:.3g}"), 1.0, "assumed: the log does not tell a stiction above Coulomb friction"
+    return coulomb, float(f"{slow:.3g}"), 1.0, "assumed: the log does not determine a stiction above Coulomb friction"
 
 
 def _identifiable(found: LogIdentification, name: str) -> bool:
@@ -131,7 +135,7 @@ def _identifiable(found: LogIdentification, name: str) -> bool:
 def _interval(found: LogIdentification, name: str) -> str:
     """Say how well a parameter is known."""
     if not _identifiable(found, name):
-        return "the log does not tell it"
+        return "not identifiable from the log"
     estimate = found.parameters[name].estimate
     return f"{100.0 * found.confidence:g} % interval {estimate.lower:.4g} to {estimate.upper:.4g}"
 

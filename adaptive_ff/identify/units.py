@@ -24,3 +24,13 @@ LINEAR = {
     "friction_lag": "s",
 }
 """Units of a linear axis."""
+
+
+def of_current(units: dict[str, str]) -> dict[str, str]:
+    """Return units where the torque, or force, is given as a current, A: inertia is then in A s²/rad."""
+    angle = "m" if units is LINEAR else "rad"
+    mass, torque = ("kg", "N") if units is LINEAR else ("kg m²", "N m")
+    return {
+        name: f"A s²/{angle}" if unit == mass else unit.replace(torque, "A", 1) if unit.startswith("N") else unit
+        for name, unit in units.items()
+    }

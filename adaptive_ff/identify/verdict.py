@@ -54,7 +54,7 @@ def cautions(found: LogIdentification) -> list[str]:
         if estimate.upper < 0.0:
             said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
     peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
-    if peak > FASTEST and found.units is ROTARY:
+    if peak > FASTEST and found.units["velocity"] == ROTARY["velocity"]:
         said.append(f"the joint reaches {peak:.3g} rad/s: is the motion in degrees? Then scale it by pi/180")
     error = found.fit.relative_error
     if error > POORLY:

@@ -23,6 +23,12 @@ NOISE_SHARE = 0.02
 """Largest power of the noise of the acceleration in the band, over that of the acceleration: noise of a regressor draws
 its coefficient towards zero by about that share."""
 
+COARSE = 0.05
+"""Velocity of one step of a lattice in a sample, over the root mean square, from which a position counts as coarse."""
+
+BULK_TIMES = 8.0
+"""Frequency up to which power counts as that of the motion, over the one that has nearly all of its displacement."""
+
 SMOOTHED = 15
 """Bins of the spectrum over which its power is averaged before it is compared with that of the noise."""
 
@@ -37,6 +43,9 @@ DERIVATIVE_TIMES_WITHIN = 0.98 * DERIVATIVE_TIMES
 
 SIGN_NOISE = 0.005
 """Noise of the velocity whose sign is taken, over its root mean square, from which on that filter is made narrower."""
+
+LEAST_SHARE = 0.2
+"""Smallest band that noise makes it choose, over the smallest otherwise."""
 
 LARGEST_SHARE = 0.1
 """Largest band, over the sampling frequency: the filter of the derivatives stays at its half."""
@@ -68,17 +77,23 @@ def choose_bandwidth(motion: Array, period: float, *, is_position: bool) -> floa
     gain = (2.0 * np.sin(np.pi * frequency * period) / period) ** 2 if is_position else np.ones_like(frequency)
     upper = frequency > 0.25 / period
     noise = np.mean(power[upper]) / np.mean(gain[upper])
-    noise = max(noise, rounding_noise(motion, period, is_position=is_position) * float(np.sum(window**2)))
+    rounding = rounding_noise(motion, period, is_position=is_position)
+    is_coarse = is_position and np.sqrt(12.0 * rounding) / period > COARSE * np.sqrt(np.mean(velocity**2))
+    noise = max(noise, rounding * float(np.sum(window**2)))
     width = max(1, min(SMOOTHED, power.size // 20))
     smooth = np.convolve(power, np.ones(width) / width, "same")  # a single bin of noise may be many times its mean
     signal = np.maximum(np.where(smooth > 4.0 * noise * gain, power, 0.0) - noise * gain, 0.0)
+    if is_coarse:  # noise of rounding is not white: lines of it far above the bulk of the motion would count as motion
+        position = np.cumsum(signal / np.maximum(frequency, frequency[1]) ** 2)
+        bulk = float(frequency[int(np.searchsorted(position, MOTION_SHARE * position[-1]))])
+        signal[frequency > BULK_TIMES * bulk] = 0.0
     cumulated = np.cumsum(signal)
     moving = float(frequency[int(np.searchsorted(cumulated, MOTION_SHARE * cumulated[-1]))])
     inside = frequency <= TIMES_MOTION * moving
     accelerated = float(np.sum((signal * frequency**2)[inside]))
     loud = np.cumsum(noise * gain * frequency**2) > NOISE_SHARE * accelerated
     quiet = float(frequency[int(np.argmax(loud))]) if np.any(loud) else np.inf
-    wanted = min(max(TIMES_MOTION * moving, SMALLEST), max(quiet, LEAST_TIMES_MOTION * moving))
+    wanted = min(max(TIMES_MOTION * moving, SMALLEST), max(quiet, LEAST_TIMES_MOTION * moving, LEAST_SHARE * SMALLEST))
     return min(wanted, LARGEST_SHARE / period)
 
 

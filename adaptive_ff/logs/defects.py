@@ -56,7 +56,7 @@ def median_step(log: Log) -> float:
     return float(np.median(forward))
 
 
-def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skipped]]:
+def usable_pieces(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) -> tuple[list[Piece], list[Skipped]]:
     """Cut a log where values are not finite, or the clock stands, jumps back or leaves a gap.
 
     Parameters
@@ -65,6 +65,8 @@ def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skippe
         The log.
     shortest : int, optional
         Number of samples below which a piece is skipped.
+    jumps : sequence of Skipped, optional
+        Further places to cut at, before the sample where each starts.
 
     Returns
     -------
@@ -93,6 +95,10 @@ def usable_pieces(log: Log, shortest: int = 2) -> tuple[list[Piece], list[Skippe
         before, after = log.time[place - 1], log.time[place]
         what = "leaves a gap" if after > before else "jumps back" if after < before else "stands still"
         skipped.append(Skipped(int(place), int(place), f"the clock {what}, from {before:.6g} s to {after:.6g} s"))
+    for jump in jumps:
+        if not broken[jump.start - 1] and finite[jump.start - 1 : jump.start + 1].all():
+            skipped.append(jump)
+        broken[jump.start - 1] = True
     pieces: list[Piece] = []
     cut = np.flatnonzero(broken) + 1
     for start, stop in runs(finite):

@@ -4,10 +4,7 @@ Each reader takes a path and the wanted names. It returns the shapes of all arra
 wanted: only these are read into memory.
 """
 
-import csv
 import importlib
-import math
-import warnings
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,8 +14,7 @@ from numpy.typing import NDArray
 from scipy import io
 
 from adaptive_ff.errors import InputError
-
-SEPARATORS = ",;\t"
+from adaptive_ff.logs.text_tables import read_table
 
 
 class Content(NamedTuple):
@@ -53,7 +49,8 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise InputError(f"{path}: the ending {path.suffix!r} is not known; allowed: {', '.join(READERS)}")
+        hint = HINTS.get(path.suffix.lower(), "")
+        raise InputError(f"{path}: the ending {path.suffix!r} is not known; allowed: {', '.join(READERS)}{hint}")
     try:
         return reader(path, wanted)
     except InputError:
@@ -63,42 +60,9 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
         raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
 
 
-def _read_csv(path: Path, wanted: Collection[str]) -> Content:
-    """Read columns of a text file with a header line; cells without a number become NaN."""
-    with path.open(newline="", encoding="utf-8-sig") as stream:
-        first = stream.readline()
-        separator = max(SEPARATORS, key=first.count)
-        header = [cell.strip() for cell in next(csv.reader([first], delimiter=separator), [])]
-        if not any(header):
-            raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
-        names = [name for name in wanted if name in header]
-        for name in names:
-            if header.count(name) > 1:
-                raise InputError(f"{path}: there are {header.count(name)} columns {name}; there must be one")
-        places = [header.index(name) for name in names]
-        table = np.empty((0, 0))
-        if places:
-            try:
-                with warnings.catch_warnings(action="ignore"):  # a file without rows is refused later
-                    table = np.loadtxt(stream, comments=None, delimiter=separator, usecols=places, ndmin=2)
-            except ValueError:
-                table = _read_cells(path, separator, places)
-    return Content(dict.fromkeys(header, ()), {name: table[:, place] for place, name in enumerate(names)})
-
-
-def _read_cells(path: Path, separator: str, places: list[int]) -> NDArray[np.float64]:
-    with path.open(newline="", encoding="utf-8-sig") as stream:
-        rows = csv.reader(stream, delimiter=separator)
-        next(rows)
-        values = [[_number(row[place] if place < len(row) else "") for place in places] for row in rows if row]
-    return np.array(values, dtype=np.float64).reshape(len(values), len(places))
-
-
-def _number(cell: str) -> float:
-    try:
-        return math.nan if "_" in cell else float(cell)
-    except ValueError:
-        return math.nan
+def _read_text(path: Path, wanted: Collection[str]) -> Content:
+    names, columns = read_table(path, wanted)
+    return Content(dict.fromkeys(names, ()), columns)
 
 
 def _read_npz(path: Path, wanted: Collection[str]) -> Content:
@@ -172,10 +136,20 @@ def _library(name: str, extra: str, path: Path) -> Any:
         ) from error
 
 
+HINTS = {
+    ".bag": "; write it as CSV first: rostopic echo -b FILE -p TOPIC",
+    ".mcap": "; write it as CSV or Parquet first, such as with PlotJuggler",
+    ".db3": "; write it as CSV first, such as with PlotJuggler",
+    ".xlsx": "; save the sheet as CSV",
+    ".xls": "; save the sheet as CSV",
+}
+"""What to do with formats that are not read."""
+
 READERS: dict[str, Callable[[Path, Collection[str]], Content]] = {
-    ".csv": _read_csv,
-    ".txt": _read_csv,
-    ".tsv": _read_csv,
+    ".csv": _read_text,
+    ".txt": _read_text,
+    ".tsv": _read_text,
+    ".dat": _read_text,
     ".npz": _read_npz,
     ".mat": _read_mat,
     ".h5": _read_hdf5,

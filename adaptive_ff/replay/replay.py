@@ -7,6 +7,7 @@ from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.fixed import fit_fixed
 from adaptive_ff.replay.judging import Left
@@ -89,7 +90,8 @@ def replay_log(
     """
     check_names(given)
     _check_arguments(log, band)
-    pieces, skipped = usable_pieces(log, SHORTEST)
+    log, said, jumps = look_through(log, linear=linear)
+    pieces, skipped = usable_pieces(log, SHORTEST, jumps)
     if not pieces:
         raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect")
     period = median_step(log)
@@ -106,7 +108,11 @@ def replay_log(
     if saved is None:
         largest = largest_reference(log, pieces, period, reference_band)
         settings = _settings(log, period, given, model, note, largest)
-    notes = [note, *_notes(log, settings, given if saved is None else None, judged, reference_band)]
+    notes = [
+        note,
+        *(f"{one[0].upper()}{one[1:]}." for one in said),
+        *_notes(log, settings, given if saved is None else None, judged, reference_band),
+    ]
     runners = _runners(settings, model, saved, log.position is not None)
     tape = Tape(log, runners, period, judged)
     done, used = 0, sum(piece.size for piece in pieces)

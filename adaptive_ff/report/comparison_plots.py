@@ -32,6 +32,7 @@ from adaptive_ff.report.drawing import (
     make_panels,
     write_figure,
 )
+from adaptive_ff.report.supervision_picture import SUPERVISED, draw_supervision
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.loop import joint_in_phase
 from adaptive_ff.simulation.metrics import settled_start
@@ -121,8 +122,8 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
     Returns
     -------
     dict of Figure
-        ``tracking`` and ``torque``; ``estimates`` where a controller estimates, and ``stribeck`` where its estimates
-        make a friction curve.
+        ``tracking`` and ``torque``; ``estimates`` where a controller estimates, ``stribeck`` where its estimates make a
+        friction curve, and ``supervision`` where a controller is supervised.
 
     Raises
     ------
@@ -138,6 +139,9 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
         figures = {"tracking": _tracking(runs, looks), "torque": _torque(runs, looks)}
         if estimating:
             figures["estimates"] = _estimates(estimating, looks)
+        supervised = [run for run in runs.values() if run.monitors.keys() >= SUPERVISED]
+        if supervised:
+            figures["supervision"] = draw_supervision(supervised[-1])
         if any(run.estimates.keys() >= FRICTION for run in estimating.values()):
             figures["stribeck"] = _stribeck(comparison, looks)
         if folder is not None:

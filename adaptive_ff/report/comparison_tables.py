@@ -10,25 +10,32 @@ from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.model.friction import PER_DIRECTION_WITH_GRAVITY, unit_of
+from adaptive_ff.report.scaling import scale_for, shown
 from adaptive_ff.scenario.truth import last_model
 
 
 def tracking_table(comparison: Comparison) -> Table:
     """Return the errors of all controllers, one a row."""
-    table = Table(title="Velocity error, mrad/s (rms), and torque variation, kN m", box=SIMPLE, title_style="bold")
+    metrics = {name: run.metrics for name, run in comparison.runs.items()}
+    linear = comparison.scenario.joint.axis == "linear"
+    typical = [metrics[BASELINE]] if BASELINE in metrics else list(metrics.values())
+    factor, speed = scale_for([one.rms_error_settled for one in typical], "m/s" if linear else "rad/s")
+    share, torque = scale_for([one.torque_variation for one in typical], "N" if linear else "N m")
+    what = "force" if linear else "torque"
+    title = f"Velocity error, {speed} (rms), and {what} variation, {torque}"
+    table = Table(title=title, box=SIMPLE, title_style="bold")
     table.add_column("controller", no_wrap=True)
     for heading in ("settled", f"{BASELINE} / own", "settled max", "first 5 s", "whole run", "sum |du|"):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True, min_width=6)
     improvement = comparison.improvement
-    for name, run in comparison.runs.items():
-        metrics = run.metrics
-        errors = (metrics.max_error_settled, metrics.rms_error_start, metrics.rms_error)
+    for name, one in metrics.items():
+        errors = (one.max_error_settled, one.rms_error_start, one.rms_error)
         table.add_row(
             name,
-            _milli(metrics.rms_error_settled),
+            shown(factor * one.rms_error_settled),
             f"{improvement[name]:.2f}" if name in improvement else "-",
-            *(_milli(error) for error in errors),
-            f"{1e-3 * metrics.torque_variation:.3g}",
+            *(shown(factor * error) for error in errors),
+            shown(share * one.torque_variation),
             style=_style(name),
         )
     return table
@@ -39,20 +46,23 @@ def position_table(comparison: Comparison) -> Table | None:
     found = {name: run.position_metrics for name, run in comparison.runs.items() if run.position_metrics is not None}
     if not found:
         return None
-    table = Table(title="Position error, mrad (rms)", box=SIMPLE, title_style="bold")
+    linear = comparison.scenario.joint.axis == "linear"
+    typical = [found[BASELINE]] if BASELINE in found else list(found.values())
+    factor, unit = scale_for([one.rms_position_error_settled for one in typical], "m" if linear else "rad")
+    table = Table(title=f"Position error, {unit} (rms)", box=SIMPLE, title_style="bold")
     table.add_column("controller", no_wrap=True)
     for heading in ("settled", f"{BASELINE} / own", "settled max", "whole run", "max"):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True, min_width=6)
     base = found[BASELINE].rms_position_error_settled if BASELINE in found else None
     for name, metrics in found.items():
         settled = metrics.rms_position_error_settled
         others = (metrics.max_position_error_settled, metrics.rms_position_error, metrics.max_position_error)
         table.add_row(
             name,
-            _milli(settled),
+            shown(factor * settled),
             f"{base / settled:.2f}" if base is not None and settled > 0.0 else "-",
-            *(_milli(error) for error in others),
-            style="bold" if name == "adaptive" else None,
+            *(shown(factor * error) for error in others),
+            style=_style(name),
         )
     return table
 
@@ -96,6 +106,23 @@ def sweep_table(result: dict[str, Any]) -> Table:
     return table
 
 
+def own_sweep_table(result: dict[str, Any]) -> Table:
+    """Return how own controllers fared in a sweep."""
+    table = Table(title="Own controllers", box=SIMPLE, title_style="bold")
+    table.add_column("controller", no_wrap=True)
+    quantiles = ("0.0", "0.05", "0.5", "0.95", "1.0")
+    for heading in ("settled: pi / own", "whole run: own / pi"):
+        table.add_column(f"{heading}: least, 5 %, median, 95 %, most", justify="right")
+    table.add_column("failed", justify="right")
+    for name, found in result["own"].items():
+        cells = (
+            ", ".join(f"{found[key][one]:.3g}" for one in quantiles) if key in found else "-"
+            for key in ("improvement", "whole_run")
+        )
+        table.add_row(name, *cells, str(found["failed"]), style="bold cyan")
+    return table
+
+
 def classes_table(result: dict[str, Any]) -> Table:
     """Return what a sweep found by how steeply friction falls; where that is more than Kp, PI itself hunts."""
     table = Table(title="By the steepest fall of friction", box=SIMPLE, title_style="bold")
@@ -118,7 +145,3 @@ def _style(name: str) -> str | None:
     if name not in CONTROLLERS:
         return "bold cyan"
     return "bold" if name == "adaptive" else None
-
-
-def _milli(value: float) -> str:
-    return f"{1e3 * value:.3g}"

@@ -37,8 +37,9 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
     elif controller.trust < SHOWN:
         yield (
             f"Only {100.0 * controller.trust:.0f} % of the identified friction is fed forward: over the last "
-            f"{MEMORY:g} s all of it would have left more error than that. The joint does not behave as the model says: presliding "
-            "(bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed wrong."
+            f"{MEMORY:g} s all of it would have left more error than that. The joint does not behave as the model "
+            "says: presliding (bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed "
+            "wrong."
         )
     if not noise_known(state.observer.noise):
         yield "The noise of the measurement is not known yet, so all of the observed torque is fed back."

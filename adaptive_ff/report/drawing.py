@@ -5,7 +5,7 @@ A long series is drawn as the smallest and largest value of each column of the p
 
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
+
+from adaptive_ff import __version__
 
 Series = NDArray[np.float64]
 Look = Mapping[str, Any]
@@ -75,6 +77,31 @@ def make_panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figur
     return figure, panels
 
 
+def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence[str], *, source: str) -> None:
+    """Write pictures in several formats, each with a line that says where it comes from.
+
+    Parameters
+    ----------
+    figures : mapping
+        Pictures by name.
+    folder : Path
+        Where to write each as ``NAME.FORMAT``.
+    formats : sequence of str
+        Endings, such as png.
+    source : str
+        Scenario and seed, or the log.
+    """
+    for name, figure in figures.items():
+        figure.supxlabel(f"{_plain(source)}, adaptive-ff {__version__}", x=0.99, ha="right", size=6.5, color=QUIET)
+        for ending in formats:
+            write_figure(figure, folder / f"{name}.{ending}")
+
+
+def _plain(text: str) -> str:
+    """Return a text in which matplotlib sees no mathematics."""
+    return text.replace("$", r"\$")
+
+
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a picture, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,7 +111,9 @@ def write_figure(figure: Figure, path: Path) -> None:
     engine.execute(figure)
     figure.set_layout_engine("none")  # saving would lay out again, which takes twice the time
     try:
-        figure.savefig(unfinished, format=path.suffix[1:].lower() or "png", dpi=150)
+        ending = path.suffix[1:].lower() or "png"
+        program = {"png": "Software"}.get(ending, "Creator")
+        figure.savefig(unfinished, format=ending, dpi=150, metadata={program: f"adaptive-ff {__version__}"})
         os.replace(unfinished, path)
     finally:
         figure.set_layout_engine(engine)

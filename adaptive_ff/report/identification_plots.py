@@ -80,7 +80,7 @@ def _torque(found: LogIdentification) -> Figure:
         keys.append(HELD_OUT)
     unit = found.units["torque"]
     near.set_xlim(*_close_up(found, parts))
-    label_above(whole, f"torque ({unit}), rows at rest without model")
+    label_above(whole, f"{Path(found.name).name}: torque ({unit}), rows at rest without model")
     label_above(near, f"torque ({unit}), close-up around a reversal")
     label_above(left, f"residual ({unit}), band {found.bandwidth:.3g} Hz")
     for axes in (whole, left):
@@ -138,7 +138,10 @@ def _friction(found: LogIdentification) -> Figure:
     left.axhline(0.0, **MODEL)
     low, high = np.quantile(friction, (0.002, 0.998))
     curve.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
-    label_above(curve, f"torque without that of inertia ({found.units['torque']}), while sliding, offset included")
+    label_above(
+        curve,
+        f"{Path(found.name).name}: torque without inertia ({found.units['torque']}), while sliding, offset included",
+    )
     label_above(left, f"measured − identified ({found.units['torque']})")
     left.set_xlabel(f"velocity ({found.units['velocity']})")
     explain_looks(figure, keys)
@@ -160,10 +163,13 @@ def _draw_curve(axes: Axes, found: LogIdentification, fastest: float) -> None:
     values = found.selection.chosen.values
     speeds = fastest * np.linspace(1e-4, 1.0, 400) ** 2
     excess = values.get("stiction_excess", 0.0)
+    saturated = values.get("saturation", 0.0) * np.tanh(speeds / values.get("saturation_velocity", np.inf))
+    saturated -= values.get("slow_saturation", 0.0) * np.expm1(-speeds / values.get("slow_saturation_velocity", np.inf))
     share = np.exp(-speeds / values.get("stribeck_velocity", np.inf))
-    friction = values["coulomb"] + values["viscous"] * speeds + excess * share
+    friction = values["coulomb"] + values["viscous"] * speeds + excess * share + saturated
+    level = values.get("offset", 0.0) + values.get("viscous_asymmetry", 0.0) * speeds
     for side in (-1.0, 1.0):
-        axes.plot(side * speeds, values.get("offset", 0.0) + side * friction, **{**MODEL, "zorder": 2.6})
+        axes.plot(side * speeds, level + side * friction, **{**MODEL, "zorder": 2.6})
 
 
 def _lag(found: LogIdentification) -> Figure:
@@ -176,7 +182,7 @@ def _lag(found: LogIdentification) -> Figure:
         axes.axvspan(1e3 * estimate.lower, 1e3 * estimate.upper, color="#f6ddcc", zorder=0.4)
         keys.append(INTERVAL)
     axes.set_xlim(1e3 * float(found.lags[0]), 1e3 * float(found.lags[-1]))
-    label_above(axes, "torque left unexplained (%), everything else fitted anew at each lag")
+    label_above(axes, f"{Path(found.name).name}: torque left unexplained (%), everything else fitted anew at each lag")
     axes.set_xlabel("friction lag (ms); negative: friction leads the motion")
     explain_looks(figure, keys)
     return figure

@@ -17,7 +17,7 @@ def ranking_table(cells: Cells, title: str) -> Table:
     table = Table(title=title, box=SIMPLE, title_style="bold")
     for heading in HEADINGS:
         name = heading in ("scenario", "best rival")
-        table.add_column(heading, justify="left" if name else "right", no_wrap=name)
+        table.add_column(heading, justify="left" if name else "right", no_wrap=name, min_width=5)
     for group, names in grouped(cells).items():
         table.add_row(f"[bold]{group}[/bold]")
         for scenario in names:

@@ -30,6 +30,9 @@ LOOKS: dict[str, Look] = {
     SAVED: {"color": "#7b5aa6", "linewidth": 1.0, "label": "adaptive, from a saved state"},
 }
 
+SEEN_THROUGH: Look = {"alpha": 0.6}
+"""Of curves that lie over each other."""
+
 CLOSE_UP = 0.1
 """Length of the close-up, over that of the log."""
 
@@ -65,12 +68,12 @@ def _torques(replay: Replay) -> Figure:
     for axes in (whole, near):
         _draw(axes, time, series.needed, NEEDED)
         for name in names:
-            _draw(axes, time, series.feedforward[name], LOOKS[name])
+            _draw(axes, time, series.feedforward[name], {**LOOKS[name], **SEEN_THROUGH})
     for name in names:
-        _draw(left, time, series.left[name], LOOKS[name])
+        _draw(left, time, series.left[name], {**LOOKS[name], **SEEN_THROUGH})
     near.set_xlim(*_close_up(time, series.needed))
     band = "" if replay.band is None else f", band {replay.band:.3g} Hz"
-    label_above(whole, f"torque and feedforward ({replay.unit}){band}")
+    label_above(whole, f"{Path(replay.name).name}: torque and feedforward ({replay.unit}){band}")
     label_above(near, f"the same ({replay.unit}), close-up around the fastest change")
     label_above(left, f"torque left to the feedback ({replay.unit})")
     for axes in (whole, left):

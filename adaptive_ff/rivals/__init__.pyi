@@ -1,6 +1,9 @@
 from .canudas import CanudasController as CanudasController
 from .canudas import CanudasMeasuredController as CanudasMeasuredController
 from .feedback_error import FeedbackErrorLearning as FeedbackErrorLearning
+from .learnt_feedforward import LearntFeedforward as LearntFeedforward
+from .lugre_observer import LuGreObserver as LuGreObserver
 from .model_based import ModelBased as ModelBased
 from .observed_model import ObservedModel as ObservedModel
 from .paper import PaperController as PaperController
+from .repetitive import Repetitive as Repetitive

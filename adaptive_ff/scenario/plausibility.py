@@ -13,6 +13,9 @@ PEAK_FACTOR = 7.0
 SLOW_FACTOR = 2.0
 """A reference that never exceeds this many Stribeck velocities does not show viscous and Coulomb friction apart."""
 
+SHORTEST = 10.0
+"""Shortest run that is warned of as too slow, s."""
+
 OFTEN = 0.02
 """Share of the time in which the reference may need more than the torque limit without a warning."""
 
@@ -75,7 +78,8 @@ def motion_cautions(
         Period of the grid, s.
     """
     peak = float(np.max(np.abs(velocity)))
-    if 0.0 < peak < SLOW_FACTOR * joint.stribeck_velocity:
+    long_enough = period * velocity.size >= SHORTEST  # a shorter one has hardly begun to move
+    if long_enough and 0.0 < peak < SLOW_FACTOR * joint.stribeck_velocity:
         yield (
             f"the reference never exceeds {peak:.3g} rad/s, {peak / joint.stribeck_velocity:.2g} times "
             f"joint.stribeck_velocity = {joint.stribeck_velocity:g} rad/s: it hardly shows the friction curve; a "

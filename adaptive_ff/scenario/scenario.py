@@ -254,6 +254,8 @@ class Scenario(BaseModel):
                 f"actuator.torque_limit = {limit:g} N m is below joint.stiction = {self.joint.stiction:g} N m: "
                 "tracking is impossible, the joint cannot break away from rest"
             )
+        if "fixed" in self.controllers and "fixed" not in self.model_fields_set:
+            found.append("controller 'fixed' has no [fixed] table: it feeds nothing forward and equals 'pi'")
         found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
         fall = steepest_fall(self.joint.friction)
         proportional = self.feedback.gains[0]

@@ -98,6 +98,8 @@ class Record(NamedTuple):
         Feedforward torque in the command, N m.
     estimates : ndarray, shape (n, m)
         Physical estimates of the controller, where it has any.
+    monitors : ndarray, shape (n, k)
+        What the controller watches itself by, where it does.
     """
 
     velocity: NDArray[np.float64]
@@ -108,9 +110,10 @@ class Record(NamedTuple):
     torque: NDArray[np.float64]
     feedforward: NDArray[np.float64]
     estimates: NDArray[np.float64]
+    monitors: NDArray[np.float64]
 
 
-def empty_record(course: Course, estimates: int) -> Record:
+def empty_record(course: Course, estimates: int, monitors: int = 0) -> Record:
     """Return the series of a run, to be filled in."""
     count = course.noise.size
     return Record(
@@ -122,6 +125,7 @@ def empty_record(course: Course, estimates: int) -> Record:
         np.zeros(count),
         np.zeros(count),
         np.zeros((count, estimates)),
+        np.zeros((count, monitors)),
     )
 
 

@@ -19,6 +19,7 @@ from controllers import (
     step,
     step_position_loop,
     write_estimates,
+    write_monitors,
 )
 from plant import (
     CHANGE_JOINT,
@@ -161,6 +162,7 @@ def run_plain(
         record.given[k] = given
         record.feedforward[k] = output.feedforward
         write_estimates(block, state, record.estimates[k])
+        write_monitors(block, state, record.monitors[k])
         total = 0.0
         for i in range(first, last):
             while acting < k and course.samples[acting + 1] + course.delay <= i:

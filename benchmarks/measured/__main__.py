@@ -18,7 +18,7 @@ from benchmarks.measured.identified_joint import ASSUMED
 from benchmarks.measured.long_log import measure as measure_long
 from benchmarks.measured.long_log import table as long_table
 from benchmarks.measured.machines import DATA, JOBS
-from benchmarks.measured.results import Result, measure, results_table
+from benchmarks.measured.results import Result, measure, results_table, score_sentence
 
 WIDTH = 150
 """Columns of the table in a file."""
@@ -61,6 +61,9 @@ def main(
             highlight=False,
             soft_wrap=True,
         )
+        for result in results:
+            if result.score is not None:
+                console.print(score_sentence(result), highlight=False, soft_wrap=True)
         console.print(ASSUMED, highlight=False, soft_wrap=True)
         console.print(f"Figures are in {out}", highlight=False, soft_wrap=True)
     if json is not None:

@@ -92,6 +92,8 @@ class Job:
         What the adaptive controller is told.
     simulated : bool
         Whether the identified joint is simulated in a closed loop, too.
+    scored : bool
+        Whether the second log is simulated in open loop by a model trained on the first.
     """
 
     data: DataSet
@@ -102,6 +104,7 @@ class Job:
     linear: bool = False
     settings: dict[str, Any] = field(default_factory=dict)
     simulated: bool = False
+    scored: bool = False
 
     @property
     def name(self) -> str:
@@ -158,7 +161,7 @@ KUKA_SETTINGS = {"stribeck_velocity": 0.01, "memory": 2.0, "identify": "directio
 """Chosen on record A of axes 1, 4 and 6 together; record B took no part."""
 
 JOBS = (
-    Job(EMPS, "", EMPS.files, read_emps, linear=True, simulated=True),
+    Job(EMPS, "", EMPS.files, read_emps, linear=True, simulated=True, scored=True),
     Job(STAUBLI, "joint 1", STAUBLI.files, staubli_reader(1), held_out=1.0 / 3.0),
     Job(STAUBLI, "joint 4", STAUBLI.files, staubli_reader(4), held_out=1.0 / 3.0),
     Job(KUKA, "axis 1", KUKA.files, kuka_reader(1), settings=KUKA_SETTINGS),

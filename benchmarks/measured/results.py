@@ -10,6 +10,7 @@ from rich.table import Table
 from adaptive_ff import Comparison
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.score import Score, score_log
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.replay.result import Replay
 from benchmarks.measured.identified_joint import simulate_identified
@@ -39,12 +40,15 @@ class Result:
         Its logs, the second one from a cold start and from the state at the end of the first.
     closed_loop : Comparison or None
         The identified joint in the closed loop.
+    score : Score or None
+        Open-loop simulation of the second log by a model trained on the first.
     """
 
     job: Job
     found: LogIdentification
     replays: list[Replay]
     closed_loop: Comparison | None
+    score: Score | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values."""
@@ -55,6 +59,7 @@ class Result:
                 record: replay.to_dict() for record, replay in zip(self.job.records, self.replays, strict=True)
             },
             "closed_loop": None if loop is None else loop.to_dict(),
+            "score": None if self.score is None else self.score.to_dict(),
         }
 
 
@@ -66,7 +71,22 @@ def measure(job: Job, data: Path) -> Result:
     replays = [replay_log(logs[0], linear=job.linear, **job.settings)]
     if other is not None:
         replays.append(replay_log(other, linear=job.linear, state=replays[0].state_to_json()))
-    return Result(job, found, replays, simulate_identified(found, logs[0]) if job.simulated else None)
+    loop = simulate_identified(found, logs[0]) if job.simulated else None
+    score = score_log(logs[0], logs[1], linear=job.linear) if job.scored else None
+    return Result(job, found, replays, loop, score)
+
+
+def score_sentence(result: Result) -> str:
+    """Return what the open-loop simulation of the second log came to."""
+    score = result.score
+    assert score is not None
+    unit, best = "mm" if score.linear else "mrad", score.choices[0]
+    sides = "viscous friction by direction" if best.by_direction else "one viscous friction"
+    return (
+        f"{result.job.name}: open loop, trained on {result.job.records[0]} (chosen there: {best.knots} knots of force "
+        f"over position, {sides}), {result.job.records[1]} from its torque: {1e3 * score.rms:.3g} {unit} rms, "
+        f"{1e3 * score.windows:.3g} {unit} in windows of 1 s."
+    )
 
 
 def results_table(results: list[Result]) -> Table:

@@ -1,1 +1,1 @@
-"""The scenario matrix: every controller on every scenario of ``benchmarks/scenarios``."""
+"""The scenario matrix: every controller on every scenario of ``adaptive-ff matrix``."""

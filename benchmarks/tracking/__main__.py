@@ -29,7 +29,7 @@ def main(
 ) -> None:
     """Run the matrix and say who wins where."""
     try:
-        results = run_and_print(None, only, controller or [ALL], seeds, fastest, out, json)
+        results = run_and_print(None, only, controller or [ALL], seeds, fastest, out, json, wide_console())
     except InputError as error:
         print(f"benchmarks.tracking: {error}", file=sys.stderr)
         raise typer.Exit(2) from error

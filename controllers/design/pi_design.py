@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
+from controllers.design.systems import LoopSystems, loop_systems
 from controllers.sensitivity import PI_SENSITIVITY
 
 INTEGRAL_RATIO = 5.0
@@ -40,6 +41,12 @@ class PIDesign:
         Factor by which the loop gain may grow.
     phase_margin : float
         Phase margin, degrees.
+    inertia : float
+        Inertia that it is for, kg m^2.
+    period : float
+        Sampling period, s.
+    delay : int
+        Computation delay, whole periods.
     """
 
     proportional: float
@@ -49,6 +56,20 @@ class PIDesign:
     maximum_sensitivity: float
     gain_margin: float
     phase_margin: float
+    inertia: float
+    period: float
+    delay: int
+
+    def systems(self, friction_slope: float = 0.0) -> LoopSystems:
+        """Return plant, controller, open loop, sensitivity and closed loop as python-control systems.
+
+        Parameters
+        ----------
+        friction_slope : float, optional
+            Slope of the friction curve, N m s/rad; negative where it falls.
+        """
+        gains = (self.proportional, self.integral, self.inertia, self.period)
+        return loop_systems(*gains, delay=self.delay, friction_slope=friction_slope)
 
 
 def pi_gains(inertia: float, bandwidth: float) -> tuple[float, float]:
@@ -131,6 +152,9 @@ def design_pi(
         margins.maximum_sensitivity,
         margins.gain_margin,
         margins.phase_margin,
+        inertia,
+        period,
+        int(delay),
     )
 
 

@@ -36,8 +36,8 @@ def test_no_scenario_is_a_reported_one():
 
 def test_candidates_are_of_controllers_in_the_line_up_and_each_can_be_made():
     assert set(tuning.CANDIDATES) <= set(CONTROLLERS)
-    scenario = tuning.tuning_scenarios()["heavy, 1 kHz"]
     for name, makers in tuning.CANDIDATES.items():
+        scenario = tuning.searched(name, tuning.tuning_scenarios()["heavy, 1 kHz"])
         made = {label: comparable(make(scenario).parameters) for label, make in makers.items()}
         assert len(set(made.values())) == len(makers)
         assert comparable(CONTROLLERS[name](scenario).parameters) in made.values()
@@ -53,7 +53,9 @@ def comparable(parameters):
 def test_every_rival_whose_source_leaves_something_open_is_searched():
     observers = {"disturbance_observer", "extended_state", "kalman_disturbance"}
     learners = {"adaptive_paper", "canudas", "canudas_measured", "feedback_error"}
-    assert set(tuning.CANDIDATES) == observers | learners
+    observed = {name for name in CONTROLLERS if name.startswith("observed_")}
+    literature = {"lugre_observer", "maxwell_adaptive", "radial_basis", "super_twisting", "repetitive"}
+    assert set(tuning.CANDIDATES) == observers | observed | learners | literature
 
 
 def test_search_gives_the_medians_over_seeds_from_101(small):

@@ -19,6 +19,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     ),
     "Other joints than the model's": (
         *("lugre", "lugre_1e4", "lugre_3e3", "lugre_1e3", "elastic", "backlash", "gravity_40", "gravity_100"),
+        *("elasto_plastic", "maxwell", "rolling"),
     ),
     "At the limits of the loop": (
         *("delay", "saturation", "standstill", "slow_stribeck", "slow_050", "slow_025", "slow_010"),

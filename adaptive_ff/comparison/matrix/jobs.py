@@ -1,6 +1,5 @@
 """The matrix as a set of jobs on all cores or a cluster, each kept in a file as soon as it is done."""
 
-import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -9,18 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from adaptive_ff.comparison.kept import mark_of, own_mark, source_digest
 from adaptive_ff.comparison.matrix.cells import SCENARIOS, Figures, run_cell
 from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.files import write_result
-
-ROOT = Path(__file__).resolve().parent.parent.parent.parent
-"""Folder that the packages lie in."""
-
-ROOMS = ("model", "estimation", "regression", "adaptive", "rivals", "scenario", "simulation", "comparison")
-SOURCES = (*(f"adaptive_ff/{room}/**/*.py" for room in ROOMS), "plant/**/*.py", "controllers/**/*.py")
-"""What a result depends on, beside the scenario."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +75,8 @@ def run_matrix(
     """
     own = own or {}
     check_own_names(own, {**CONTROLLERS, NOISE_FLOOR: None})
-    sources = _hash_sources()
-    own_marks = {name: _own_mark(one) for name, one in own.items()}
+    sources = source_digest()
+    own_marks = {name: own_mark(one) for name, one in own.items()}
     results: Results = {job: {} for job in jobs}
     missing: dict[Job, list[str]] = {}
     marks = {}
@@ -148,21 +141,4 @@ def _mark(job: Job, sources: bytes, own: str | None) -> str:
     if own is None:
         return ""
     files = (SCENARIOS / f"{job.scenario}{ending}" for ending in (".toml", ".csv"))  # a recorded reference beside it
-    content = b"".join(file.read_bytes() for file in files if file.is_file())
-    return hashlib.sha256(sources + content + own.encode()).hexdigest()[:16]
-
-
-def _own_mark(own: Own) -> str | None:
-    """Return what identifies an own controller from one call to the next: its file; None for a living object."""
-    if not isinstance(own, str):
-        return None
-    return own + hashlib.sha256(Path(own.rpartition(":")[0]).read_bytes()).hexdigest()
-
-
-def _hash_sources() -> bytes:
-    digest = hashlib.sha256()
-    for pattern in SOURCES:
-        for path in sorted(ROOT.glob(pattern)):
-            digest.update(str(path.relative_to(ROOT)).encode())
-            digest.update(path.read_bytes())
-    return digest.digest()
+    return mark_of(sources, *(file.read_bytes() for file in files if file.is_file()), own.encode())

@@ -87,10 +87,11 @@ def test_friction_that_falls_by_forty_percent_is_followed(seed):
 def assert_possible(estimates):
     values = np.atleast_2d(estimates)
     assert np.all(np.isfinite(values))
-    inertia, coulomb, stiction, viscous, lag = values.T
+    inertia, coulomb, stiction, viscous, lag, offset = values.T
     assert np.all((inertia >= 0.1 * JOINT.inertia) & (inertia <= 10.0 * JOINT.inertia))
     assert np.all((coulomb >= 0.0) & (stiction >= coulomb) & (stiction < 1e3))
     assert np.all((viscous >= 0.0) & (viscous < 1e4) & (lag >= 0.0) & (lag < 0.5))
+    assert np.all(np.abs(offset) < 1e3)
 
 
 def multisine(duration, seed):
@@ -154,7 +155,7 @@ def test_short_memory_follows_a_drift_and_long_memory_averages_more_noise(seed):
         scenario = SCENARIO.modified(
             seed=seed, variation={"warm_up_excess": 0.6, "warm_up_time": 20.0}, adaptation={"memory": memory}
         )
-        run = simulate(scenario, "adaptive")
+        run = simulate(scenario, "adaptive_unsupervised")
         coulomb[memory] = run.estimates["coulomb"]
     truth = JOINT.coulomb * (1.0 + 0.6 * np.exp(-run.time / 20.0))
     late = slice(2000, 4000)

@@ -25,11 +25,19 @@ from hypothesis import strategies as st
 from adaptive_ff import simulate
 from adaptive_ff.adaptive import estimator
 from adaptive_ff.adaptive.change_detection import (
+    EITHER,
+    FRICTION,
     JUMP,
     LEAST_ERROR,
+    LOAD,
+    NO_ALARM,
+    UNDECIDED,
+    Alarm,
     Surprise,
+    attribute_change,
     explained_by_friction,
     forget_friction_in_place,
+    forget_offset_in_place,
     note_surprise,
     release_in_place,
 )
@@ -39,6 +47,8 @@ from adaptive_ff.model.friction import PER_DIRECTION
 from adaptive_ff.simulation.experiment import empty_record
 
 JOINT, CHANGE = SCENARIO.joint, 20.0
+LEARNER = "adaptive_unsupervised"
+"""The identification alone, without an offset: it forgets as soon as it notices."""
 SEEDS, SCALES = (201, 202, 203, 204), (0.6, 1.5)
 changes = pytest.mark.parametrize("scale", SCALES)
 seeds = pytest.mark.parametrize("seed", SEEDS)
@@ -96,25 +106,94 @@ def test_little_is_known_already_and_nothing_is_released(seed):
     assert not np.array_equal(released(information, direction, 0.999 * total), information)
 
 
+WHOLE_ESTIMATE = np.array([20.0, 60.0, 90.0, 80.0, 0.02, 15.0, 4.0, 7.0])
+WHOLE_SCALE = np.array([18.0, 70.0, 50.0, 300.0, 0.03, 6.0, 5.0, 25.0])
+
+
 @pytest.mark.parametrize("size", [5, 6, 8])
-def test_what_is_forgotten_is_the_factor_on_friction_and_the_offset(size):
-    """Inertia, lag and the ratios of the friction parameters are known as well as before."""
+def test_what_is_forgotten_of_friction_is_a_common_factor(size):
+    """Inertia, lag, offset and the ratios of the friction parameters are known as well as before."""
     information, _ = random_information(size, size)
-    estimate = np.array([20.0, 60.0, 90.0, 80.0, 0.02, 15.0, 4.0, 7.0])[:size]
-    scale = np.array([18.0, 70.0, 50.0, 300.0, 0.03, 6.0, 5.0, 25.0])[:size]
+    estimate, scale = WHOLE_ESTIMATE[:size], WHOLE_SCALE[:size]
     mean, unit, share = 0.3, 62.0, 0.02
     factor = estimate / scale
     factor[[i for i in range(size) if i not in (COULOMB, STICTION, VISCOUS) and i <= OFFSET]] = 0.0
     result = information.copy()
     forget_friction_in_place(result, estimate, scale, mean, unit, share, np.empty((size, size)))
-    expected = released(information, factor, share * mean)
-    if size > OFFSET:
-        expected = released(expected, np.eye(size)[OFFSET], share * (scale[OFFSET] / unit) ** 2)
-    assert np.allclose(result, expected, rtol=1e-12)
+    assert np.allclose(result, released(information, factor, share * mean), rtol=1e-12)
     assert factor @ result @ factor <= share * mean * (1.0 + 1e-9)
-    assert np.allclose(np.linalg.inv(result)[[0, 4]], np.linalg.inv(information)[[0, 4]], rtol=1e-6, atol=1e-12), (
-        "what is uncertain of inertia and lag"
+    kept = [i for i in (0, 4, OFFSET) if i < size]
+    assert np.allclose(np.linalg.inv(result)[kept], np.linalg.inv(information)[kept], rtol=1e-6, atol=1e-12), (
+        "what is uncertain of inertia, lag and offset"
     )
+
+
+@pytest.mark.parametrize("size", [6, 8])
+def test_what_is_forgotten_of_a_load_is_the_offset_alone(size):
+    information, _ = random_information(size, size)
+    scale, unit, share = WHOLE_SCALE[:size], 62.0, 0.02
+    result = information.copy()
+    forget_offset_in_place(result, scale, unit, share, np.empty((size, size)))
+    known = share * (scale[OFFSET] / unit) ** 2
+    assert np.allclose(result, released(information, np.eye(size)[OFFSET], known), rtol=1e-12)
+    assert result[OFFSET, OFFSET] == pytest.approx(known, rel=1e-6)
+    others = [i for i in range(size) if i != OFFSET]
+    found, before = np.linalg.inv(result), np.linalg.inv(information)
+    assert np.allclose(found[others], before[others], rtol=1e-6, atol=1e-12), "what is uncertain of the rest"
+
+
+@pytest.mark.parametrize(("size", "loads"), [(5, 0), (7, 2)])
+def test_without_an_offset_there_is_none_to_forget(size, loads):
+    """With gravity the sixth parameter is the size of a known load."""
+    information, _ = random_information(size, size)
+    result = information.copy()
+    forget_offset_in_place(result, WHOLE_SCALE[:size], 62.0, 0.02, np.empty((size, size)), loads)
+    assert np.array_equal(result, information)
+
+
+WINDOW, LONGEST = 0.1, 5.0
+PUSHED, BACK = Surprise(0.2, 0.4), Surprise(-0.2, 0.4)
+
+
+def attributed(*phases, alarm=NO_ALARM):
+    """Alarm after phases of so many samples of 10 ms, each of one surprise and one friction."""
+    for count, noticed, surprise, friction in phases:
+        for _ in range(count):
+            alarm = attribute_change(alarm, noticed, surprise, friction, WINDOW, LONGEST, 0.01)
+    return alarm
+
+
+def test_a_change_waits_undecided_while_the_joint_moves_one_way():
+    assert attributed((100, False, PUSHED, 0.8)) == NO_ALARM
+    assert attributed((1, True, PUSHED, 0.8)) == Alarm(UNDECIDED, 0.2, 0.8, 0.0, 0.0)
+    waiting = attributed((1, True, PUSHED, 0.8), (300, True, PUSHED, 0.8))
+    assert waiting.cause == UNDECIDED
+    assert waiting.turned == 0.0
+    assert waiting.age == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("after", "cause"), [(BACK, LOAD), (PUSHED, FRICTION)])
+def test_moved_the_other_way_the_sign_of_the_error_tells_a_load_from_friction(after, cause):
+    """A load keeps its sign and so changes that of error times friction; friction turns with the motion."""
+    both_ways = ((1, True, PUSHED, 0.8), (14, False, after, -0.6))
+    assert attributed(*both_ways).cause == UNDECIDED
+    assert attributed(*both_ways, (2, False, after, -0.6)).cause == cause
+
+
+def test_motion_the_other_way_that_hardly_slides_decides_nothing():
+    assert attributed((1, True, PUSHED, 0.8), (400, False, BACK, -0.3)).cause == UNDECIDED
+
+
+def test_what_cannot_be_decided_within_the_longest_wait_may_be_either():
+    assert attributed((1, True, PUSHED, 0.8), (499, False, PUSHED, 0.8)).cause == UNDECIDED
+    assert attributed((1, True, PUSHED, 0.8), (502, False, PUSHED, 0.8)).cause == EITHER
+
+
+def test_after_a_decision_none_other_is_made_for_a_while():
+    decided = attributed((1, True, PUSHED, 0.8), (20, False, BACK, -0.6))
+    assert decided.cause == LOAD
+    assert attributed((190, True, PUSHED, 0.8), alarm=decided).cause == LOAD
+    assert attributed((202, False, PUSHED, 0.8), alarm=decided) == NO_ALARM
 
 
 def test_friction_is_predicted_without_inertia_lag_and_offset():
@@ -173,7 +252,7 @@ def test_without_friction_there_is_no_surprise():
 @functools.cache
 def changed(seed, scale):
     scenario = SCENARIO.modified(seed=seed, duration=30.0, change=[{"time": CHANGE, "friction_scale": scale}])
-    return {name: simulate(scenario, name) for name in ("pi", "adaptive")}
+    return {name: simulate(scenario, name) for name in ("pi", "adaptive", LEARNER)}
 
 
 @changes
@@ -185,14 +264,15 @@ def test_after_a_change_no_window_of_five_seconds_is_worse_than_without_compensa
         squares = np.concatenate([[0.0], np.cumsum((run.reference - run.velocity) ** 2)])
         means[name] = squares[window:] - squares[:-window]
     first = round(CHANGE / JOINT.solver_period)
-    assert means["adaptive"].size - first > window
-    assert np.all(means["adaptive"][first:] <= means["pi"][first:])
+    for name in ("adaptive", LEARNER):
+        assert means[name].size - first > window
+        assert np.all(means[name][first:] <= means["pi"][first:])
 
 
 @changes
 @seeds
 def test_five_seconds_after_a_change_friction_is_known_again(seed, scale):
-    estimates = changed(seed, scale)["adaptive"].estimates
+    estimates = changed(seed, scale)[LEARNER].estimates
     before, after = (round((CHANGE + seconds) / SCENARIO.sampling.period) - 1 for seconds in (0.0, 5.0))
     for name in ("coulomb", "stiction"):
         truth = getattr(JOINT, name)
@@ -213,7 +293,7 @@ def test_friction_is_forgotten_at_a_change_and_not_before(monkeypatch, seed, sca
 
     monkeypatch.setattr(estimator, "forget_friction_in_place", count)
     scenario = changed(seed, scale)["pi"].scenario
-    course, controller = lay_course(scenario), make("adaptive", scenario)
+    course, controller = lay_course(scenario), make(LEARNER, scenario)
     state, position = controller.state, begin(course)
     record = empty_record(course, len(controller.estimate_names))
     for stop, wanted in ((2000, False), (2050, True)):
@@ -224,7 +304,7 @@ def test_friction_is_forgotten_at_a_change_and_not_before(monkeypatch, seed, sca
 @seeds
 def test_without_a_change_nothing_is_forgotten_in_a_minute(seed):
     """The condition of the module's docstring, with the usual error of the sample before."""
-    controller, scenario = make("adaptive"), SCENARIO.modified(seed=seed)
+    controller, scenario = make(LEARNER), SCENARIO.modified(seed=seed)
     memory, usual, largest = controller.parameters.estimator.memory, math.inf, 0.0
 
     def watch(_):

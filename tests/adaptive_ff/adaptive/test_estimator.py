@@ -47,7 +47,7 @@ def test_moving_one_parameter_costs_least_fit(index):
 
 def test_correction_keeps_what_the_data_say_of_a_sum():
     """Data that know only Fc + Fs: a correction that would make Fs negative moves Fc instead."""
-    scale = make_controller(SCENARIO, "adaptive").parameters.estimator.scale
+    scale = make_controller(SCENARIO, "adaptive_unsupervised").parameters.estimator.scale
     direction = np.array([0.0, 1.0, 1.0, 0.0, 0.0])
     information = np.outer(direction, direction) + 1e-6 * np.eye(5)
     estimate = np.array([20.0, 60.0, 10.0, 80.0, 0.02])
@@ -151,10 +151,11 @@ def test_hand_over_needs_an_integral():
     assert hand_over(without.parameters, without.state, 3.0).integral == 0.0
 
 
-def test_learning_does_not_make_the_torque_jump():
+@pytest.mark.parametrize("name", ["adaptive_unsupervised", "adaptive"])
+def test_learning_does_not_make_the_torque_jump(name):
     """At the first sample that is learnt from, the output equals that of a controller that does not learn."""
     course = lay_course(SCENARIO)
-    learning, frozen = (make_controller(SCENARIO, "adaptive") for _ in range(2))
+    learning, frozen = (make_controller(SCENARIO, name) for _ in range(2))
     frozen.enabled = False
     joint, torque = Joint(SCENARIO.joint), None
     for k in range(course.noise.size):
@@ -193,7 +194,7 @@ def test_one_wild_measurement_is_forgotten(size):
     assert max(settled[:-1]) <= 1.5 * settled[-1]
 
 
-@pytest.mark.parametrize("name", ["adaptive", "adaptive_paper"])
+@pytest.mark.parametrize("name", ["adaptive", "adaptive_unsupervised", "adaptive_paper"])
 def test_steps_neither_leak_nor_lose_the_arrays_of_the_state(name):
     """The compiled step runs without counting references; the arrays must stay the same objects, held as often."""
     controller = make_controller(SCENARIO, name)

@@ -267,14 +267,15 @@ def test_inertia_told_far_too_small_leaves_the_lag_possible(inertia):
 
 
 @functools.cache
-def tuned(seed):
-    scenario, controller = SCENARIO.modified(seed=seed), make("adaptive")
+def tuned(seed, name):
+    scenario, controller = SCENARIO.modified(seed=seed), make(name)
     return controller, simulate(scenario, controller), simulate(scenario, "oracle")
 
 
+@pytest.mark.parametrize("name", ["adaptive_unsupervised", "adaptive"])
 @pytest.mark.parametrize("seed", [201, 202])
-def test_at_100_hz_a_later_feedforward_than_the_true_lag_does_better_than_the_truth(seed):
-    controller, run, oracle = tuned(seed)
+def test_at_100_hz_a_later_feedforward_than_the_true_lag_does_better_than_the_truth(seed, name):
+    controller, run, oracle = tuned(seed, name)
     truth = SCENARIO.joint.friction_lag
     assert 1e-3 < controller.state.timing.lag - truth < 5e-3
     assert run.final_estimates["friction_lag"] == controller.state.estimator.recursion.estimate[FRICTION_LAG]
@@ -284,8 +285,8 @@ def test_at_100_hz_a_later_feedforward_than_the_true_lag_does_better_than_the_tr
 
 def test_tuned_lag_is_the_one_fed_forward():
     """Frozen, the controller is the loop with a told model of that lag, and no other."""
-    controller, _, _ = tuned(201)
-    frozen = make("adaptive")
+    controller, _, _ = tuned(201, "adaptive_unsupervised")
+    frozen = make("adaptive_unsupervised")
     frozen.state_from_json(controller.state_to_json())
     frozen.reset()
     frozen.enabled = False

@@ -71,10 +71,10 @@ def test_on_a_joint_that_is_the_same_in_both_directions_the_start_is_as_good(par
     assert np.mean(errors[parameters]) < 1.05 * np.mean(errors[ESTIMATED])
 
 
-def test_by_default_it_is_the_controller_of_the_line_up():
+def test_with_five_parameters_it_is_the_unsupervised_controller_of_the_line_up():
     course = lay_course(SHORT)
     found, _ = drive(make(ESTIMATED), course)
-    expected, _ = drive(make_controller(SHORT, "adaptive"), course)
+    expected, _ = drive(make_controller(SHORT, "adaptive_unsupervised"), course)
     assert np.array_equal(found.torque, expected.torque)
 
 

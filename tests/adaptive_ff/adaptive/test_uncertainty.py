@@ -33,7 +33,7 @@ def state_after(estimator, rows, variance, floor, keep):
 
 @pytest.mark.parametrize("count", [60, 400, 5000])
 def test_it_is_the_covariance_of_weighted_least_squares_with_independent_errors(count):
-    estimator, period, variance = make("adaptive").parameters.estimator, 0.01, 2e-3
+    estimator, period, variance = make("adaptive_unsupervised").parameters.estimator, 0.01, 2e-3
     keep = math.exp(-period / estimator.memory)
     rows = np.random.default_rng(31).standard_normal((count, 5)) * np.array([1.0, 0.8, 0.5, 0.7, 0.6])
     state = state_after(estimator, rows, variance, 4e-4, keep)
@@ -47,7 +47,7 @@ def test_it_is_the_covariance_of_weighted_least_squares_with_independent_errors(
 
 def test_what_the_data_do_not_tell_is_as_uncertain_as_its_unit():
     """Rows that know two of the parameters as a sum only, and nothing of a third."""
-    estimator, period = make("adaptive").parameters.estimator, 0.01
+    estimator, period = make("adaptive_unsupervised").parameters.estimator, 0.01
     rows = np.random.default_rng(32).standard_normal((3000, 5))
     rows[:, 2], rows[:, 4] = rows[:, 1], 0.0
     state = state_after(estimator, rows, 1e-3, 2e-4, math.exp(-period / estimator.memory))
@@ -62,7 +62,7 @@ def test_what_the_data_do_not_tell_is_as_uncertain_as_its_unit():
 
 
 def test_a_new_controller_is_as_uncertain_as_its_units():
-    controller = make("adaptive")
+    controller = make("adaptive_unsupervised")
     scale = controller.parameters.estimator.scale
     assert controller.uncertainties == pytest.approx(dict(zip(ESTIMATED, scale, strict=True)))
 
@@ -73,7 +73,7 @@ def test_settled_on_the_built_in_joint_the_truth_is_within_two_uncertainties(noi
     ratios = []
     for seed in range(201, 209):
         scenario = SCENARIO.modified(seed=seed, sensor={"velocity_noise": noise})
-        controller = make("adaptive", scenario)
+        controller = make("adaptive_unsupervised", scenario)
         simulate(scenario, controller)
         true = true_model(scenario)
         found, uncertain = controller.estimates, controller.uncertainties
@@ -86,7 +86,7 @@ def test_more_noise_makes_it_less_sure_and_constant_speed_forgets_all_but_the_su
     controllers = {}
     for noise in (0.001, 0.004):
         scenario = SCENARIO.modified(sensor={"velocity_noise": noise})
-        controllers[noise] = make("adaptive", scenario)
+        controllers[noise] = make("adaptive_unsupervised", scenario)
         simulate(scenario, controllers[noise])
     quiet, loud = (controllers[noise].uncertainties for noise in (0.001, 0.004))
     assert all(loud[name] > 2.0 * quiet[name] for name in ESTIMATED[:4])

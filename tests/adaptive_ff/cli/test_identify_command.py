@@ -75,7 +75,7 @@ def test_scenario_is_the_joint_on_the_motion_of_the_log(result):
     assert scenario.sampling.period == 0.002
     text = (folder / "out" / "scenario.toml").read_text(encoding="utf-8")
     assert "left out of the log: offset" in text
-    assert "assumed: the log does not tell a stiction above Coulomb friction" in text
+    assert "assumed: the log does not determine a stiction above Coulomb friction" in text
     times, reference = scenario.times(), scenario.reference_velocity()
     inner = (times > 1.0) & (times < 29.0)
     begin = 0.002 * 4  # where the differences begin

@@ -1,5 +1,6 @@
 """``adaptive-ff replay``: what it writes, what it prints, and what it refuses."""
 
+import inspect
 import json
 
 import numpy as np
@@ -7,9 +8,12 @@ import pytest
 from command_line import content_of, refusal, run_command_line
 from synthetic_logs import make_log
 
+from adaptive_ff import InputError
+from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.files import write_csv
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
+from adaptive_ff.replay.settings import GIVEN
 
 FILES = {"replay.json", "replay.png", "estimates.png"}
 
@@ -141,3 +145,12 @@ def test_state_with_a_field_of_another_kind_is_refused(result, tmp_path):
     (tmp_path / "state.json").write_text(json.dumps(content), encoding="utf-8")
     options = ("--out", tmp_path / "out", "--state", tmp_path / "state.json")
     assert "memory = 'long' is not allowed" in refusal("replay", folder / "log.csv", *OPTIONS, *options)
+
+
+def test_every_setting_of_a_replay_is_an_option():
+    assert set(GIVEN) <= set(inspect.signature(replay_command).parameters)
+
+
+def test_setting_that_there_is_not_is_refused():
+    with pytest.raises(InputError, match="speed = 3 is no setting of a replay; allowed: inertia, stribeck_velocity"):
+        replay_log(make_log(duration=20.0), speed=3)

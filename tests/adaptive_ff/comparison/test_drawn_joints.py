@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scenario_files import write_scenario
 
 from adaptive_ff import InputError, load_scenario
+from adaptive_ff.comparison import drawn_joints
 from adaptive_ff.comparison.drawn_joints import (
     QUANTITIES,
     class_of,
@@ -148,3 +149,45 @@ def test_joints_of_every_kind_are_drawn(name):
         before = scenario.joint.friction_backward.coulomb / scenario.joint.coulomb
         assert backward.coulomb / forward.coulomb == pytest.approx(before, rel=1e-12)
         assert backward.stiction / forward.stiction == pytest.approx(before, rel=1e-12)
+
+
+class Half:
+    """Half of PI's proportional gain."""
+
+    def __init__(self, proportional):
+        self.gain = 0.5 * proportional
+
+    def step(self, reference, velocity):
+        return self.gain * (reference - velocity)
+
+
+def test_own_controller_is_run_on_every_joint_and_summed_up():
+    with ThreadPoolExecutor(1) as executor:
+        found = sweep(SHORT, 2, seed=5, own={"half": Half}, executor=executor)
+    drawn = draw_scenario(SHORT, 5, 1)
+    alone = simulate(drawn, Half(drawn.feedback.gains[0]))
+    assert found[1].metrics["half"] == alone.metrics
+    own = summary(found, 5)["own"]["half"]
+    assert own["failed"] == 0
+    ratios = sorted(one.ratio("rms_error_settled", "pi", "half") for one in found)
+    assert [own["improvement"]["0.0"], own["improvement"]["1.0"]] == pytest.approx(ratios)
+    with pytest.raises(InputError, match="'pi' is not allowed"):
+        sweep(SHORT, 2, own={"pi": Half})
+
+
+def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path, monkeypatch, outcomes):
+    ran = []
+    run = drawn_joints.run_draw
+    monkeypatch.setattr(drawn_joints, "run_draw", lambda *arguments: ran.append(arguments[2]) or run(*arguments))
+    with ThreadPoolExecutor(1) as executor:
+        sweep(SHORT, 3, seed=5, folder=tmp_path, executor=executor)
+        assert sorted(ran) == [0, 1, 2]
+        file = tmp_path / "sweep-5.jsonl"
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text[:-20], encoding="utf-8")  # cut short by a power cut
+        again = sweep(SHORT, 4, seed=5, folder=tmp_path, executor=executor)
+        assert len(ran) == 3 + 2
+        assert 3 in ran
+        assert again == outcomes[:4]
+        sweep(SHORT.modified(duration=1.0), 2, seed=5, folder=tmp_path, executor=executor)
+        assert len(ran) == 3 + 2 + 2

@@ -58,7 +58,7 @@ def read_kuka(record, axis):
 @pytest.fixture(scope="module")
 def emps():
     records = read_emps("DATA_EMPS.mat"), read_emps("DATA_EMPS_PULSES.mat")
-    return identify_log(records[0], validation=records[1], linear=True, model="offset")
+    return identify_log(records[0], validation=records[1], linear=True, model="coulomb-viscous")
 
 
 def test_emps_gives_the_published_parameters(emps):
@@ -98,7 +98,7 @@ def test_emps_friction_differs_by_direction_and_that_explains_its_offset(emps):
 
 @pytest.mark.parametrize(("joint", "coulomb_within"), [(1, 0.12), (4, 0.05)])
 def test_staubli_gives_the_friction_of_its_source(joint, coulomb_within):
-    found = identify_log(read_staubli(joint), held_out=1.0 / 3.0)
+    found = identify_log(read_staubli(joint), held_out=1.0 / 3.0, model="coulomb-viscous")  # as its source
     assert found.value("viscous") == pytest.approx(SOURCE[joint]["viscous"], rel=0.05)
     assert found.value("coulomb") == pytest.approx(SOURCE[joint]["coulomb"], rel=coulomb_within)
     assert found.rows[0].time[-1] < 6.0 < found.held_out[0].time[0]

@@ -71,9 +71,9 @@ def test_band_is_narrower_where_noise_of_the_acceleration_would_count():
     density, accelerated = 2.0 * 0.001 * 0.4**2, 0.5 * (2.0 * np.pi * 3.0) ** 2
     expected = (NOISE_SHARE * accelerated * 3.0 / (4.0 * np.pi**2 * density)) ** (1.0 / 3.0)
     assert choose_bandwidth(velocity, 0.001, is_position=False) == pytest.approx(expected, rel=0.1)
-    counts = 2.0 * np.pi / 512.0
+    counts = 2.0 * np.pi / 4096.0
     position = np.round(np.sin(2.0 * np.pi * 3.0 * time) / counts) * counts
-    assert 6.0 <= choose_bandwidth(position, 0.001, is_position=True) < 12.0
+    assert choose_bandwidth(position, 0.001, is_position=True) == pytest.approx(15.0, rel=0.05)
 
 
 def test_noise_of_a_lattice_is_that_of_rounding():

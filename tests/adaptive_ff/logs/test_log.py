@@ -187,7 +187,7 @@ def test_column_of_words_is_refused(tmp_path):
         ("log.csv", b"", "the file is empty"),
         ("log.csv", b"\xff\xfe\x00t", "cannot be read"),
         ("log.csv", b"t,q,q,u\n1,2,3,4\n", "there are 2 columns q; there must be one"),
-        ("log.xlsx", b"", "the ending '.xlsx' is not known; allowed: .csv, .txt, .tsv, .npz, .mat"),
+        ("log.xlsx", b"", "the ending '.xlsx' is not known; allowed: .csv, .txt, .tsv, .dat, .npz, .mat"),
     ],
 )
 def test_damaged_file_is_refused_in_one_line(name, content, message, tmp_path):

@@ -1,0 +1,55 @@
+"""Command ``adaptive-ff score``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
+from adaptive_ff.cli.options import OUT, JsonCopy, KnownTorque, Linear, LogFile, Period, Position, Scale, Time, Torque
+from adaptive_ff.cli.places import places
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
+
+
+def score_command(
+    train: LogFile,
+    test: Annotated[Path, typer.Argument(help="Another log of the joint, of the same columns.", show_default=False)],
+    time: Time = None,
+    period: Period = None,
+    position: Position = None,
+    torque: Torque = None,
+    known_torque: KnownTorque = None,
+    scale: Scale = None,
+    linear: Linear = False,
+    out: Annotated[Path, typer.Option(help="Folder for score.json and score.png.")] = OUT,
+    json: JsonCopy = None,
+) -> None:
+    """Train a model on one log and simulate another one from its torque alone, in open loop."""
+    from adaptive_ff.files import write_result
+    from adaptive_ff.identify.open_loop import follow
+    from adaptive_ff.identify.score import score_log
+    from adaptive_ff.logs.columns import read_scales
+
+    columns = chosen_columns(train, time, period, position, None, torque, known_torque)
+    scales = read_scales(scale or [])
+    logs = [read_columns(path, columns, period, scales) for path in (train, test)]
+    errors = error_console()
+    with places(out, json) as (stage, beside):
+        announce_compilation(errors, follow)
+        with progress_bars(errors) as progress:
+            task = progress.add_task("score", total=1.0)
+            score = score_log(*logs, linear=linear, progress=lambda share: progress.update(task, completed=share))
+        score.plot(stage)
+        for file in (stage / "score.json", *beside.values()):
+            write_result(file, {**score.to_dict(), "columns": columns})
+    console = Printer()
+    unit = "mm" if linear else "mrad"
+    best = score.choices[0]
+    sides = "by direction" if best.by_direction else "the same both ways"
+    console.say(columns_taken(columns))
+    console.say(f"Chosen on {train}: {best.knots} knots of force over position, viscous friction {sides}.")
+    console.say(
+        f"Open loop on {test}: {1e3 * score.rms:.3g} {unit} rms, fit {score.fit:.4g} %; in windows of 1 s "
+        f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}."
+    )
+    console.say(f"score.json and score.png are in {out}")

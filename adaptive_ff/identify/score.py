@@ -1,0 +1,241 @@
+"""Open-loop score: a model trained on one log, and its simulation of another one.
+
+It is the protocol of the EMPS benchmark (A. Janot, M. Gautier, M. Brunot, 2019): identified on one record, the model
+simulates the position of the other from its force alone, and the root mean square of the error counts, without the
+first samples. Nothing is chosen on the other record: whether viscous friction differs by direction, and how many knots
+the force over the position has, is chosen by blocked cross-validation on the first, in the same measure, the error of
+an open-loop simulation over as long as a block.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.filtering import uniform
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
+from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.logs.derivatives import Array, lowpass
+from adaptive_ff.logs.log import Log
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+KNOTS = (1, 4, 8, 16, 24, 32)
+"""Numbers of knots that are compared."""
+
+BLOCKS = 5
+"""Blocks of the training record; simulations of the training are as long as one."""
+
+WINDOW = 1.0
+"""Length of the short simulations of the score, s."""
+
+SETTLING = 20
+"""Samples that do not count at the start of a simulation, as in the benchmark."""
+
+STEPS = 6
+"""Steps of Gauss and Newton."""
+
+NUDGE = 1e-4
+"""Step of the difference quotients, over the size of a parameter."""
+
+VELOCITY_BAND = 100.0
+"""Band of the velocity that a simulation starts with, Hz, at most a quarter of the sampling frequency."""
+
+
+class Choice(NamedTuple):
+    """A structure of the model, with its error on blocks that were held out, rad."""
+
+    knots: int
+    by_direction: bool
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """What a model makes of another log in open loop; positions in rad, or m.
+
+    Attributes
+    ----------
+    trained, tested : str
+        Names of the logs.
+    model : OpenLoopModel
+        The model.
+    choices : list of Choice
+        All structures that were compared on the training record, the best first.
+    rms, fit, windows : float
+        Error of the simulation of the whole other log, root mean square; how much of its variation is explained, per
+        cent; root mean square over simulations of 1 s.
+    training_rms : float
+        Error of the simulation of the whole training record.
+    time, measured, simulated : ndarray, shape (n,)
+        The other log.
+    linear : bool
+        Whether it is a linear axis.
+    """
+
+    trained: str
+    tested: str
+    model: OpenLoopModel
+    choices: list[Choice]
+    rms: float
+    fit: float
+    windows: float
+    training_rms: float
+    time: Array
+    measured: Array
+    simulated: Array
+    linear: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the series as plain values."""
+        figures = ("trained", "tested", "rms", "fit", "windows", "training_rms")
+        result: dict[str, Any] = {name: getattr(self, name) for name in figures}
+        result["unit"] = "m" if self.linear else "rad"
+        result["model"] = {**self.model._asdict(), "force": self.model.force.tolist()}
+        result["choices"] = [choice._asdict() for choice in self.choices]
+        return result
+
+    def plot(self, folder: str | Path | None = None) -> "dict[str, Figure]":
+        """Draw the simulation; write it as ``score.png`` where a folder is given."""
+        from adaptive_ff.report.score_plots import plot_score
+
+        return plot_score(self, folder)
+
+
+def score_log(train: Log, test: Log, *, linear: bool = False, progress: Callable[[float], None] | None = None) -> Score:
+    """Train a model on a log, and simulate another one with it in open loop.
+
+    Parameters
+    ----------
+    train, test : Log
+        Logs of the same joint, with positions.
+    linear : bool, optional
+        Whether it is a linear axis, in m and N.
+    progress : callable, optional
+        Is called with the share done, from 0 to 1.
+
+    Raises
+    ------
+    InputError
+        A log has no position, a defect, or does not determine a joint.
+    """
+    records = [_record(log, linear=linear) for log in (train, test)]
+    found = identify_log(train, held_out=0.0, linear=linear, model="offset")
+    start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
+    offset = found.selection.chosen.values.get("offset", 0.0)
+    choices, models = [], {}
+    length = records[0].position.size // BLOCKS
+    structures = [(knots, by_direction) for knots in KNOTS for by_direction in (False, True)]
+    for place, (knots, by_direction) in enumerate(structures):
+        begin = _model(np.concatenate([start, np.full(knots, offset)]), records[0])
+        held = 0.0
+        blocks = np.arange(BLOCKS) * length
+        for block in range(BLOCKS):
+            fitted = _train(begin, records[0], np.delete(blocks, block), length, by_direction=by_direction)
+            held += float(np.mean(fitted.errors(records[0], blocks[block : block + 1], length)[:, SETTLING:] ** 2))
+        choices.append(Choice(knots, by_direction, math.sqrt(held / BLOCKS)))
+        models[knots, by_direction] = _train(begin, records[0], blocks, length, by_direction=by_direction)
+        if progress is not None:
+            progress((place + 1) / len(structures))
+    choices.sort(key=lambda choice: choice.error)
+    model = models[choices[0].knots, choices[0].by_direction]
+    return _judge(train, test, model, choices, records, linear=linear)
+
+
+def _judge(
+    train: Log, test: Log, model: OpenLoopModel, choices: list[Choice], records: list[Record], *, linear: bool
+) -> Score:
+    training, other = records
+    whole = model.errors(other, np.array([0]), other.position.size)[0]
+    window = round(WINDOW / other.period)
+    starts = np.arange(0, other.position.size - window + 1, window)
+    return Score(
+        train.name,
+        test.name,
+        model,
+        choices,
+        rms=_rms(whole[SETTLING:]),
+        fit=100.0 * (1.0 - _rms(whole[SETTLING:]) / float(np.std(other.position[SETTLING:]))),
+        windows=_rms(model.errors(other, starts, window)[:, SETTLING:]),
+        training_rms=_rms(model.errors(training, np.array([0]), training.position.size)[0, SETTLING:]),
+        time=other.period * np.arange(other.position.size, dtype=np.float64),
+        measured=other.position,
+        simulated=other.position + whole,
+        linear=linear,
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _record(log: Log, *, linear: bool) -> Record:
+    """Return a log on a uniform grid, with velocities to start from."""
+    if log.position is None:
+        raise InputError(f"{log.name}: a score takes a position, which is what the simulation is compared with")
+    prepared = prepare(log, linear=linear)
+    if len(prepared.pieces) != 1 or prepared.skipped:
+        reason = prepared.skipped[0].reason if prepared.skipped else "it has several pieces"
+        raise InputError(f"{log.name}: an open-loop simulation takes a log without defect; {reason}")
+    _, position, torque = uniform(log, prepared.pieces[0], prepared.period)
+    smooth = lowpass(position, (min(VELOCITY_BAND, 0.25 / prepared.period),), prepared.period)
+    return Record(
+        np.ascontiguousarray(position),
+        np.gradient(smooth, prepared.period),
+        np.ascontiguousarray(torque),
+        prepared.period,
+    )
+
+
+def _model(values: Array, record: Record) -> OpenLoopModel:
+    low, high = float(np.min(record.position)), float(np.max(record.position))
+    inertia, coulomb, viscous, asymmetry = (float(value) for value in values[:4])
+    return OpenLoopModel(inertia, max(coulomb, 0.0), viscous, asymmetry, low, high, values[4:].copy())
+
+
+def _train(
+    begin: OpenLoopModel, record: Record, starts: NDArray[np.int64], length: int, *, by_direction: bool
+) -> OpenLoopModel:
+    """Fit a model to open-loop simulations from each start, by steps of Gauss and Newton that lower the error."""
+    values = np.concatenate([[getattr(begin, name) for name in FIRST], begin.force])
+    scale = np.abs(values) + 0.01 * np.max(np.abs(values[1:3]))
+    scale[0], scale[3] = abs(values[0]), abs(values[2])
+    scale[4:] = abs(values[1])
+    free = np.flatnonzero([index != 3 or by_direction for index in range(values.size)])
+
+    def errors(trial: Array) -> Array:
+        found: Array = _model(trial, record).errors(record, starts, length)[:, SETTLING:].ravel()
+        return found
+
+    now = errors(values)
+    for _ in range(STEPS):
+        slopes = np.empty((now.size, free.size))
+        for column, index in enumerate(free):
+            nudged = values.copy()
+            nudged[index] += NUDGE * scale[index]
+            slopes[:, column] = (errors(nudged) - now) / NUDGE
+        normal = slopes.T @ slopes
+        ridge = 1e-6 * np.trace(normal) / free.size * np.eye(free.size)
+        step = -np.linalg.solve(normal + ridge, slopes.T @ now)
+        for share in (1.0, 0.5, 0.25, 0.1):
+            trial = values.copy()
+            trial[free] += share * step * scale[free]
+            if trial[0] <= 0.0:
+                continue
+            after = errors(trial)
+            if float(after @ after) < float(now @ now):
+                break
+        else:
+            break
+        done = float(after @ after) > 0.999 * float(now @ now)
+        values, now = trial, after
+        if done:
+            break
+    return _model(values, record)

@@ -1,0 +1,142 @@
+"""Whether a log can be what it is taken for: times in seconds, angles in radians, a position without jumps or wraps.
+
+What is certain is mended or refused with one line; what is probable is said.
+"""
+
+import math
+import re
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.logs.defects import Skipped, median_step, runs
+from adaptive_ff.logs.log import Array, Log
+
+SLOWEST = 1.0
+"""Sample time, s, from which the time is taken to be in milliseconds or microseconds."""
+
+WRAP_WITHIN = 0.05
+"""Relative difference of a jump from a turn up to which it counts as a wrap."""
+
+JUMP = 20.0
+"""A step of the position that is so many times the largest of its neighbours, and of nearly all, is a jump."""
+
+DEGREES = re.compile(r"deg(rees?)?(\[\d+\])?$", re.IGNORECASE)
+"""Ending of the name of a column in degrees."""
+
+
+class Sound(NamedTuple):
+    """A log that was looked through.
+
+    Attributes
+    ----------
+    log : Log
+        The log, repeated rows dropped and wraps undone.
+    said : list of str
+        What was done or is probably wrong, a sentence each.
+    jumps : list of Skipped
+        Where the position jumps: the log is to be cut there; no sample is skipped.
+    """
+
+    log: Log
+    said: list[str]
+    jumps: list[Skipped]
+
+
+def look_through(log: Log, *, linear: bool = False) -> Sound:
+    """Look a log through.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    linear : bool, optional
+        Whether it is a linear axis, whose position does not wrap.
+
+    Raises
+    ------
+    InputError
+        The sample time is a second or more.
+    """
+    said: list[str] = []
+    log, repeated = without_repeated_rows(log)
+    if repeated:
+        said.append(f"{repeated} rows repeat the one before, with its time; they are left out")
+    step = median_step(log)
+    if step >= SLOWEST:
+        raise InputError(
+            f"{log.name}: the sample time is {step:.4g} s; it must be less than {SLOWEST:g} s: is the time in "
+            "milliseconds or microseconds? Then scale its column by 1e-3 or 1e-6"
+        )
+    jumps: list[Skipped] = []
+    if log.position is not None:
+        position = log.position
+        if not linear:
+            position, wraps = without_wraps(position)
+            if wraps:
+                said.append(f"the position wraps {wraps} times by a turn; that is undone")
+        jumps = find_jumps(position)
+        if jumps:
+            said.append(f"the position jumps {len(jumps)} times within one sample; the log is cut there")
+        log = replace(log, position=position)
+    return Sound(log, said, jumps)
+
+
+def is_in_degrees(column: str) -> bool:
+    """Tell whether the name of a column says that it is in degrees."""
+    return DEGREES.search(column) is not None
+
+
+def without_repeated_rows(log: Log) -> tuple[Log, int]:
+    """Return a log without rows that are the same as the one before, time included, and their number."""
+    series = [log.time, log.torque, log.position, log.velocity, *log.extra.values()]
+    same = np.zeros(log.time.size, dtype=np.bool_)
+    if log.time.size > 1:
+        same[1:] = np.all([values[1:] == values[:-1] for values in series if values is not None], axis=0)
+    count = int(np.count_nonzero(same))
+    if count == 0:
+        return log, 0
+
+    def kept(values: Array | None) -> Array | None:
+        return None if values is None else values[~same]
+
+    extra = {name: values[~same] for name, values in log.extra.items()}
+    return Log(log.name, log.time[~same], log.torque[~same], kept(log.position), kept(log.velocity), extra), count
+
+
+def without_wraps(position: Array) -> tuple[Array, int]:
+    """Return a position in radians with its wraps by a turn undone, and their number."""
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(position)
+        turn = 2.0 * math.pi
+        wraps = np.abs(np.abs(steps) - turn) < WRAP_WITHIN * turn
+    usual = _usual_step(steps)
+    if not np.any(wraps) or usual > WRAP_WITHIN * turn:
+        return position, 0  # at such speed a turn in a sample may be motion
+    undone = position.copy()
+    undone[1:] -= turn * np.cumsum(np.where(wraps, np.sign(steps), 0.0))
+    return undone, int(np.count_nonzero(wraps))
+
+
+def find_jumps(position: Array) -> list[Skipped]:
+    """Return the places before which a position jumps within one sample."""
+    with np.errstate(invalid="ignore"):
+        steps = np.abs(np.diff(position))
+    if steps.size < 3:
+        return []
+    usual = _usual_step(steps)
+    with np.errstate(invalid="ignore"):
+        large = steps > JUMP * usual if usual > 0.0 else np.zeros(steps.size, dtype=np.bool_)
+    places = [start + 1 for start, stop in runs(large) if stop - start <= 2]
+    return [
+        Skipped(place, place, f"the position jumps by {float(position[place] - position[place - 1]):.3g}")
+        for place in places
+    ]
+
+
+def _usual_step(steps: Array) -> float:
+    """Return the step that nearly no other exceeds."""
+    known = np.abs(steps[np.isfinite(steps)])
+    return float(np.quantile(known, 0.99)) if known.size else 0.0

@@ -1,0 +1,56 @@
+"""A comparison as tables of pandas and xarray, with units (extra ``pandas``)."""
+
+from dataclasses import asdict
+from types import ModuleType
+from typing import Any
+
+from adaptive_ff.comparison.comparison import Comparison
+from adaptive_ff.errors import InputError
+from adaptive_ff.simulation.metrics import METRIC_UNITS
+
+SERIES_UNITS = {
+    "reference": "rad/s",
+    "velocity": "rad/s",
+    "measured": "rad/s",
+    "torque": "N m",
+    "feedforward": "N m",
+    "friction": "N m",
+}
+"""Units of the series at the samples."""
+
+LINEAR = {"rad/s": "m/s", "N m": "N"}
+
+
+def figures_frame(comparison: Comparison) -> Any:
+    """Return the figures of merit as a ``pandas.DataFrame``, a row a controller."""
+    pandas = _imported("pandas")
+    frame = pandas.DataFrame({name: asdict(run.metrics) for name, run in comparison.runs.items()}).T
+    frame["improvement"] = pandas.Series(comparison.improvement)
+    frame.index.name = "controller"
+    frame.attrs["units"] = {name: _unit(comparison, unit) for name, unit in METRIC_UNITS.items()} | {"improvement": "1"}
+    return frame
+
+
+def series_dataset(comparison: Comparison) -> Any:
+    """Return the series at the samples as an ``xarray.Dataset`` by controller and time."""
+    xarray = _imported("xarray")
+    columns = {name: run.columns() for name, run in comparison.runs.items()}
+    names = list(columns)
+    first = columns[names[0]]
+    data: dict[str, Any] = {"reference": ("time", first["reference"], {"units": _unit(comparison, "rad/s")})}
+    for series, unit in SERIES_UNITS.items():
+        if series != "reference":
+            values = [columns[name][series] for name in names]
+            data[series] = (("controller", "time"), values, {"units": _unit(comparison, unit)})
+    return xarray.Dataset(data, {"controller": names, "time": ("time", first["time"], {"units": "s"})})
+
+
+def _unit(comparison: Comparison, unit: str) -> str:
+    return LINEAR[unit] if comparison.scenario.joint.axis == "linear" else unit
+
+
+def _imported(name: str) -> ModuleType:
+    try:
+        return __import__(name)
+    except ImportError as error:
+        raise InputError(f"{name} is not installed; pip install 'adaptive-ff[pandas]' brings it") from error

@@ -1,0 +1,1 @@
+"""The exported controllers measured against the kernels: bits, machines, size, speed, single precision."""

@@ -1,0 +1,145 @@
+"""Other machines: the exported program under emulation, and objects for processors of drives."""
+
+import re
+import subprocess
+import sys
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.export.driver import build, found, in_python, random_inputs, run, write_sources
+from benchmarks.export.rows import Row, skipped
+from benchmarks.export.variants import SEED, adaptive
+
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
+CLOSENESS = 1e-11
+"""Largest difference to Python of any torque, over the largest torque."""
+
+LARGEST_OBJECT = 20_000
+"""Bytes of code and constants of the adaptive controller on a Cortex-M7."""
+
+ALLOWED = {"exp", "expm1", "log", "pow", "sqrt", "memcpy", "memset"}
+EMULATED = {
+    "x86_64": ("x86_64-linux-musl", ""),
+    "aarch64": ("aarch64-linux-musl", "qemu-aarch64"),
+    "ARMv7": ("arm-linux-musleabihf", "qemu-arm"),
+    "riscv64": ("riscv64-linux-musl", "qemu-riscv64"),
+}
+
+
+class Processor(NamedTuple):
+    """A processor for which an object is compiled, and how."""
+
+    name: str
+    command: tuple[str, ...]
+    runtime: str
+
+
+ARM = ("arm-none-eabi-gcc", "-mthumb", "-mfloat-abi=hard")
+PROCESSORS = (
+    Processor("Cortex-M7, double", (*ARM, "-mcpu=cortex-m7", "-mfpu=fpv5-d16"), "__aeabi_"),
+    Processor("Cortex-M4F, double in software", (*ARM, "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"), "__aeabi_"),
+    Processor("Cortex-M4F, single", (*ARM, "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"), "__aeabi_"),
+    Processor("rv32imafdc, double", (sys.executable, "-m", "ziglang", "cc", "-target", "riscv32-linux-musl"), "__"),
+)
+
+
+def zig() -> list[str] | None:
+    """Return the command of the cross compiler from the package index; none where it is not installed."""
+    return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
+
+
+def emulated(samples: int) -> list[Row]:
+    """Run the adaptive controller, by direction and with a delay, on other machines with another libm."""
+    target = f"{CLOSENESS:g} of the torque"
+    rows = []
+    maker = lambda: adaptive("directions", 1.5, 0.004, True)  # noqa: E731
+    inputs = random_inputs(maker(), samples, SEED)
+    expected = in_python(maker(), inputs)
+    with tempfile.TemporaryDirectory() as folder:
+        write_sources(maker(), Path(folder))
+        for name, (triple, emulator) in EMULATED.items():
+            what = f"random inputs, musl on {name}"
+            command = zig()
+            if command is None or (emulator and not found(emulator)):
+                rows.append(skipped(what, "ziglang is not installed" if command is None else f"no {emulator}", target))
+                continue
+            try:
+                flags = ("-std=c99", "-O2", "-ffp-contract=off", "-static", "-target", triple)
+                built = build(Path(folder), [*command, *flags], out=name)
+                outputs, _, _ = run([*([emulator] if emulator else []), built], inputs)
+            except (ArithmeticError, OSError) as error:
+                rows.append(Row(what, f"fails: {str(error)[:80]}", target, False))
+                continue
+            worst = float(np.max(np.abs(outputs[:, 0] - expected[:, 0])) / np.max(np.abs(expected[:, 0])))
+            rows.append(Row(what, f"{worst:.2g}", target, worst <= CLOSENESS))
+    return rows
+
+
+def objects() -> list[Row]:
+    """Compile objects with all warnings; list their size and what they need from elsewhere."""
+    rows = []
+    for processor in PROCESSORS:
+        with tempfile.TemporaryDirectory() as folder:
+            single = processor.name.endswith("single")
+            write_sources(adaptive("symmetric", 0.0, 0.0, True), Path(folder), single)
+            rows += _object(processor, Path(folder))
+    return rows
+
+
+def _object(processor: Processor, folder: Path) -> list[Row]:
+    what = f"object for {processor.name}"
+    if not found(processor.command[0]) or (processor.command[0] == sys.executable and zig() is None):
+        return [skipped(what, f"no {processor.command[0]}", "no warning")]
+    line = [*processor.command, "-std=c99", "-Os", "-ffp-contract=off", *WARNINGS, "-c", "drive.c", "-o", "drive.o"]
+    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode or done.stderr.strip():
+        return [Row(what, f"says {done.stderr.strip()[:100]!r}", "no warning", False)]
+    rows = [Row(what, "compiles silently", "no warning", True)]
+    tool = "arm-none-eabi-" if processor.command[0].startswith("arm") else ""
+    if found(f"{tool}size"):
+        sizes = subprocess.run([f"{tool}size", "drive.o"], cwd=folder, capture_output=True, text=True, check=False)
+        numbers = re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", sizes.stdout, re.MULTILINE)
+        if numbers:
+            text, data, bss = (int(number) for number in numbers[0])
+            limit = processor.name.startswith("Cortex-M7")
+            figure = f"{text} bytes of code and constants, {data + bss} of globals"
+            rows.append(
+                Row(
+                    "  size",
+                    figure,
+                    "20 kB, 0" if limit else "",
+                    (text <= LARGEST_OBJECT) and not data + bss if limit else None,
+                )
+            )
+    if found(f"{tool}nm"):
+        listed = subprocess.run([f"{tool}nm", "-u", "drive.o"], cwd=folder, capture_output=True, text=True, check=False)
+        needed = {part.split()[-1] for part in listed.stdout.splitlines() if part.strip()}
+        library = {f"{name}f" for name in ALLOWED} | ALLOWED
+        own = sorted(needed - library)
+        met = all(name.startswith(processor.runtime) for name in own)  # arithmetic that the processor does not have
+        rows.append(Row("  undefined symbols", ", ".join(sorted(needed & library)), "libm, memcpy, memset", met))
+        if own:
+            rows.append(Row("  of the compiler's own runtime", ", ".join(own)))
+    return rows
+
+
+def sanitized(samples: int) -> list[Row]:
+    """Run under the sanitizers for addresses and undefined behaviour."""
+    what, target = "sanitizers: address, undefined", "silent"
+    if not found("gcc"):
+        return [skipped(what, "no gcc", target)]
+    maker = lambda: adaptive("directions", 1.5, 0.004, True)  # noqa: E731
+    inputs = random_inputs(maker(), samples, SEED)
+    with tempfile.TemporaryDirectory() as folder:
+        write_sources(maker(), Path(folder))
+        flags = ("-std=c99", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+        try:
+            outputs, _, _ = run([build(Path(folder), ["gcc", *flags])], inputs)
+        except ArithmeticError as error:
+            return [Row(what, str(error)[:100], target, False)]
+    same = outputs.tobytes() == in_python(maker(), inputs).tobytes()
+    return [Row(what, f"silent over {samples} samples, {'same' if same else 'other'} bits", target, same)]

@@ -1,0 +1,126 @@
+// A chainable velocity controller of ros2_control around exported controllers, one class for each axis.
+//
+// Reference interfaces: the planned velocity (rad/s) and a torque known from elsewhere, such as gravity (N m).
+// State interfaces: velocity (rad/s) and effort (N m) of the joint. Command interface: its effort (N m).
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "controller_interface/chainable_controller_interface.hpp"
+
+namespace friction_compensation
+{
+
+using controller_interface::CallbackReturn;
+using controller_interface::InterfaceConfiguration;
+using controller_interface::return_type;
+
+// The controller of one axis. Axis wraps the functions of one exported header, see axis.hpp.
+template <class Axis>
+class FrictionCompensation : public controller_interface::ChainableControllerInterface
+{
+public:
+  CallbackReturn on_init() override
+  {
+    joint_ = this->template auto_declare<std::string>("joint", "");
+    limit_ = this->template auto_declare<double>("effort_limit", std::numeric_limits<double>::infinity());
+    state_file_ = this->template auto_declare<std::string>("state_file", "");
+    return joint_.empty() || !(limit_ > 0.0) ? CallbackReturn::ERROR : CallbackReturn::SUCCESS;
+  }
+
+  InterfaceConfiguration command_interface_configuration() const override
+  {
+    return {controller_interface::interface_configuration_type::INDIVIDUAL, {joint_ + "/effort"}};
+  }
+
+  InterfaceConfiguration state_interface_configuration() const override
+  {
+    return {controller_interface::interface_configuration_type::INDIVIDUAL,
+            {joint_ + "/velocity", joint_ + "/effort"}};
+  }
+
+  CallbackReturn on_configure(const rclcpp_lifecycle::State &) override
+  {
+    Axis::init(&controller_);
+    if (!state_file_.empty()) {
+      std::ifstream file(state_file_, std::ios::binary);
+      if (file) {  // the first time there is none
+        std::vector<char> read((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+        const auto * bytes = reinterpret_cast<const unsigned char *>(read.data());
+        if (Axis::load_state(&controller_, bytes, read.size()) != 0) {
+          return CallbackReturn::ERROR;  // damaged, or of another controller: nothing was changed
+        }
+      }
+    }
+    return CallbackReturn::SUCCESS;
+  }
+
+  CallbackReturn on_activate(const rclcpp_lifecycle::State &) override
+  {
+    this->reference_interfaces_.assign(2, 0.0);
+    last_torque_ = std::numeric_limits<double>::quiet_NaN();
+    return CallbackReturn::SUCCESS;
+  }
+
+  CallbackReturn on_deactivate(const rclcpp_lifecycle::State &) override
+  {
+    this->command_interfaces_[0].set_value(0.0);
+    if (!state_file_.empty()) {
+      std::vector<unsigned char> bytes(Axis::state_size);
+      std::ofstream file(state_file_, std::ios::binary);
+      if (Axis::save_state(&controller_, bytes.data(), bytes.size()) != 0 ||
+          !file.write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()))) {
+        return CallbackReturn::ERROR;
+      }
+    }
+    return CallbackReturn::SUCCESS;
+  }
+
+protected:
+  std::vector<hardware_interface::CommandInterface> on_export_reference_interfaces() override
+  {
+    this->reference_interfaces_.assign(2, 0.0);
+    const std::string name = this->get_node()->get_name();
+    std::vector<hardware_interface::CommandInterface> exported;
+    exported.emplace_back(name, joint_ + "/velocity", &this->reference_interfaces_[0]);
+    exported.emplace_back(name, joint_ + "/effort", &this->reference_interfaces_[1]);
+    return exported;
+  }
+
+  return_type update_reference_from_subscribers(const rclcpp::Time &, const rclcpp::Duration &) override
+  {
+    return return_type::OK;  // it has no topics: a trajectory controller before it writes the references
+  }
+
+  return_type update_and_write_commands(const rclcpp::Time &, const rclcpp::Duration & period) override
+  {
+    auto inputs = Axis::default_inputs();  // no preview: the controller does without
+    inputs.reference = this->reference_interfaces_[0];
+    inputs.feedforward = this->reference_interfaces_[1];
+    inputs.velocity = this->state_interfaces_[0].get_value();  // NaN where the reading failed: that is allowed
+    // The measured effort is noisy where it is a current; what was commanded, limited, serves where there is none.
+    const double effort = this->state_interfaces_[1].get_value();
+    inputs.realised_torque = std::isfinite(effort) ? effort : last_torque_;
+    inputs.dt = period.seconds();
+    typename Axis::Output output;
+    if (Axis::step(&controller_, &inputs, &output) != 0) {
+      return return_type::ERROR;  // a reference is not finite, or no time has passed; the last command stays
+    }
+    last_torque_ = std::fmin(std::fmax(output.torque, -limit_), limit_);
+    this->command_interfaces_[0].set_value(last_torque_);
+    return return_type::OK;
+  }
+
+private:
+  typename Axis::Controller controller_{};
+  std::string joint_, state_file_;
+  double limit_ = std::numeric_limits<double>::infinity();
+  double last_torque_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace friction_compensation

@@ -1,0 +1,9 @@
+#include "axes.hpp"
+#include "pluginlib/class_list_macros.hpp"
+
+PLUGINLIB_EXPORT_CLASS(friction_compensation::Axis1, controller_interface::ChainableControllerInterface)
+PLUGINLIB_EXPORT_CLASS(friction_compensation::Axis2, controller_interface::ChainableControllerInterface)
+PLUGINLIB_EXPORT_CLASS(friction_compensation::Axis3, controller_interface::ChainableControllerInterface)
+PLUGINLIB_EXPORT_CLASS(friction_compensation::Axis4, controller_interface::ChainableControllerInterface)
+PLUGINLIB_EXPORT_CLASS(friction_compensation::Axis5, controller_interface::ChainableControllerInterface)
+PLUGINLIB_EXPORT_CLASS(friction_compensation::Axis6, controller_interface::ChainableControllerInterface)

@@ -1,0 +1,146 @@
+"""The observer of the torque that the feedforward leaves: its pole, its gates, and the hand-over to it."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, begin, course_along, make, run_compiled
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adaptive_ff.adaptive.observer import (
+    ObserverParameters,
+    hand_over_to_observer,
+    initial_observer,
+    observe,
+    observer_gain,
+    start_observer,
+)
+from adaptive_ff.simulation.experiment import empty_record
+from controllers import check_gains
+
+PERIOD = 0.01
+FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.0)
+INERTIA = SCENARIO.feedback.inertia
+OBSERVER = ObserverParameters(20.0, INERTIA, 0.0, PERIOD)
+
+
+def observed(torques, velocities, references, observer=OBSERVER):
+    """States while the drive gives torques; velocity and reference have one value more, of the start."""
+    state, states = start_observer(initial_observer(FEEDBACK), references[0], velocities[0]), []
+    for torque, reference, velocity in zip(torques, references[1:], velocities[1:], strict=True):
+        state = observe(observer, state, FEEDBACK, torque, INERTIA, reference, velocity, PERIOD)
+        states.append(state)
+    return states
+
+
+def test_a_constant_disturbance_is_found_with_the_pole():
+    """What holds the speed against a load, and was not fed forward, is the load."""
+    states = observed(np.full(100, 25.0), np.full(101, 0.1), np.full(101, 0.1))
+    times = PERIOD * np.arange(1, 101)
+    assert [state.disturbance for state in states] == pytest.approx(25.0 * (1.0 - np.exp(-20.0 * times)), rel=1e-9)
+
+
+def test_torque_that_accelerates_the_joint_is_no_disturbance():
+    """The error changes by what the torque beyond the feedforward does to the inertia."""
+    torques = 10.0 * np.random.default_rng(1).standard_normal(50)
+    velocities = np.concatenate([[0.0], np.cumsum(torques) * PERIOD / INERTIA])
+    assert all(abs(state.disturbance) < 1e-9 for state in observed(torques, velocities, np.zeros(51)))
+
+
+def test_what_was_fed_forward_is_not_observed():
+    state = start_observer(initial_observer(FEEDBACK), 0.1, 0.1)
+    for _ in range(50):
+        state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0)
+        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.1, PERIOD)
+    assert state.disturbance == pytest.approx(0.0, abs=1e-12)
+
+
+def test_joint_at_rest_and_repeated_values_tell_nothing_of_noise():
+    rng = np.random.default_rng(2)
+    rested = observed(np.zeros(300), 0.01 * rng.standard_normal(301), np.zeros(301))[-1]
+    repeated = observed(np.zeros(300), np.full(301, 0.1), np.linspace(0.1, 0.3, 301))[-1]
+    assert rested.noise.measured == repeated.noise.measured == 0.0
+    assert observer_gain(OBSERVER, rested, FEEDBACK, INERTIA) == 1.0, "while noise is not known both gates are open"
+
+
+def run_frozen(reference, load, *, controller, position=None):
+    """Let a controller that does not learn move a frictionless joint; observer after each sample, and the end."""
+    free = SCENARIO.joint.model_copy(update={"coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "offset": load})
+    course = course_along(reference, joint=free, substeps=10, noise=0.002, seed=int(load))
+    record = empty_record(course, len(controller.estimate_names))
+    position = begin(course) if position is None else position._replace(sample=0, acting=-1)
+    state, observers = controller.state, []
+    for sample in range(1, course.noise.size + 1):
+        state, position = run_compiled(controller.parameters, state, course, position, sample, record)
+        observers.append(state.observer)
+    controller.state = state
+    return observers, position
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    """Observers before and after a load step on a joint that is the inertia which the controller assumes."""
+    controller = make("adaptive")
+    controller.enabled = False
+    reference = SCENARIO.modified(seed=101, duration=20.0).reference_velocity()
+    before, position = run_frozen(reference[:10_001], 0.0, controller=controller)
+    after, _ = run_frozen(reference[10_000:], 30.0, controller=controller, position=position)
+    return before, after
+
+
+def test_on_a_joint_that_the_model_explains_nothing_is_fed_back(loaded):
+    gains = np.array([state.gain for state in loaded[0]])
+    assert np.all(gains[200:] == 0.0)
+
+
+def test_a_load_step_opens_the_gates_until_the_integral_carries_it(loaded):
+    gains = np.array([state.gain for state in loaded[1]])
+    assert np.all(gains[10:30] == 1.0)
+    assert np.all(gains[100:] == 0.0)
+    disturbances = np.array([state.disturbance for state in loaded[1]])
+    assert np.mean(disturbances[30:]) == pytest.approx(30.0, rel=0.02)
+
+
+SIZES = st.floats(-1e3, 1e3)
+GAINS = st.floats(0.0, 1.0)
+
+
+def total(state, fed, integral):
+    return fed + state.gain * state.disturbance + integral
+
+
+def handed_over(disturbance, old, new, change, integral):
+    """Torque before and after the hand-over of a change of the feedforward and of the gain."""
+    state = initial_observer(FEEDBACK)._replace(disturbance=disturbance, gain=old)
+    after, leaves = hand_over_to_observer(state, change, new, change, integral)
+    assert after.gain == new
+    return total(state, 0.0, integral), total(after, change, integral - leaves)
+
+
+@given(disturbance=SIZES, integral=SIZES, change=SIZES, gains=st.tuples(GAINS, GAINS))
+def test_neither_feedforward_nor_a_falling_gain_lets_the_torque_jump(disturbance, integral, change, gains):
+    before, after = handed_over(disturbance, max(gains), min(gains), change, integral)
+    assert after == pytest.approx(before, rel=1e-12, abs=1e-10)
+
+
+@given(disturbance=SIZES, change=SIZES, gains=st.tuples(st.floats(0.0, 0.999), GAINS))
+def test_a_rising_gain_does_not_where_the_integral_holds_the_rest_of_the_disturbance(disturbance, change, gains):
+    old, new = gains[0], max(gains)
+    before, after = handed_over(disturbance, old, new, change, (1.0 - old) * disturbance)
+    assert after == pytest.approx(before, rel=1e-9, abs=1e-7)
+
+
+@given(disturbance=SIZES, integral=SIZES, change=SIZES, gains=st.tuples(st.floats(0.0, 0.99), GAINS))
+def test_a_rising_gain_adds_its_share_of_what_nobody_gives_yet(disturbance, integral, change, gains):
+    """That is how the observer answers a load; the change of the feedforward has no part in it."""
+    old, new = gains[0], max(gains)
+    before, after = handed_over(disturbance, old, new, change, integral)
+    lacking = (1.0 - old) * disturbance - integral
+    assert after - before == pytest.approx((new - old) / (1.0 - old) * lacking, rel=1e-9, abs=1e-6)
+
+
+def test_the_pole_is_at_most_the_crossover_of_the_feedback():
+    crossover = FEEDBACK.proportional / INERTIA
+    assert 0.0 < make("adaptive").parameters.observer.pole <= crossover * (1.0 + 1e-12)
+    assert math.isfinite(crossover)

@@ -1,0 +1,105 @@
+"""The supervised controller as a whole: torque without jumps, step by step as in one run, saved and restored."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, drive, lay_course, make, own_loop, run_plain
+
+from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
+from adaptive_ff.model.friction import WITH_OFFSET
+
+SHORT = SCENARIO.modified(duration=8.0, change=[{"time": 5.0, "load": 40.0}])
+STEP = {"next_reference": 0.21, "realised_torque": 70.0}
+
+
+def controller_after(seconds):
+    """A controller some seconds into the motion."""
+    controller = make("adaptive")
+    course = lay_course(SCENARIO.modified(duration=seconds, seed=101))
+    own_loop(controller, course)
+    return controller
+
+
+@pytest.fixture(scope="module")
+def states():
+    """Saved states, early and late, frozen: so that trust and gain alone change the torque."""
+    return [controller_after(seconds).state_to_json() for seconds in (0.5, 3.0, 4.0, 6.0)]
+
+
+def restored(saved):
+    controller = make("adaptive")
+    controller.state_from_json(saved)
+    controller.enabled = False
+    return controller
+
+
+def distrusting(controller):
+    """Let the trust fall to nothing at the next step, as if the friction fed forward did not exist."""
+    state = controller.state
+    controller.state = state._replace(trust=state.trust._replace(xx=1e3, xy=0.0, yy=1e-6))
+    return controller
+
+
+def test_falling_trust_does_not_let_the_torque_jump(states):
+    falls = 0
+    for saved in states:
+        for velocity in (0.18, 0.2, 0.23):
+            trusting, other = restored(saved), distrusting(restored(saved))
+            before = other.trust
+            torques = [controller.step(0.2, velocity, **STEP) for controller in (trusting, other)]
+            assert other.trust < 0.01
+            falls += before > 0.5 and abs(trusting.state.feedforward.friction) > 20.0
+            assert torques[1] == pytest.approx(torques[0], rel=1e-12)
+    assert falls >= 6, "with little friction or trust to lose nothing is tested"
+
+
+def test_falling_gain_does_not_let_the_torque_jump(states):
+    """Louder noise closes the gates: the torque stays where it is, the integral takes over."""
+    for saved in states[1:]:  # the first is held back for lack of learning
+        first, second = restored(saved), restored(saved)
+        for controller, variance in ((first, None), (second, 1.0)):
+            state = controller.state
+            observer = state.observer._replace(gain=1.0, disturbance=35.0)
+            noise = observer.noise._replace(measured=10.0, mean=variance or 0.0, variance=variance or 0.0)
+            # without noise the gates are open; a level to begin with that high closes them
+            controller.state = state._replace(observer=observer._replace(noise=noise, squared=1e3))
+        torques = [controller.step(0.2, 0.2, **STEP) for controller in (first, second)]
+        assert second.observer_gain == 0.0
+        assert abs(first.state.feedback.integral - second.state.feedback.integral) > 1.0
+        assert first.observer_gain == 1.0
+        assert torques[1] == pytest.approx(torques[0], rel=1e-12)
+
+
+def test_loop_of_steps_and_plain_python_are_the_whole_run():
+    course = lay_course(SHORT)
+    fast, plain, stepped = (make("adaptive", SHORT) for _ in range(3))
+    found, _ = drive(fast, course)
+    expected, _ = drive(plain, course, run=run_plain)
+    for series in ("torque", "velocity", "estimates"):
+        wanted = getattr(expected, series)
+        assert np.max(np.abs(getattr(found, series) - wanted)) <= 1e-12 * np.max(np.abs(wanted))
+    without_load = lay_course(SHORT.modified(change=[]))
+    whole, _ = drive(make("adaptive"), without_load)
+    assert own_loop(stepped, without_load) == pytest.approx(whole.torque, rel=1e-12)
+
+
+def test_by_default_an_offset_is_estimated_with_the_settings_of_the_unsupervised_controller():
+    common = {"period": 0.01, "inertia": 20.0, "stribeck_velocity": 0.05}
+    gains = SCENARIO.feedback.gains
+    supervised = AdaptiveController(*gains, **common)
+    assert supervised.estimate_names == WITH_OFFSET
+    unsupervised = UnsupervisedController(*gains, **common, parameters=WITH_OFFSET)
+    assert supervised.parameters.estimator.memory == unsupervised.parameters.estimator.memory
+    assert np.array_equal(supervised.parameters.estimator.scale, unsupervised.parameters.estimator.scale)
+
+
+def test_lost_measurements_neither_stop_it_nor_leave_a_trace_in_its_observer():
+    course = lay_course(SCENARIO.modified(duration=6.0, seed=102))
+    controller = make("adaptive")
+    lost = dict.fromkeys(range(300, 600, 7), math.nan)
+    torques = own_loop(controller, course, lost=lost)
+    assert np.all(np.isfinite(torques))
+    assert math.isfinite(controller.observed_torque)
+    assert 0.0 <= controller.observer_gain <= 1.0
+    assert 0.0 <= controller.trust <= 1.0

@@ -1,0 +1,132 @@
+"""Trust in the friction that is fed forward."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, begin, course_along, lay_course, make, run_compiled
+from hypothesis import given
+from hypothesis import strategies as st
+
+from adaptive_ff.adaptive.trust import LEARNT, PEAK_MEMORY, RISE, advance_trust, caution, initial_trust, with_friction
+from adaptive_ff.model.bounds import COULOMB, STICTION
+from adaptive_ff.simulation.experiment import empty_record
+from controllers import check_gains
+
+PERIOD, SLOWEST = 0.01, 0.01
+FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.0)
+INERTIA = SCENARIO.feedback.inertia
+
+
+def trusts_along(controller, course, position=None):
+    """Trust after each sample of a course, and the position at its end."""
+    record = empty_record(course, len(controller.estimate_names))
+    position = begin(course) if position is None else position._replace(sample=0, acting=-1)
+    state, trusts = controller.state, []
+    for sample in range(1, course.noise.size + 1):
+        state, position = run_compiled(controller.parameters, state, course, position, sample, record)
+        trusts.append(state.trust.trust)
+    controller.state = state
+    return np.array(trusts), position
+
+
+def test_where_the_model_holds_the_friction_is_trusted_in_full():
+    """From half a memory on, until when the caution of the start may hold it back."""
+    controller = make("adaptive")
+    trusts, _ = trusts_along(controller, lay_course(SCENARIO.modified(seed=101, duration=30.0)))
+    assert np.all(trusts[round(controller.parameters.estimator.memory / PERIOD) :] == 1.0)
+    assert controller.trust == 1.0
+
+
+@pytest.fixture(scope="module")
+def absent_and_back():
+    """Trust of a controller that assumes 60 N m of Coulomb friction: on a joint without any, then on one with it."""
+    controller = make("adaptive")
+    controller.state.estimator.recursion.estimate[COULOMB : STICTION + 1] = 60.0
+    controller.enabled = False
+    reference = SCENARIO.modified(seed=101, duration=30.0).reference_velocity()
+    courses = (
+        course_along(
+            part,
+            joint=SCENARIO.joint.model_copy(update={"coulomb": size, "stiction": size, "viscous": 0.0}),
+            substeps=10,
+            noise=0.002,
+            seed=1,
+        )
+        for part, size in ((reference[:12_001], 0.0), (reference[12_000:], 60.0))
+    )
+    absent, position = trusts_along(controller, next(courses))
+    back, _ = trusts_along(controller, next(courses), position)
+    return absent, back
+
+
+def test_friction_that_does_not_exist_is_not_fed_for_long(absent_and_back):
+    absent, _ = absent_and_back
+    assert np.all(absent[200:] < 0.05)
+
+
+def test_friction_that_is_there_again_is_trusted_in_full_again(absent_and_back):
+    """Once the seconds without it have faded, and then no faster than trust may rise."""
+    _, back = absent_and_back
+    assert back[0] < 0.05
+    assert back[-1] == 1.0
+
+
+def test_trust_rises_by_at_most_one_in_ten_seconds(absent_and_back):
+    rises = np.diff(np.concatenate(absent_and_back))
+    assert np.max(rises) == pytest.approx(PERIOD / RISE, rel=1e-9)
+    assert RISE == 10.0
+
+
+@given(seed=st.integers(0, 10**6), factor=st.floats(-2.0, 2.0))
+def test_trust_is_a_share_whatever_is_predicted(seed, factor):
+    rng, state = np.random.default_rng(seed), initial_trust(FEEDBACK, SLOWEST)
+    for friction in 60.0 * np.sign(rng.standard_normal(40)):
+        state = with_friction(state, state.trust, friction)
+        predicted, before = factor * state.response.measured + 1e-3 * rng.standard_normal(), state.trust
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, predicted, 0.1, True, PERIOD)
+        assert 0.0 <= state.trust <= min(1.0, before + PERIOD / RISE)
+
+
+@pytest.mark.parametrize("there", [0.0, 0.2, 0.4])
+def test_trust_is_the_share_of_the_friction_that_is_there(there):
+    """Oracle: with ``y = there x`` the regression is ``there``, drawn to one by the prior: ``(s+p s^2)/(1+p s^2)``."""
+    state = initial_trust(FEEDBACK, SLOWEST)
+    for k in range(3000):
+        state = with_friction(state, state.trust, 60.0 * math.copysign(1.0, math.sin(0.05 * k)))
+        # what the loop would be left with: the friction that is there less the share that is fed; delay zero
+        response = state.response
+        predicted = (there - state.trust) * advance_response(response, state.frictions[0])
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, predicted, 0.1, True, PERIOD)
+    expected = (there + 0.05 * there**2) / (1.0 + 0.05 * there**2)
+    assert state.trust == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+def advance_response(response, friction):
+    """Velocity that the loop makes of the friction by the next sample."""
+    return response.velocity + PERIOD / INERTIA * (friction - response.commands[0])
+
+
+def test_invalid_samples_and_a_joint_at_rest_leave_the_trust():
+    state = initial_trust(FEEDBACK, SLOWEST)._replace(trust=0.4)
+    for _ in range(100):
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, math.nan, 0.1, False, PERIOD)
+    assert (state.trust, state.xx, state.yy) == (0.4, 0.0, 0.0)
+
+
+def test_little_learnt_and_slow_motion_hold_it_back():
+    def after(speed, seconds):
+        state = initial_trust(FEEDBACK, SLOWEST)._replace(peak=0.0)
+        for _ in range(round(seconds / PERIOD)):
+            state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, speed, True, PERIOD)
+        return state
+
+    fast, slow, medium = after(-0.1, 1.0), after(0.008, 1.0), after(0.015, 1.0)
+    assert caution(fast, SLOWEST, 0.0, 5.0) == 1.0
+    assert caution(slow, SLOWEST, 0.0, 5.0) == 0.0
+    assert caution(medium, SLOWEST, 0.0, 5.0) == pytest.approx(0.5)
+    assert caution(slow, SLOWEST, LEARNT * 5.0, 5.0) == 1.0
+    rested = fast
+    for _ in range(round(PEAK_MEMORY / PERIOD)):
+        rested = advance_trust(rested, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, True, PERIOD)
+    assert rested.peak == pytest.approx(0.1 / math.e, rel=1e-6)

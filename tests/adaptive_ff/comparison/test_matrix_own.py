@@ -1,0 +1,96 @@
+"""Own controllers in the scenario matrix, in its tables and on the command line."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from command_line import refusal, run_command_line
+
+from adaptive_ff import InputError, simulate
+from adaptive_ff.comparison.matrix import jobs
+from adaptive_ff.comparison.matrix.cells import SCENARIOS, cell_scenario
+from adaptive_ff.comparison.matrix.jobs import Job, run_matrix
+from adaptive_ff.comparison.matrix.summary import collect
+from adaptive_ff.report.matrix_picture import column_groups
+from adaptive_ff.report.matrix_tables import gains_table
+
+SOURCE = """
+class Mine:
+    def __init__(self, proportional):
+        self.gain = proportional
+
+    def step(self, reference, velocity):
+        return self.gain * (reference - velocity)
+"""
+
+
+@pytest.fixture
+def short(monkeypatch, tmp_path):
+    """One scenario of the matrix, cut to a few seconds."""
+    text = (SCENARIOS / "paper_100hz.toml").read_text(encoding="utf-8")
+    (tmp_path / "paper_100hz.toml").write_text(text.replace("duration = 60.0", "duration = 4.0"), encoding="utf-8")
+    for module in ("cells", "jobs"):
+        monkeypatch.setattr(f"adaptive_ff.comparison.matrix.{module}.SCENARIOS", tmp_path)
+    (tmp_path / "mine.py").write_text(SOURCE, encoding="utf-8")
+    return tmp_path
+
+
+class Mine:
+    def __init__(self, proportional):
+        self.gain = proportional
+
+    def step(self, reference, velocity):
+        return self.gain * (reference - velocity)
+
+
+def test_own_controller_is_run_beside_the_others_and_kept_until_its_file_changes(short, monkeypatch):
+    job = Job("paper_100hz", 1, False)
+    run, ran = jobs.run_job, []
+    monkeypatch.setattr(jobs, "run_job", lambda job, names, own: ran.append(names) or run(job, names, own))
+    own = {"mine": f"{short / 'mine.py'}:Mine"}
+    with ThreadPoolExecutor(1) as executor:
+        results = run_matrix([job], ["pi"], short / "out", own=own, executor=executor)
+        scenario = cell_scenario("paper_100hz", 1, False)
+        alone = simulate(scenario, Mine(scenario.feedback.gains[0])).metrics
+        assert results[job]["mine"]["rms_error_settled"] == alone.rms_error_settled
+        run_matrix([job], ["pi"], short / "out", own=own, executor=executor)
+        assert ran == [["pi", "mine"]]
+        (short / "mine.py").write_text(SOURCE + "# changed\n", encoding="utf-8")
+        run_matrix([job], ["pi"], short / "out", own=own, executor=executor)
+        assert ran == [["pi", "mine"], ["mine"]]
+        living = run_matrix([job], ["pi"], short / "out", own={"mine": Mine}, executor=executor)
+        assert ran[2:] == [["mine"]]  # whether it is the same, nobody knows
+        assert living == results
+
+
+def test_table_and_picture_show_own_controllers(short):
+    job = Job("paper_100hz", 1, False)
+    results = run_matrix([job], ["pi", "oracle"], short / "out", own={"mine": lambda proportional: Mine(proportional)})
+    table = gains_table(collect(results), "title")
+    assert [column.header for column in table.columns] == ["scenario", "pi, mrad/s", "oracle", "mine"]
+    assert [column.style for column in table.columns[2:]] == ["", "bold cyan"]
+    groups = column_groups(["pi", "coulomb_true", "canudas", "oracle", "mine", "adaptive"])
+    assert groups == {"own": ["mine"], "ours": ["adaptive"], "learners": ["canudas"], "knows the truth": ["oracle"]}
+
+
+def test_mistakes_are_refused(short):
+    job = Job("paper_100hz", 1, False)
+    with pytest.raises(InputError, match="'pi' is not allowed"):
+        run_matrix([job], ["pi"], short / "out", own={"pi": Mine})
+    with pytest.raises(InputError, match="has no method step"):
+        run_matrix([job], ["pi"], short / "out", own={"mine": lambda: 3})
+
+
+def test_command_line(short):
+    place = f"{short / 'mine.py'}:Mine"
+    options = ("--only", "paper_100hz", "--seeds", "1", "--controller", "oracle", "--out", short / "out")
+    outcome = run_command_line("matrix", "--own", place, *options, "--json", short / "all.json")
+    assert outcome.status == 0, outcome
+    assert "Mine" in outcome.out
+    assert "paper_100hz" in outcome.out
+    rows = json.loads((short / "all.json").read_text(encoding="utf-8"))["runs"]
+    assert [row["controller"] for row in rows] == ["pi", "oracle", "Mine"]
+    for name in ("matrix.md", "matrix_own_loop.png", "runs.csv", "scenarios/paper_100hz-own-1.toml"):
+        assert (short / "out" / name).stat().st_size > 100
+    assert "'nothing' is not known; there are paper_100hz" in refusal("matrix", "--only", "nothing")
+    assert "--controller: 'nothing' is not known" in refusal("matrix", "--controller", "nothing")

@@ -1,0 +1,29 @@
+"""The first law on a small fixed sample: the adaptive controller is never worse than its own PI loop.
+
+``python -m benchmarks.never_worse`` judges many more joints, references and draws; bounds and definitions are its own.
+"""
+
+import pytest
+
+from adaptive_ff import load_scenario
+from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
+from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.comparison.windows import judge
+from benchmarks.never_worse import row_of
+
+SEED, DRAWS = 101, 2
+
+
+def missed(name, scenario):
+    return row_of(name, [judge(scenario, draws=DRAWS)])["missed"]
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_on_drawn_joints(draw):
+    scenario = draw_scenario(load_scenario(), SEED, draw)
+    assert missed(class_of(fall_over_gain(scenario)), scenario) == []
+
+
+@pytest.mark.parametrize("name", ["payload_half", "gravity_40", "slow_025", "steep_5", "friction_drops"])
+def test_in_situations_outside_its_model(name):
+    assert missed(name, load_scenario(SCENARIOS / f"{name}.toml").modified(seed=SEED)) == []

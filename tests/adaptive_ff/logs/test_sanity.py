@@ -1,0 +1,83 @@
+"""Logs that are not what they are taken for."""
+
+import numpy as np
+import pytest
+from synthetic_logs import JOINT, make_log
+
+from adaptive_ff import InputError
+from adaptive_ff.cli.columns import is_current
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
+from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.sanity import find_jumps, is_in_degrees, look_through, without_wraps
+
+
+def with_position(log, position):
+    return Log("log", log.time, log.torque, position=position)
+
+
+def test_milliseconds_are_refused():
+    log = make_log()
+    with pytest.raises(InputError, match=r"log: the sample time is 2 s; .* milliseconds or microseconds"):
+        identify_log(Log("log", 1e3 * log.time, log.torque, position=log.position))
+
+
+def test_wraps_are_undone_and_said():
+    log = make_log(noise=0.05)
+    far = 20.0 * log.position
+    wrapped = np.angle(np.exp(1j * far))
+    undone, count = without_wraps(wrapped)
+    assert count > 4
+    assert undone - undone[0] == pytest.approx(far - far[0], abs=1e-9)
+    sound = look_through(with_position(log, wrapped))
+    assert sound.said == [f"the position wraps {count} times by a turn; that is undone"]
+    assert look_through(with_position(log, wrapped), linear=True).log.position is wrapped
+
+
+def test_log_is_cut_where_the_position_jumps():
+    log = make_log(noise=0.05)
+    position = log.position.copy()
+    position[5000:] += 0.9
+    position[9000:] -= 0.9
+    assert [jump.start for jump in find_jumps(position)] == [5000, 9000]
+    found = identify_log(with_position(log, position))
+    assert any("the position jumps 2 times" in caution for caution in found.cautions)
+    assert [skip.start for skip in found.skipped] == [5000, 9000]
+    for name, true in JOINT.items():
+        assert found.value(name) == pytest.approx(true, rel=0.05)
+
+
+def test_repeated_rows_are_left_out():
+    log = make_log(noise=0.05)
+    twice = Log("log", np.repeat(log.time, 2), np.repeat(log.torque, 2), position=np.repeat(log.position, 2))
+    sound = look_through(twice)
+    assert np.array_equal(sound.log.time, log.time)
+    assert sound.said == ["15000 rows repeat the one before, with its time; they are left out"]
+
+
+def test_sound_log_is_left_as_it_is():
+    log = make_log(noise=0.05)
+    sound = look_through(log)
+    assert sound.said == sound.jumps == []
+    assert sound.log.position is log.position
+
+
+@pytest.mark.parametrize(
+    ("column", "expected"), [("q_deg", True), ("angleDegrees", True), ("deg[3]", True), ("q", False)]
+)
+def test_degrees_are_known_by_their_name(column, expected):
+    assert is_in_degrees(column) is expected
+
+
+@pytest.mark.parametrize(
+    ("column", "expected"), [("current", True), ("i_q", True), ("motor_current[2]", True), ("u", False)]
+)
+def test_currents_are_known_by_their_name(column, expected):
+    assert is_current(column) is expected
+
+
+def test_units_follow_a_current():
+    rotary, linear = of_current(ROTARY), of_current(LINEAR)
+    assert (rotary["inertia"], rotary["coulomb"], rotary["viscous"]) == ("A s²/rad", "A", "A s/rad")
+    assert (linear["inertia"], linear["coulomb"], linear["viscous"]) == ("A s²/m", "A", "A s/m")
+    assert rotary["friction_lag"] == "s"

@@ -1,0 +1,62 @@
+"""Tables as people write them: separators, decimal commas, comments, no header, ISO times."""
+
+import numpy as np
+import pytest
+
+from adaptive_ff import InputError
+from adaptive_ff.logs.log import read_log
+from adaptive_ff.logs.text_tables import read_table
+
+WAYS = {
+    "commas": "t,q,u\n0.0,1.5,-2\n0.1,1.25,3e1\n",
+    "semicolons and decimal commas": "t;q;u\n0,0;1,5;-2\n0,1;1,25;3e1\n",
+    "tabs and decimal commas": "t\tq\tu\n0,0\t1,5\t-2\n0,1\t1,25\t30\n",
+    "blanks": "t   q  u\n0.0 1.5   -2\n0.1  1.25 30\n",
+    "comments": "# of the arm\nt,q,u\n0.0,1.5,-2\n# pause\n0.1,1.25,30\n",
+    "header in a comment": "# of the arm\n# t q u\n0.0 1.5 -2\n0.1 1.25 30\n",
+    "byte order mark": "\ufefft,q,u\n0.0,1.5,-2\n0.1,1.25,30\n",
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_table_is_read_however_it_is_written(way, tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(WAYS[way], encoding="utf-8")
+    names, columns = read_table(path, ["u", "t", "missing", "q"])
+    assert names == ["t", "q", "u"]
+    assert {name: column.tolist() for name, column in columns.items()} == {
+        "u": [-2.0, 30.0],
+        "t": [0.0, 0.1],
+        "q": [1.5, 1.25],
+    }
+
+
+def test_columns_without_a_header_are_named_by_their_number(tmp_path):
+    (tmp_path / "log.txt").write_text("0.0 1.5 -2\n0.1 1.25 30\n", encoding="utf-8")
+    log = read_log(tmp_path / "log.txt", time="0", position="1", torque="2")
+    assert log.position.tolist() == [1.5, 1.25]
+    with pytest.raises(InputError, match=r"there is no column t; there are 0, 1, 2"):
+        read_log(tmp_path / "log.txt", time="t", position="1", torque="2")
+
+
+def test_iso_times_become_seconds(tmp_path):
+    text = "t,q\n2024-05-01T10:00:00.250,1\n2024-05-01 10:00:01.500,2\nlater,3\n"
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    time = read_table(tmp_path / "log.csv", ["t"])[1]["t"]
+    assert np.diff(time[:2]).tolist() == [1.25]
+    assert np.isnan(time[2])
+
+
+def test_known_torque_is_taken_from_that_of_the_drive(tmp_path):
+    (tmp_path / "log.csv").write_text("t,q,u,g\n0,1,5,2\n0.1,2,6,4\n", encoding="utf-8")
+    log = read_log(tmp_path / "log.csv", time="t", position="q", torque="u", known_torque="g", scale={"g": 0.5})
+    assert log.torque.tolist() == [4.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("ending", "hint"), [(".bag", "rostopic echo"), (".mcap", "PlotJuggler"), (".xlsx", "save the")]
+)
+def test_formats_that_are_not_read_get_a_hint(ending, hint, tmp_path):
+    (tmp_path / f"log{ending}").write_bytes(b"x")
+    with pytest.raises(InputError, match=hint):
+        read_log(tmp_path / f"log{ending}", time="t", position="q", torque="u")

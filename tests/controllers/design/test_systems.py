@@ -1,0 +1,58 @@
+"""The loop as python-control systems, against the design's own margins and the simulated joint."""
+
+import math
+
+import control
+import numpy as np
+import pytest
+
+from controllers import PI, loop_margins_of, loop_systems
+from plant import Joint, JointModel
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_margins_of_given_gains_are_those_of_the_design(delay):
+    design = PI.design(inertia=20.0, period=0.01, bandwidth=3.0, delay=delay)
+    found = loop_margins_of(design.systems())
+    assert found.stable
+    assert found.maximum_sensitivity == pytest.approx(design.maximum_sensitivity, rel=2e-3)
+    assert found.crossover == pytest.approx(design.crossover, rel=5e-3)
+    assert found.phase_margin == pytest.approx(design.phase_margin, abs=0.5)
+    assert found.gain_margin == pytest.approx(design.gain_margin, rel=2e-2)
+
+
+def test_step_response_is_that_of_the_simulated_joint():
+    design = PI.design(inertia=20.0, period=0.01, bandwidth=5.0)
+    joint = Joint(
+        JointModel(inertia=20.0, coulomb=0.0, stiction=0.0, viscous=0.0, stribeck_velocity=1.0, solver_period=0.01)
+    )
+    controller, velocity, expected = PI(design.proportional, design.integral, 0.01), 0.0, []
+    for _ in range(60):
+        expected.append(velocity)
+        velocity = joint.step(controller.step(1.0, velocity), 0.01)
+    response = control.step_response(design.systems().closed_loop, 0.01 * np.arange(60)).outputs
+    assert response == pytest.approx(expected, abs=1e-9)
+
+
+def test_falling_friction_beyond_the_gain_is_unstable_and_viscous_friction_is_not():
+    gains = (100.0, 0.0, 20.0, 0.001)
+    assert loop_margins_of(loop_systems(*gains, friction_slope=-90.0)).stable
+    unstable = loop_margins_of(loop_systems(*gains, friction_slope=-110.0))
+    assert (unstable.stable, unstable.maximum_sensitivity) == (False, math.inf)
+    systems = loop_systems(*gains, friction_slope=50.0)
+    assert systems.plant.dcgain() == pytest.approx(1.0 / 50.0)
+    assert (systems.sensitivity + systems.closed_loop).dcgain() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"inertia": 0.0}, "inertia = 0.0 is not allowed: it must be positive"),
+        ({"period": math.nan}, "period = nan is not allowed"),
+        ({"delay": 0.5}, "delay = 0.5 is not allowed: it must be a whole number of periods"),
+        ({"friction_slope": math.inf}, "friction_slope = inf is not allowed: it must be finite"),
+    ],
+)
+def test_bad_numbers_are_refused(arguments, said):
+    with pytest.raises(ValueError, match=said):
+        loop_systems(**{"proportional": 1.0, "integral": 1.0, "inertia": 1.0, "period": 0.01, **arguments})

@@ -1,0 +1,87 @@
+"""The wrapper for ros2_control compiles against stub interfaces, and commands what Python does."""
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exports import adaptive, made, printed
+
+from adaptive_ff import export_controller
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ros2_control"
+FLAGS = ("-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror", "-O1")
+PROGRAM = """
+#include <cstdio>
+#include "axes.hpp"
+
+int main(int, char ** arguments)
+{
+  friction_compensation::Axis1 axis;
+  axis.get_node()->name = "axis1_velocity";
+  using controller_interface::CallbackReturn;
+  if (axis.on_init() != CallbackReturn::ERROR) { return 1; }  // no joint is named
+  axis.get_node()->texts["joint"] = "joint_1";
+  axis.get_node()->numbers["effort_limit"] = 40.0;
+  axis.get_node()->texts["state_file"] = arguments[1];
+  double velocity = 0.0, effort = 0.0, command = 0.0;
+  using hardware_interface::LoanedInterface;
+  axis.state_interfaces_ = {LoanedInterface(&velocity), LoanedInterface(&effort)};
+  axis.command_interfaces_ = {LoanedInterface(&command)};
+  const rclcpp_lifecycle::State state;
+  if (axis.on_init() != CallbackReturn::SUCCESS || axis.on_configure(state) != CallbackReturn::SUCCESS) { return 2; }
+  auto references = axis.export_reference_interfaces();
+  if (axis.on_activate(state) != CallbackReturn::SUCCESS) { return 3; }
+  if (references[0].get_name() != "axis1_velocity/joint_1/velocity") { return 4; }
+  const rclcpp::Duration period(0.01);
+  for (int k = 0; k < 300; k++) {
+    references[0].set_value(0.2 * std::sin(0.03 * k));
+    references[1].set_value(1.5);
+    velocity = k % 50 == 7 ? std::nan("") : 0.19 * std::sin(0.03 * k - 0.03);
+    effort = command;
+    if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::OK) { return 5; }
+    std::printf("%.17g\\n", command);
+  }
+  references[0].set_value(std::nan(""));
+  if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::ERROR) { return 6; }
+  if (axis.on_deactivate(state) != CallbackReturn::SUCCESS || command != 0.0) { return 7; }
+  if (axis.on_configure(state) != CallbackReturn::SUCCESS) { return 8; }  // the state that it has left
+  return 0;
+}
+"""
+
+
+@pytest.mark.skipif(
+    shutil.which("g++") is None or shutil.which("gcc") is None, reason="there is no g++ on this machine"
+)
+def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
+    for place in range(1, 7):
+        export_controller(adaptive() if place == 1 else made("pi"), tmp_path, prefix=f"axis{place}")
+    (tmp_path / "use.cpp").write_text(PROGRAM)
+    include = ("-I", tmp_path, "-I", EXAMPLE, "-I", EXAMPLE / "stubs")
+    printed("g++", "-std=c++17", *FLAGS, *include, "-c", EXAMPLE / "plugins.cpp", "-o", tmp_path / "plugins.o")
+    printed("g++", "-std=c++17", *FLAGS, *include, "-c", "use.cpp", cwd=tmp_path)
+    printed("gcc", "-std=c99", "-O1", "-c", *(f"axis{place}.c" for place in range(1, 7)), cwd=tmp_path)
+    objects = (f"axis{place}.o" for place in range(1, 7))
+    printed("g++", "use.o", *objects, "-o", "use", "-lm", cwd=tmp_path)
+    found = np.array([float(line) for line in printed("./use", "axis.state", cwd=tmp_path).splitlines()])
+    controller, command = adaptive().run_uncompiled(), 0.0
+    expected = []
+    for k in range(300):
+        velocity = math.nan if k % 50 == 7 else 0.19 * math.sin(0.03 * k - 0.03)
+        torque = controller.step(0.2 * math.sin(0.03 * k), velocity, feedforward=1.5, realised_torque=command)
+        command = min(max(torque, -40.0), 40.0)
+        expected.append(command)
+    assert np.ptp(expected) > 40.0
+    assert np.allclose(found, expected, rtol=1e-11, atol=1e-11)
+
+
+def test_the_parameters_name_a_class_and_a_joint_for_each_axis():
+    text, classes = (EXAMPLE / "controllers.yaml").read_text(), (EXAMPLE / "plugins.xml").read_text()
+    for place in range(1, 7):
+        assert f"type: friction_compensation/Axis{place}\n" in text
+        assert f"joint: joint_{place}\n" in text
+        assert f'name="friction_compensation/Axis{place}"' in classes
+    assert json.dumps(text).count("effort_limit") == 6
