@@ -77,6 +77,12 @@ LARGEST_FLOOR = 1e-3
 GUESS = 0.9
 """Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
 
+STILL = 0.1
+"""Speed, as a share of the largest of the reference, below which joint or reference stand nearly still."""
+
+CLAMPED = 1.0
+"""Time without following, s, from which the joint is taken for clamped."""
+
 PEAK_FACTOR = 2.0
 """Friction, and an error of its prediction, is assumed to be at most this many times the largest torque seen."""
 
@@ -157,13 +163,41 @@ def estimated_load(estimator: EstimatorParameters, state: EstimatorState, turn: 
 
 
 @register_jitable(forceinline=True)
+def time_stuck(levels: Levels, speed: float, measured: Signals, model: Signals, duration: float) -> float:
+    """Return for how long the joint has not followed its reference, s; while that is slow itself, nothing is known.
+
+    Parameters
+    ----------
+    levels : Levels
+        Levels so far.
+    speed : float
+        Largest filtered reference speed, rad/s.
+    measured, model : Signals
+        Filters over the measurements and over the reference.
+    duration : float
+        Time since the last sample, s.
+    """
+    if abs(measured.filters[FILTER_VELOCITY, 0]) >= STILL * speed:
+        return 0.0
+    if abs(model.filters[FILTER_VELOCITY, 0]) < STILL * speed:
+        return levels.stuck
+    return levels.stuck + duration
+
+
+@register_jitable(forceinline=True)
 def guess_friction_in_place(
-    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, ratio: float = 1.0
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    measured: Signals,
+    model: Signals,
+    duration: float,
+    ratio: float = 1.0,
 ) -> EstimatorState:
     """Guess Coulomb friction and stiction from the largest friction torque so far, before there is anything to learn.
 
     Whether the joint sticks or slides, the torque that does not accelerate it is friction; at rest it is less than the
-    stiction. So the guess is on the safe side, and better than none at the first reversals.
+    stiction. So the guess is on the safe side, and better than none at the first reversals. A joint that does not
+    follow its reference for long is clamped: what it takes is no friction, and the guess is taken back.
 
     Returns
     -------
@@ -174,7 +208,10 @@ def guess_friction_in_place(
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
         return with_levels(
-            state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise, state.alarm
+            state,
+            Levels(levels.squared_error, levels.torque, speed, levels.learnt, levels.stuck),
+            state.surprise,
+            state.alarm,
         )
     torque = measured.filters[FILTER_TORQUE, 0]
     largest = max(levels.torque, abs(torque))
@@ -182,10 +219,15 @@ def guess_friction_in_place(
     write_loads(state.loads, state.scratch.row)
     friction -= add_loads(0.0, estimate, state.scratch.row)
     guess = min(GUESS * math.copysign(friction, friction * model.velocity), PEAK_FACTOR * largest)
-    if guess > estimate[COULOMB]:
+    stuck = time_stuck(levels, speed, measured, model, duration)
+    if stuck > CLAMPED:
+        estimate[COULOMB] = estimator.first[COULOMB]
+        estimate[STICTION] = estimator.first[STICTION]
+    elif guess > estimate[COULOMB]:
         estimate[COULOMB] = guess
         estimate[STICTION] = guess
-    return with_levels(state, Levels(levels.squared_error, largest, speed, levels.learnt), state.surprise, state.alarm)
+    new = Levels(levels.squared_error, largest, speed, levels.learnt, stuck)
+    return with_levels(state, new, state.surprise, state.alarm)
 
 
 @register_jitable(forceinline=True)
@@ -259,7 +301,10 @@ def learn_in_place(
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
         return with_levels(
-            state, Levels(levels.squared_error, levels.torque, speed, levels.learnt), state.surprise, state.alarm
+            state,
+            Levels(levels.squared_error, levels.torque, speed, levels.learnt, levels.stuck),
+            state.surprise,
+            state.alarm,
         )
     largest_torque, learnt = max(levels.torque, abs(torque)), levels.learnt + duration
     peak = PEAK_FACTOR * largest_torque
@@ -279,14 +324,14 @@ def learn_in_place(
         longest = LONGEST_WAIT * estimator.memory
         alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
         if alarm.cause == UNDECIDED:  # the observer carries it; the levels must not get used to it
-            levels = Levels(levels.squared_error, largest_torque, speed, learnt)
+            levels = Levels(levels.squared_error, largest_torque, speed, learnt, levels.stuck)
             return with_levels(state, levels, surprise, alarm)
     if noticed:
         # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
         forget_in_place(estimator, recursion, surprise.friction_squared, alarm, window / estimator.memory)
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
-    levels = Levels(squared_error, largest_torque, speed, learnt)
+    levels = Levels(squared_error, largest_torque, speed, learnt, levels.stuck)
     update_resetting_in_place(recursion, floor, keep, error)
     write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
     correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)

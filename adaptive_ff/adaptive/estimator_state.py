@@ -75,12 +75,15 @@ class Levels(NamedTuple):
         Largest filtered reference speed, rad/s.
     learnt : float
         For how long there has been something to learn from, s.
+    stuck : float
+        For how long the joint has not followed a reference that moves, before anything was learnt, s.
     """
 
     squared_error: float
     torque: float
     speed: float
     learnt: float
+    stuck: float
 
 
 class Scratch(NamedTuple):
@@ -157,7 +160,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     return EstimatorState(
         initial_resetting_state(estimator.first, information),
         np.zeros((size, 2)),
-        Levels(0.0, largest, 0.0, 0.0),
+        Levels(0.0, largest, 0.0, 0.0, 0.0),
         Surprise(0.0, 0.0),
         NO_ALARM,
         initial_loads(loads),

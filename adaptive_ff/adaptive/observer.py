@@ -157,7 +157,7 @@ def observe(
     inertia : float
         Identified inertia, kg m^2.
     reference, velocity : float
-        What the feedback compares now, rad/s.
+        Plan without the correction of an outer loop, and measured velocity, now, rad/s.
     duration : float
         Length of the period, s.
     """

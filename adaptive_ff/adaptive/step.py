@@ -87,10 +87,6 @@ Block = Any
 """Parameters or state of kernels that serve the supervised controller too: its tuples have these fields and more."""
 
 
-GUESS_HOLD = 0.5
-"""Time for which the joint must have been sliding for a guess of its friction, in holds of the gate."""
-
-
 class AdaptiveParameters(NamedTuple):
     """Parameters of the adaptive controller.
 
@@ -329,15 +325,14 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     old = fed_model(block, estimator, timing.lag)
     before, old_friction, feedforward = step_model(block, old, estimator, state.feedforward, inputs)
     learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
-    # a joint that a brake clamps does not move, and what it takes is not friction
-    guesses = period.sliding > GUESS_HOLD * block.hold and may_guess(block.estimator, estimator)
+    guesses = may_guess(block.estimator, estimator)
     if not (state.enabled and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
     if learns:
         estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
     else:
-        estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, ratio)
+        estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)

@@ -151,16 +151,16 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
 def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -> tuple[ObserverState, TrustState]:
     """Return observer and trust after the period that has ended."""
     feedback, observer = block.feedback, state.observer
-    target, valid = inputs.reference + inputs.correction, math.isfinite(inputs.velocity)
+    valid = math.isfinite(inputs.velocity)
     started = state.feedback.samples > state.feedback.rejected
     if valid and started:
         torque = inputs.realised_torque
         if not math.isfinite(torque):
             torque = asked_torque(feedback, state.feedback)
         inertia = state.estimator.recursion.estimate[INERTIA]
-        observer = observe(block.observer, observer, feedback, torque, inertia, target, inputs.velocity, inputs.dt)
+        observer = observe(block.observer, observer, feedback, torque, inertia, inputs.reference, inputs.velocity, inputs.dt)
     elif valid:
-        observer = start_observer(observer, target, inputs.velocity)
+        observer = start_observer(observer, inputs.reference, inputs.velocity)
     trust = advance_trust(
         state.trust,
         feedback,

@@ -27,7 +27,7 @@ def state_after(estimator, rows, variance, floor, keep):
     return state._replace(
         recursion=state.recursion._replace(information=information),
         agreement=agreement,
-        levels=Levels(filled * variance, 90.0, 0.3, period * len(rows)),
+        levels=Levels(filled * variance, 90.0, 0.3, period * len(rows), 0.0),
     )
 
 
