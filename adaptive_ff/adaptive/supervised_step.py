@@ -158,7 +158,8 @@ def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -
         if not math.isfinite(torque):
             torque = asked_torque(feedback, state.feedback)
         inertia = state.estimator.recursion.estimate[INERTIA]
-        observer = observe(block.observer, observer, feedback, torque, inertia, inputs.reference, inputs.velocity, inputs.dt)
+        plan, velocity = inputs.reference, inputs.velocity  # an outer loop's correction is the feedback's alone
+        observer = observe(block.observer, observer, feedback, torque, inertia, plan, velocity, inputs.dt)
     elif valid:
         observer = start_observer(observer, inputs.reference, inputs.velocity)
     trust = advance_trust(
