@@ -167,6 +167,7 @@ def test_true_values_follow_the_changes_and_estimates_are_the_runs(comparison, f
         "stiction (N m)",
         "viscous (N m s/rad)",
         "friction lag (s)",
+        "offset (N m)",
     ]
     for label, value, scales in [
         ("inertia (kg m²)", 20.0, (1.0, 1.0, 1.0)),
@@ -174,6 +175,7 @@ def test_true_values_follow_the_changes_and_estimates_are_the_runs(comparison, f
         ("stiction (N m)", 90.0, (1.0, 0.6, 1.5)),
         ("viscous (N m s/rad)", 80.0, (1.0, 0.6, 1.5)),
         ("friction lag (s)", 0.02, (1.0, 1.0, 1.0)),
+        ("offset (N m)", 0.0, (1.0, 1.0, 1.0)),
     ]:
         true = lines(labels[label])["true"]
         assert true.get_linestyle() == "--"
