@@ -185,6 +185,7 @@ def test_figures_are_shown_with_their_unit(value, unit, text):
 
 def test_report_holds_all_that_is_printed(monkeypatch):
     monkeypatch.setattr(speed, "STEPPED", ("pi",))
+    monkeypatch.setattr(speed, "COURSES", {"100 Hz, joint 1 kHz": {}})
     printed = StringIO()
     result = speed.report(Console(file=printed, width=120), TINY, STUB)
     assert set(result) == {"machine", "sizes", "measurements"}
