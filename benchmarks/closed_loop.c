@@ -1,13 +1,19 @@
 /*
  * The closed loop of adaptive_ff/simulation/loop.py in C99, by hand, for speed comparison: joint, drive, PI loop and,
  * where asked for, feedforward from fixed parameters, with the same recorded series. What a run never uses is left out:
- * torque known from elsewhere, failed measurements, an unknown next reference, a computation delay, an offset.
- * Numbers of equations as in Python. The adaptive controller is not mirrored here.
+ * torque known from elsewhere, failed measurements, an unknown next reference, a computation delay, an offset, gravity.
+ * Numbers of equations as in Python. The adaptive controller is not mirrored here: with EXPORTED defined, the loop runs
+ * the controller that adaptive-ff export wrote with the prefix "exported". What that controller watches itself by
+ * (monitors) is recorded in Python alone, which costs C nothing.
  *
  * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE.
  */
 
 #include "closed_loop.h"
+
+#ifdef EXPORTED
+#include "exported.h"
+#endif
 
 /* Friction (3) and its slope at a speed above zero. */
 static double sliding_friction(const struct friction *f, double speed, double *slope) {
@@ -74,6 +80,28 @@ static struct friction friction_in_phase(const struct run *run, int64_t phase) {
     return friction;
 }
 
+#ifdef EXPORTED
+typedef exported_Controller controller;
+
+static void start(controller *own) { exported_init(own); }
+
+/* The controller that was exported to C, given what the loop in Python gives it. */
+static double control(const struct run *run, controller *own, const struct sample *now, double *feedforward) {
+    exported_Inputs inputs = exported_default_inputs();
+    exported_Output output;
+    inputs.reference = now->reference;
+    inputs.velocity = now->measured;
+    inputs.next_reference = now->next_reference;
+    inputs.position = now->position;
+    inputs.realised_torque = now->realised;
+    inputs.dt = now->dt;
+    if (exported_step(own, &inputs, &output) != EXPORTED_OK)
+        return NAN;
+    exported_estimates(own, run->estimates + EXPORTED_ESTIMATES * now->index);
+    *feedforward = output.feedforward;
+    return output.torque;
+}
+#else
 /* PI loop with back-calculation from the realised torque. */
 static double step_pi(const struct run *run, struct pi *pi, double reference, double velocity, double realised,
                       double feedforward, double dt) {
@@ -122,32 +150,55 @@ static double step_feedforward(const struct model *m, double period, double *fri
     return (m->inertia * (next - reference) + integral) / period;
 }
 
+typedef struct {
+    struct pi pi;
+    double friction; /* of the feedforward */
+} controller;
+
+static void start(controller *own) { *own = (controller){{0.0, 0.0, 0}, 0.0}; }
+
+/* The PI loop and, where asked for, the feedforward. */
+static double control(const struct run *run, controller *own, const struct sample *now, double *feedforward) {
+    if (run->feeds)
+        *feedforward = step_feedforward(&run->model, run->period, &own->friction, now->reference, now->next_reference);
+    return step_pi(run, &own->pi, now->reference, now->measured, now->realised, *feedforward, now->dt);
+}
+#endif
+
 void run_loop(const struct run *run) {
     struct friction friction = friction_in_phase(run, 0);
-    struct pi pi = {0.0, 0.0, 0};
-    double velocity = run->start_velocity, friction_torque = run->start_friction, realised = NAN;
-    double modelled = 0.0; /* friction of the feedforward */
+    controller own;
+    double velocity = run->start_velocity, friction_torque = run->start_friction, position = 0.0, realised = NAN;
     int64_t phase = 0;
+    start(&own);
     for (int64_t k = 0; k < run->count; k++) {
         int64_t first = run->samples[k], last = run->samples[k + 1];
         int64_t previous = k > 0 ? run->samples[k - 1] : first - (last - first);
-        double dt = (double)(first - previous) * run->solver_period;
-        double measured = velocity + run->noise[k], feedforward = 0.0;
+        struct sample now = {
+            .index = k,
+            .reference = run->reference[first],
+            .next_reference = run->reference[last],
+            .measured = velocity + run->noise[k],
+            .position = run->position_step * floor(position / run->position_step + 0.5),
+            .realised = realised,
+            .dt = (double)(first - previous) * run->solver_period,
+        };
+        double feedforward = 0.0;
         run->velocity[first] = velocity;
-        if (run->feeds)
-            feedforward = step_feedforward(&run->model, run->period, &modelled, run->reference[first],
-                                           run->reference[last]);
-        double command = step_pi(run, &pi, run->reference[first], measured, realised, feedforward, dt);
+        run->position[first] = position;
+        double command = control(run, &own, &now, &feedforward);
         realised = least(most(command, -run->torque_limit), run->torque_limit);
         run->friction_torque[k] = friction_torque;
-        run->measured[k] = measured;
+        run->measured[k] = now.measured;
         run->torque[k] = realised;
         run->feedforward[k] = feedforward;
         for (int64_t i = first; i < last; i++) {
             while (phase + 1 < run->phases && i >= run->starts[phase + 1])
                 friction = friction_in_phase(run, ++phase);
             step_joint(run, &friction, &velocity, &friction_torque, realised);
+            position += run->solver_period * velocity;
             run->velocity[i + 1] = velocity;
+            run->position[i + 1] = position;
         }
     }
 }

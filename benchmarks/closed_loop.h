@@ -19,7 +19,7 @@ struct model {
 /* What a run is given and what it fills in; the layout is that of the ctypes structure in speed_rivals.py. */
 struct run {
     struct friction friction;
-    double inertia, friction_lag, start_velocity, start_friction, solver_period, torque_limit;
+    double inertia, friction_lag, start_velocity, start_friction, solver_period, torque_limit, position_step;
     double proportional, integral;
     struct model model;
     double period;
@@ -28,8 +28,15 @@ struct run {
     const double *scales;                                      /* friction factor in it */
     const int64_t *samples;                                    /* solver step of each sample, and of the end */
     const double *reference, *noise;                           /* on the solver's grid; at the samples */
-    double *velocity;                                          /* on the solver's grid */
+    double *velocity, *position;                               /* on the solver's grid */
     double *friction_torque, *measured, *torque, *feedforward; /* at the samples */
+    double *estimates;                                         /* at the samples, of the exported controller */
+};
+
+/* What a controller is given at a sample. */
+struct sample {
+    int64_t index;
+    double reference, next_reference, measured, position, realised, dt;
 };
 
 struct pi {

@@ -1,8 +1,8 @@
 """Speed of the closed loop, of one step and of the command line: ``python -m benchmarks.speed [--json FILE]``.
 
-Everything is measured beside a rival in the same run, in turn with it: the closed loop beside the same loop in C and in
-python-control, a long run beside a short one, a step beside the same step in plain Python. Before a rival is timed, its
-run is checked against ours.
+Everything is measured beside a rival in the same run, in turn with it: the closed loop beside the same loop in C (the
+adaptive controller as the C that it is exported to) and in python-control, a long run beside a short one, a step beside
+the same step in plain Python. Before a rival is timed, its run is checked against ours.
 """
 
 import math
@@ -33,7 +33,17 @@ from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.files import write_json
 from benchmarks.processor_time import REPEATS, help_beside_numpy
-from benchmarks.speed_rivals import CLOCK, CLoop, OwnLoop, PythonControlLoop, check_alike, compile_loop, compiler
+from benchmarks.speed_rivals import (
+    CLOCK,
+    CLoop,
+    ExportedLoop,
+    OwnLoop,
+    PythonControlLoop,
+    check_alike,
+    compile_loop,
+    compiler,
+    shared_series,
+)
 
 COURSES: dict[str, dict[str, Any]] = {
     "100 Hz, joint 1 kHz": {},
@@ -151,18 +161,23 @@ def in_turn(repeats: int, *jobs: Callable[[], float]) -> tuple[list[float], list
 
 
 def beside_c(scenario: Scenario, course: str, repeats: int, library: CDLL | None) -> list[Row]:
-    """Measure our loop beside the C loop; without a library there is one row that gives the reason."""
+    """Measure our loop beside the C loop, by hand and with the adaptive controller that was exported to C.
+
+    Without a library there is one row that gives the reason.
+    """
     if library is None:
         return [Row(course, "skipped: there is no C compiler (cc, gcc, clang)")]
     rows = []
-    for name in ("pi", "fixed"):
+    for name in ("pi", "fixed", "adaptive"):
         own = OwnLoop(scenario, name)
-        rival = CLoop(library, own)
-        own.run()
-        rival.run()
-        difference = check_alike(own.record, rival.record, f"C, {name}, {course}")
-        (ours, theirs), (ratio, _) = in_turn(repeats, own.run, rival.run)
-        rows.append(Row(f"{name}, {course}", "C", ours, theirs, ratio, RATIO_TO_C, difference=difference))
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+            rival = ExportedLoop(Path(folder), own) if name == "adaptive" else CLoop(library, own)
+            own.run()
+            rival.run()
+            label = "C by hand" if name != "adaptive" else "C by hand with the exported controller"
+            difference = check_alike(shared_series(own), shared_series(rival), f"{label}, {name}, {course}")
+            (ours, theirs), (ratio, _) = in_turn(repeats, own.run, rival.run)
+        rows.append(Row(f"{name}, {course}", label, ours, theirs, ratio, RATIO_TO_C, difference=difference))
     return rows
 
 

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff import Scenario
+from adaptive_ff import Scenario, export_controller
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.rivals.model_based import ModelBasedParameters
-from adaptive_ff.simulation.experiment import empty_record, lay_course
+from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
-from controllers import PIParameters
+from controllers import Controller, PIParameters
 from plant import JointParameters, JointState, realise_torque, step, step_joint
 
 SOURCE = Path(__file__).with_name("closed_loop.c")
@@ -49,7 +49,8 @@ class OwnLoop:
         self.controller = make_controller(scenario, name)
         self.course = lay_course(scenario)
         self.start = start_position(self.course)
-        self.record = empty_record(self.course, len(self.controller.estimate_names))
+        names, watched = self.controller.estimate_names, self.controller.monitor_names
+        self.record = empty_record(self.course, len(names), len(watched))
 
     def run(self) -> float:
         """Run and return the time that it took, s."""
@@ -60,9 +61,14 @@ class OwnLoop:
         return CLOCK() - begin
 
 
-Numbers = ctypes.c_double * 21
+Numbers = ctypes.c_double * 22
 Counts = ctypes.c_int64 * 3
-Pointers = ctypes.c_void_p * 10
+Pointers = ctypes.c_void_p * 12
+FILLED = ("velocity", "position", "friction", "measured", "torque", "feedforward", "estimates")
+"""Series that the C loop fills in."""
+
+EXPORTED = "exported"
+"""Prefix of the exported controller."""
 
 
 class CRun(ctypes.Structure):
@@ -76,8 +82,16 @@ def compiler() -> str | None:
     return next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
 
 
-def compile_loop(folder: Path) -> ctypes.CDLL:
+def compile_loop(folder: Path, controller: Controller | None = None) -> ctypes.CDLL:
     """Compile the C loop, with the constants of the Python sources, and load it.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the library is written.
+    controller : Controller, optional
+        A controller with estimates; exported to C, it takes the place of the loop's own. By default the library holds
+        PI loop and feedforward from fixed parameters, written by hand.
 
     Raises
     ------
@@ -93,7 +107,12 @@ def compile_loop(folder: Path) -> ctypes.CDLL:
     }
     library = folder / "closed_loop.so"
     defined = [f"-D{name}={value!r}" for name, value in constants.items()]
-    subprocess.run([program, *COMPILE, *defined, "-o", str(library), str(SOURCE), "-lm"], check=True)
+    sources = [str(SOURCE)]
+    if controller is not None:
+        export_controller(controller, folder, prefix=EXPORTED)
+        defined += [f"-D{EXPORTED.upper()}", f"-I{folder}"]
+        sources.append(str(folder / f"{EXPORTED}.c"))
+    subprocess.run([program, *COMPILE, *defined, "-o", str(library), *sources, "-lm"], check=True)
     return ctypes.CDLL(str(library))
 
 
@@ -110,41 +129,86 @@ class CLoop:
     Raises
     ------
     ValueError
-        The joint or the controller is none that the C loop serves.
+        The course or the controller is none that the C loop serves.
     """
 
     def __init__(self, library: ctypes.CDLL, own: OwnLoop) -> None:
         self.library = library
-        course, plan, block = own.course, own.course.plan, own.controller.parameters
-        feeds = isinstance(block, ModelBasedParameters)
-        if not feeds and not isinstance(block, PIParameters):
-            raise ValueError(f"the C loop serves pi and feedforward from fixed parameters, not {type(block).__name__}")
-        if feeds and (block.times.size or any(block.model[7:])):
-            raise ValueError("the C loop serves a model that is symmetric and does not change")
-        joint = course.joint
-        if not isinstance(joint, JointParameters) or joint.backward != joint.friction or joint.offset != 0.0:
-            raise ValueError("the C loop serves rigid joints with the same friction in both directions and no offset")
-        numbers = [*joint.friction, joint.inertia, joint.friction_lag]
+        course, plan = own.course, own.course.plan
+        check_served(course)
+        numbers = [*course.joint.friction, course.joint.inertia, course.joint.friction_lag]
         numbers += [own.start.joint.velocity, own.start.joint.friction_torque]
-        numbers += [course.solver_period, course.actuator.torque_limit, *(block.feedback if feeds else block)[:2]]
-        if feeds:
-            model = block.model
-            numbers += [model.coulomb, model.stiction, model.viscous, model.stribeck_velocity, model.stribeck_shape]
-            numbers += [model.inertia, model.friction_lag, block.period]
-        counts = (feeds, course.noise.size, plan.starts.size)
+        numbers += [course.solver_period, course.actuator.torque_limit, course.position_step]
+        settings = self.settings(own.controller.parameters)
+        numbers += settings
+        counts = (len(settings) > 2, course.noise.size, plan.starts.size)
         record = empty_record(course, own.record.estimates.shape[1])
         self.record = record._replace(given=record.torque)  # without delay they are one
         given = (plan.starts, plan.scales, course.samples, course.reference, course.noise)
-        filled = [array for name, array in self.record._asdict().items() if name not in ("given", "estimates")]
+        filled = [getattr(self.record, name) for name in FILLED]
         self.arrays = (*map(np.ascontiguousarray, given), *filled)  # alive as long as the pointers to them
         pointers = [array.ctypes.data for array in self.arrays]
         self.arguments = CRun(Numbers(*numbers), Counts(*counts), Pointers(*pointers))
+
+    def settings(self, block: Any) -> list[float]:
+        """Return what the controller written by hand is given: gains, and model and period where it has a model."""
+        feeds = isinstance(block, ModelBasedParameters)
+        if not feeds and not isinstance(block, PIParameters):
+            raise ValueError(f"the C loop serves pi and feedforward from fixed parameters, not {type(block).__name__}")
+        gains = list((block.feedback if feeds else block)[:2])
+        if not feeds:
+            return gains
+        model = block.model
+        if block.times.size or any(model[7:]) or block.gravity:
+            raise ValueError("the C loop serves a model that is symmetric, without gravity, and does not change")
+        numbers = [model.coulomb, model.stiction, model.viscous, model.stribeck_velocity, model.stribeck_shape]
+        return [*gains, *numbers, model.inertia, model.friction_lag, block.period]
 
     def run(self) -> float:
         """Run and return the time that it took, s."""
         begin = CLOCK()
         self.library.run_loop(ctypes.byref(self.arguments))
         return CLOCK() - begin
+
+
+class ExportedLoop(CLoop):
+    """The C loop with the controller of ours exported to C.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the controller's source and the library are written.
+    own : OwnLoop
+        Our loop; its controller is any that has estimates and can be exported.
+    """
+
+    def __init__(self, folder: Path, own: OwnLoop) -> None:
+        own.controller.reset()
+        super().__init__(compile_loop(folder, own.controller), own)
+
+    def settings(self, block: Any) -> list[float]:
+        """Return unused gains: the exported controller has its settings as constants."""
+        return [0.0, 0.0]
+
+
+def check_served(course: Course) -> None:
+    """Raise ``ValueError`` for a course with something that the C loop leaves out."""
+    joint, actuator = course.joint, course.actuator
+    if not isinstance(joint, JointParameters) or joint.backward != joint.friction or joint.offset != 0.0:
+        raise ValueError("the C loop serves rigid joints with the same friction in both directions and no offset")
+    special = {
+        "a computation delay": course.delay > 0,
+        "an encoder": course.resolution > 0.0,
+        "gravity": course.gravity.amplitude > 0.0,
+        "a position loop": course.outer != NO_POSITION_LOOP,
+        "friction that varies": course.plan.varies,
+        "a drive with lag, ripple or another gain": actuator.lag > 0.0
+        or actuator.ripple_amplitude > 0.0
+        or actuator.gain != 1.0,
+    }
+    for name, present in special.items():
+        if present:
+            raise ValueError(f"the C loop does not serve {name}")
 
 
 class PythonControlLoop:
@@ -193,6 +257,11 @@ class PythonControlLoop:
         begin = CLOCK()
         self.velocity = self.respond(self.system, self.times, self.inputs, self.start).outputs
         return CLOCK() - begin
+
+
+def shared_series(loop: OwnLoop | CLoop) -> list[NDArray[np.float64]]:
+    """Return the series that both loops record: all but what a controller watches itself by."""
+    return [getattr(loop.record, name) for name in FILLED]
 
 
 def check_alike(ours: Sequence[NDArray[np.float64]], theirs: Sequence[NDArray[np.float64]], rival: str) -> float:

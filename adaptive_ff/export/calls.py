@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 LIBRARY: dict[Any, str] = {
     math.exp: "exp",
     math.expm1: "expm1",
+    math.asinh: "asinh",
     math.log: "log",
     math.sqrt: "sqrt",
     math.pow: "pow",
@@ -118,9 +119,8 @@ class Calls:
     def _kernel(self, expressions: "Expressions", node: ast.Call, function: Any) -> Value:
         kernel, unit = expressions.kernel, expressions.unit
         if not inspect.isfunction(function):
-            allowed = (
-                "abs, min, max, int, float, math.exp, expm1, log, sqrt, pow, sin, cos, copysign, fabs, isfinite, isnan"
-            )
+            allowed = "abs, min, max, int, float, math.exp, expm1, log, sqrt, pow, sin, cos, asinh, copysign, fabs"
+            allowed += ", isfinite, isnan"
             raise kernel.refusal(node, f"{ast.unparse(node.func)} has no translation; there are {allowed} and kernels")
         if function in DISPATCHED:
             first = expressions.translate(node.args[0]).type

@@ -8,8 +8,12 @@ import numpy as np
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.scope import c_name
 
-TOLERANCE = {False: 1e-9, True: 2e-3}
-"""Largest difference to the recorded run, as a share of its largest torque, in double and in single precision."""
+TOLERANCE = {False: 1e-9, True: 7e-5}
+"""Largest difference to the recorded run, as a share of its largest torque, in double and in single precision.
+
+In single precision 1.6e-6 was measured at most for the adaptive controllers and 6.4e-6 for the others, ten times less
+than allowed; the paper's own recursion (``adaptive_paper``) diverges there, and its self-test says so.
+"""
 
 SELF_TEST = """/* Test of {prefix}.c on a machine: a run recorded in Python in double precision, repeated here.
  *

@@ -162,7 +162,8 @@ def run_plain(
         record.given[k] = given
         record.feedforward[k] = output.feedforward
         write_estimates(block, state, record.estimates[k])
-        write_monitors(block, state, record.monitors[k])
+        if record.monitors.shape[1] > 0:  # compiled code would write beyond a row that has no place for them
+            write_monitors(block, state, record.monitors[k])
         total = 0.0
         for i in range(first, last):
             while acting < k and course.samples[acting + 1] + course.delay <= i:

@@ -49,7 +49,7 @@ def main(
         "objects": lambda: {"Objects for drives": objects()},
         "machines": lambda: {"Other machines": emulated(samples)},
         "sanitizers": lambda: {"Sanitizers": sanitized(samples)},
-        "speed": lambda: {"Time of a step": steps(20_000, 5)},
+        "speed": lambda: {"Time of a step": steps(20_000, 15)},
         "random": lambda: {"Random inputs: bits of torque and state": random_runs(samples)},
         "closed": loops,
     }

@@ -12,7 +12,7 @@ from adaptive_ff import load_scenario
 from benchmarks import speed
 from benchmarks import speed_rivals as closed_loop
 from benchmarks.speed import Row, Sizes, shown
-from benchmarks.speed_rivals import CLoop, OwnLoop, PythonControlLoop, check_alike
+from benchmarks.speed_rivals import CLoop, ExportedLoop, OwnLoop, PythonControlLoop, check_alike, shared_series
 from plant import step
 
 TINY = Sizes(duration=1.0, repeats=2, slow_repeats=1, lengths=(1, 2), calls=20)
@@ -50,6 +50,19 @@ def test_c_loop_agrees_with_ours(library, name, variant):
     assert (np.ptp(rival.record.feedforward) > 50.0) == (name == "fixed")
 
 
+@pytest.mark.parametrize("period", [0.01, 0.001])
+def test_c_loop_with_the_exported_controller_agrees_with_ours(library, tmp_path, period):
+    scenario = short(sampling={"period": period}, change=[{"time": 3.0, "friction_scale": 0.6}], duration=5.0)
+    own = OwnLoop(scenario, "adaptive")
+    rival = ExportedLoop(tmp_path, own)
+    for _ in range(2):  # a second run begins anew
+        own.run()
+        rival.run()
+        assert check_alike(shared_series(own), shared_series(rival), "C") < 1e-9
+    assert np.ptp(rival.record.feedforward) > 50.0
+    assert np.ptp(rival.record.estimates[:, 1]) > 10.0
+
+
 @pytest.mark.parametrize("joint", [{"offset": 5.0}, {"viscous_backward": 90.0}])
 def test_c_loop_refuses_a_joint_that_it_does_not_hold(library, joint):
     with pytest.raises(ValueError, match="same friction in both directions and no offset"):
@@ -64,6 +77,20 @@ def test_second_run_repeats_the_first(library):
         first = [series.copy() for series in loop.record]
         loop.run()
         assert all(np.array_equal(a, b) for a, b in zip(first, loop.record, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("tables", "what"),
+    [
+        ({"actuator": {"delay": 0.015}, "feedback": {"bandwidth": 3.0}}, "a computation delay"),
+        ({"actuator": {"lag": 0.01}}, "a drive with lag"),
+        ({"sensor": {"velocity_noise": 0.0, "encoder_resolution": 1e-5}}, "an encoder"),
+        ({"position": {"gain": 5.0}}, "a position loop"),
+    ],
+)
+def test_c_loop_refuses_a_course_that_it_does_not_hold(library, tables, what):
+    with pytest.raises(ValueError, match=f"does not serve {what}"):
+        CLoop(library, OwnLoop(short(**tables), "pi"))
 
 
 @pytest.mark.parametrize("name", ["adaptive", "oracle"])
@@ -158,6 +185,7 @@ def test_figures_are_shown_with_their_unit(value, unit, text):
 
 def test_report_holds_all_that_is_printed(monkeypatch):
     monkeypatch.setattr(speed, "STEPPED", ("pi",))
+    monkeypatch.setattr(speed, "COURSES", {"100 Hz, joint 1 kHz": {}})
     printed = StringIO()
     result = speed.report(Console(file=printed, width=120), TINY, STUB)
     assert set(result) == {"machine", "sizes", "measurements"}

@@ -48,11 +48,11 @@ def test_sanitizers_are_silent(folder):
 
 
 def test_the_example_runs(folder):
-    assert printed(compiled(folder, ["drive.c", "main.c"], "-O2", *WARNINGS, out="example")).count("rad/s") == 5
+    assert printed(compiled(folder, ["drive.c", "main.c"], "-O0", *WARNINGS, out="example")).count("rad/s") == 5
 
 
 def test_it_needs_nothing_but_mathematics_and_copying(folder):
-    subprocess.run(["gcc", "-std=c99", "-O2", "-fno-pie", "-c", "drive.c"], cwd=folder, check=True)
+    subprocess.run(["gcc", "-std=c99", "-O1", "-fno-pie", "-c", "drive.c"], cwd=folder, check=True)
     needed = {line.split()[-1] for line in printed("nm", "-u", "drive.o", cwd=folder).splitlines()}
     assert needed <= ALLOWED | ({"sin"} if "step_model_based" in (folder / "drive.c").read_text() else set())
     writable = [line for line in printed("nm", "drive.o", cwd=folder).splitlines() if line.split()[-2] in "dDbBC"]

@@ -11,6 +11,7 @@ from exports import DELAYED, SIZES, adaptive, inputs, made, needs_gcc, steps_in_
 
 from adaptive_ff import run_in_c
 from adaptive_ff.errors import InputError
+from adaptive_ff.export import compiler as c_compiler
 from adaptive_ff.export.buffer import HEADER, state_from_bytes, state_to_bytes
 
 pytest.importorskip("cffi", reason="cffi is not installed")
@@ -26,10 +27,18 @@ MADE = {
     "canudas": lambda: made("canudas"),
     "canudas_measured": lambda: made("canudas_measured", DELAYED),
     "feedback_error": lambda: made("feedback_error"),
+    "radial_basis": lambda: made("radial_basis"),
     "adaptive": lambda: adaptive(),
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004, False),
 }
+
+
+@pytest.fixture(autouse=True)
+def compiles_quickly(monkeypatch):
+    """Half the time of -O2, which the tests of the exported folder compile with."""
+    flags = tuple("-O1" if flag == "-O2" else flag for flag in c_compiler.FLAGS)
+    monkeypatch.setattr(c_compiler, "FLAGS", flags)
 
 
 EXACT = platform.machine() in ("x86_64", "AMD64") and platform.libc_ver()[0] == "glibc"

@@ -176,3 +176,13 @@ def test_delay_that_the_bandwidth_does_not_allow_is_refused():
 def test_delay_between_two_solver_steps_is_refused():
     with pytest.raises(ValueError, match=r"actuator.delay = 0.0015 s is not allowed: .* whole multiple"):
         SCENARIO.modified(actuator={"delay": 0.0015})
+
+
+def test_a_record_without_place_for_monitors_is_not_written_beyond():
+    """Compiled code checks no bounds: such a row would be written past its end."""
+    course, controller = lay_course(SHORT.modified(duration=2.0)), make("adaptive")
+    assert controller.monitor_names
+    behind = np.full((course.noise.size + 1, 3), 7.0)
+    record = empty_record(course, len(controller.estimate_names))._replace(monitors=behind[:-1, :0])
+    run_compiled(controller.parameters, controller.state, course, start_position(course), course.noise.size, record)
+    assert np.all(behind == 7.0)
