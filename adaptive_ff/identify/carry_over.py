@@ -3,7 +3,7 @@
 Only where none does may the machine be blamed: a model with terms too many is worse on other motion, too.
 """
 
-from adaptive_ff.identify.families import LAG, SATURATION, SLOW_SATURATION, STICTION, Terms
+from adaptive_ff.identify.families import LAG, Terms, family_of
 from adaptive_ff.identify.fit import fit_terms
 from adaptive_ff.identify.prediction import TorqueError, predict, torque_error
 from adaptive_ff.identify.regressors import BENT, Problem
@@ -11,9 +11,6 @@ from adaptive_ff.identify.term_selection import Selection
 
 ENOUGH = 1.5
 """Error on what was held out, over that of the fit, up to which a model carries over."""
-
-WITHIN = (LAG, STICTION, SATURATION, SLOW_SATURATION)
-"""Terms that models of one family may differ by."""
 
 
 def carries_over(
@@ -35,8 +32,7 @@ def carries_over(
     tried: dict[Terms, None] = {}
     families: dict[Terms, list[Terms]] = {}
     for model in sorted(selection.validated, key=lambda model: model.error):
-        family = tuple(term for term in model.terms if term not in WITHIN)
-        families.setdefault(family, []).append(model.terms)
+        families.setdefault(family_of(model.terms), []).append(model.terms)
     for members in families.values():
         tried.update(dict.fromkeys((members[0], min(members, key=len))))
     starts = {model.terms: model.start for model in selection.validated}

@@ -14,6 +14,9 @@ LAG, STICTION, ASYMMETRY = "friction_lag", "stiction_excess", "viscous_asymmetry
 SATURATION, SLOW_SATURATION = "saturation", "slow_saturation"
 """Further terms; stiction and both shapes of saturation exclude each other, as one log seldom determines two bends."""
 
+WITHIN = (LAG, STICTION, SATURATION, SLOW_SATURATION)
+"""Terms that models of one family may differ by: the shape of friction, which every reversal shows."""
+
 FAMILIES = {
     "coulomb-viscous": ("offset",),
     "symmetric": (),
@@ -29,6 +32,11 @@ AUTO = "auto"
 """Name of the choice among all families."""
 
 Terms = tuple[str, ...]
+
+
+def family_of(terms: Terms) -> Terms:
+    """Return the terms of a model that all models of its family have."""
+    return tuple(term for term in terms if term not in WITHIN)
 
 
 def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Terms]:

@@ -1,5 +1,6 @@
 """Which terms of the friction model a log supports: by blocked cross-validation, with intervals over what remains."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -105,6 +106,9 @@ def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool
         terms = next((model for model in models if set(model) == {*best.terms, term}), None)
         if terms is not None and term not in best.terms:
             start = fit_on_grid(grid, terms, np.ones(BLOCKS, dtype=np.bool_), np.zeros(BLOCKS, dtype=np.bool_))
+            if terms not in fits and not math.isfinite(start.squares):
+                refused[term] = "at every speed of its bend, the fit of the log has the opposite sign"
+                continue
             try:
                 tried[term] = fits.get(terms) or fit_terms(problem, terms, confidence, start=_start(start))
             except ValueError as error:
