@@ -27,7 +27,7 @@ def test_needed_torque_and_each_feedforward_are_drawn(replayed):
     drawn = whole.lines[0].get_ydata()
     assert drawn.min() == pytest.approx(np.nanmin(low))
     assert drawn.max() == pytest.approx(np.nanmax(high))
-    assert whole.get_ylabel() == "torque and feedforward (N m), band 20 Hz"
+    assert whole.get_ylabel() == "log: torque and feedforward (N m), band 20 Hz"
 
 
 def test_estimates_are_drawn_with_their_units(replayed):
