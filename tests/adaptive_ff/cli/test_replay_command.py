@@ -79,7 +79,7 @@ def test_saved_state_is_where_the_next_log_starts(result):
     assert found["left"]["adaptive_saved"]["whole"] < found["left"]["adaptive"]["whole"]
     assert "adaptive, from the saved state" in outcome.out
     second = json.loads((folder / "second.json").read_text(encoding="utf-8"))
-    estimate = second["state"]["estimator"]["estimate"]
+    estimate = second["state"]["estimator"]["recursion"]["estimate"]
     assert estimate[:2] == [found["estimates"]["adaptive_saved"][name] for name in ("inertia", "coulomb")]
 
 
