@@ -39,7 +39,8 @@ def fit_fixed(log: Log, bandwidth: float | None, torque_delay: float) -> tuple[T
         found = identify_log(half, bandwidth=bandwidth, held_out=0.0, torque_delay=torque_delay)
     except InputError as error:
         return None, f"There is no fixed model: of the first half, {str(error).removeprefix(log.name + ': ')}."
-    inertia, coulomb = found.value("inertia"), found.value("coulomb")
+    # the best value, also where its interval is wide: a loop has to be designed for some inertia
+    inertia, coulomb = found.parameters["inertia"].estimate.value, found.value("coulomb")
     bend = found.value("stribeck_velocity")
     model = TorqueModel(
         inertia,
