@@ -87,6 +87,10 @@ Block = Any
 """Parameters or state of kernels that serve the supervised controller too: its tuples have these fields and more."""
 
 
+GUESS_HOLD = 0.5
+"""Time of sliding before friction is guessed where loads are estimated, in holds of the gate."""
+
+
 class AdaptiveParameters(NamedTuple):
     """Parameters of the adaptive controller.
 
@@ -325,7 +329,9 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     old = fed_model(block, estimator, timing.lag)
     before, old_friction, feedforward = step_model(block, old, estimator, state.feedforward, inputs)
     learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
-    guesses = may_guess(block.estimator, estimator)
+    # at rest a load looks like friction: where loads are estimated, only motion tells of friction
+    moves = load_count(block.estimator) == 0 or period.sliding > GUESS_HOLD * block.hold
+    guesses = moves and may_guess(block.estimator, estimator)
     if not (state.enabled and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)

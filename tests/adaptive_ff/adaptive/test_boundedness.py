@@ -93,7 +93,7 @@ class Watch:
 
     def check_estimates(self):
         state = self.controller.state.estimator
-        _, peak, speed, learnt = state.levels
+        _, peak, speed, learnt, _ = state.levels
         if learnt > self.learnt:  # otherwise the largest speed may grow without the estimates
             self.learnt, self.speed = learnt, speed
         assert peak <= LIMIT * (1.0 + 1e-12)

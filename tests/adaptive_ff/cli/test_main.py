@@ -37,7 +37,7 @@ def test_comparison_writes_the_documented_files_and_nothing_else(tmp_path):
     out, copy = tmp_path / "new" / "out", tmp_path / "other" / "copy.json"
     outcome = run_command_line("compare", scenario, "--out", out, "--json", copy)
     assert (outcome.status, outcome.err) == (0, "")
-    pictures = {"tracking.png", "torque.png", "estimates.png", "stribeck.png"}
+    pictures = {"tracking.png", "torque.png", "estimates.png", "stribeck.png", "supervision.png"}
     assert set(content_of(out)) == {"pi.csv", "adaptive.csv", "result.json", *pictures}
     for name in pictures:
         assert (out / name).read_bytes().startswith(b"\x89PNG")
@@ -62,7 +62,8 @@ def test_csv_holds_the_series_of_the_run(tmp_path, without_pictures):
     with (tmp_path / "out" / "adaptive.csv").open(encoding="utf-8", newline="") as stream:
         header, *rows = list(csv.reader(stream))
     assert header[:7] == COLUMNS
-    assert set(header[7:]) == {f"estimated_{name}" for name in ESTIMATED}
+    watched = {"trust", "observer_gain", "observer_torque"}
+    assert set(header[7:]) == {f"estimated_{name}" for name in WITH_OFFSET} | watched
     values = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
     assert values["time"] == pytest.approx(0.01 * np.arange(50), abs=1e-12)
     assert values["velocity"] == pytest.approx(run.velocity[:-1:10], rel=1e-9)
