@@ -197,7 +197,7 @@ def guess_friction_in_place(
 
     Whether the joint sticks or slides, the torque that does not accelerate it is friction; at rest it is less than the
     stiction. So the guess is on the safe side, and better than none at the first reversals. A joint that does not
-    follow its reference for long is clamped: what it takes is no friction, and the guess is taken back.
+    follow its reference for long may be clamped by a brake: then the guess rises no further.
 
     Returns
     -------
@@ -220,10 +220,7 @@ def guess_friction_in_place(
     friction -= add_loads(0.0, estimate, state.scratch.row)
     guess = min(GUESS * math.copysign(friction, friction * model.velocity), PEAK_FACTOR * largest)
     stuck = time_stuck(levels, speed, measured, model, duration)
-    if stuck > CLAMPED:
-        estimate[COULOMB] = estimator.first[COULOMB]
-        estimate[STICTION] = estimator.first[STICTION]
-    elif guess > estimate[COULOMB]:
+    if guess > estimate[COULOMB] and stuck <= CLAMPED:
         estimate[COULOMB] = guess
         estimate[STICTION] = guess
     new = Levels(levels.squared_error, largest, speed, levels.learnt, stuck)

@@ -330,7 +330,8 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     before, old_friction, feedforward = step_model(block, old, estimator, state.feedforward, inputs)
     learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
     # at rest a load looks like friction: where loads are estimated, only motion tells of friction
-    moves = load_count(block.estimator) == 0 or period.sliding > GUESS_HOLD * block.hold
+    carries = block.estimator.regressors > 0 or (load_count(block.estimator) > 0 and math.isfinite(inputs.position))
+    moves = not carries or period.sliding > GUESS_HOLD * block.hold
     guesses = moves and may_guess(block.estimator, estimator)
     if not (state.enabled and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)

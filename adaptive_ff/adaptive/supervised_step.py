@@ -53,9 +53,6 @@ from controllers import (
     with_feedforward,
 )
 
-LIMITED = 0.1
-"""Share of the asked torque that the drive did not give, from which what is left says nothing about the friction."""
-
 LEAST_TRUST = 0.02
 """Trust at which the lag is tuned at least: a slope of zero would end the tuning for good."""
 
@@ -154,13 +151,12 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
 def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -> tuple[ObserverState, TrustState]:
     """Return observer and trust after the period that has ended."""
     feedback, observer = block.feedback, state.observer
-    valid, limited_drive = math.isfinite(inputs.velocity), False
+    valid = math.isfinite(inputs.velocity)
     started = state.feedback.samples > state.feedback.rejected
     if valid and started:
-        asked, torque = asked_torque(feedback, state.feedback), inputs.realised_torque
+        torque = inputs.realised_torque
         if not math.isfinite(torque):
-            torque = asked
-        limited_drive = abs(torque - asked) > LIMITED * abs(asked)
+            torque = asked_torque(feedback, state.feedback)
         inertia = state.estimator.recursion.estimate[INERTIA]
         plan, velocity = inputs.reference, inputs.velocity  # an outer loop's correction is the feedback's alone
         observer = observe(block.observer, observer, feedback, torque, inertia, plan, velocity, inputs.dt)
@@ -173,7 +169,7 @@ def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -
         block.velocity_lag,
         observer.response.velocity,
         inputs.reference,
-        valid and started and not limited_drive and state.command.share == 1.0,  # what is not fed tells nothing
+        valid and started and state.command.share == 1.0,  # what is not fed tells nothing
         inputs.dt,
     )
     return observer, trust

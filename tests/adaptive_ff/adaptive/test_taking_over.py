@@ -191,7 +191,9 @@ def test_a_brake_that_clamps_the_joint_teaches_nothing_wrong():
         assert after[name] == pytest.approx(before[name], rel=0.1)
 
 
-def test_a_brake_that_clamps_the_joint_from_the_start_teaches_nothing_wrong():
+def test_what_a_brake_that_clamps_the_joint_from_the_start_teaches_is_soon_forgotten():
     controller, joint = make(torque_limit=400.0), reference_joint()
     drive(controller, joint, 0.0, 5.0, clamped=lambda time: True)
-    assert controller.estimates["coulomb"] < 100.0
+    drive(controller, joint, 5.0, 20.0)
+    assert controller.estimates["coulomb"] == pytest.approx(60.0, rel=0.1)
+    assert controller.estimates["inertia"] == pytest.approx(20.0, rel=0.1)

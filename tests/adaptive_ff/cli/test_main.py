@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("compiled")
 METRICS = {
     *("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation"),
 }
-ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag"}
+ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag", "offset"}
 COLUMNS = ["time", "reference", "velocity", "measured", "torque", "feedforward", "friction"]
 
 
@@ -63,7 +63,7 @@ def test_csv_holds_the_series_of_the_run(tmp_path, without_pictures):
         header, *rows = list(csv.reader(stream))
     assert header[:7] == COLUMNS
     watched = {"trust", "observer_gain", "observer_torque"}
-    assert set(header[7:]) == {f"estimated_{name}" for name in WITH_OFFSET} | watched
+    assert set(header[7:]) == {f"estimated_{name}" for name in ESTIMATED} | watched
     values = dict(zip(header, np.array(rows, dtype=float).T, strict=True))
     assert values["time"] == pytest.approx(0.01 * np.arange(50), abs=1e-12)
     assert values["velocity"] == pytest.approx(run.velocity[:-1:10], rel=1e-9)
