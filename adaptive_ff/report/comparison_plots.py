@@ -139,11 +139,11 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
         figures = {"tracking": _tracking(runs, looks), "torque": _torque(runs, looks)}
         if estimating:
             figures["estimates"] = _estimates(estimating, looks)
+        if any(run.estimates.keys() >= FRICTION for run in estimating.values()):
+            figures["stribeck"] = _stribeck(comparison, looks)
         supervised = [run for run in runs.values() if run.monitors.keys() >= SUPERVISED]
         if supervised:
             figures["supervision"] = draw_supervision(supervised[-1])
-        if any(run.estimates.keys() >= FRICTION for run in estimating.values()):
-            figures["stribeck"] = _stribeck(comparison, looks)
         if folder is not None:
             for name, figure in figures.items():
                 write_figure(figure, Path(folder) / f"{name}.png")

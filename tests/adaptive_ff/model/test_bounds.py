@@ -15,6 +15,6 @@ def test_largest_lag_is_ten_time_constants_of_the_feedback_and_at_least_a_tenth_
 def test_behind_a_loop_much_faster_than_the_friction_lag_the_lag_is_found():
     """The loop's time constant is 1.3 ms here; with lags believed up to ten of these the loop was worse than PI."""
     scenario = cell_scenario("ideal_1khz", 107, fastest=True).modified(joint={"solver_period": 0.001})
-    run = simulate(scenario, "adaptive")
+    run = simulate(scenario, "adaptive_unsupervised")
     assert run.final_estimates["friction_lag"] == pytest.approx(0.02, rel=0.1)
     assert run.metrics.rms_error_settled < 0.1 * simulate(scenario, "pi").metrics.rms_error_settled

@@ -14,6 +14,7 @@ from plant import sliding_friction
 SHORT = load_scenario().modified(duration=16.0)
 CHANGED = SHORT.modified(change=[{"time": 4.0, "friction_scale": 0.6}, {"time": 6.0, "friction_scale": 1.5}])
 FOUR = ["tracking", "torque", "estimates", "stribeck"]
+FIVE = [*FOUR, "supervision"]
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +62,8 @@ def with_series(run, **series):
 def test_pictures_are_png_files_of_readable_size_and_nothing_else_is_left(comparison, tmp_path):
     folder = tmp_path / "not" / "there yet"
     made = plot_comparison(comparison, folder)
-    assert list(made) == FOUR
-    assert sorted(file.name for file in folder.iterdir()) == sorted(f"{name}.png" for name in FOUR)
+    assert list(made) == FIVE
+    assert sorted(file.name for file in folder.iterdir()) == sorted(f"{name}.png" for name in FIVE)
     for name, figure in made.items():
         file = folder / f"{name}.png"
         assert png_size(file) == tuple((150 * figure.get_size_inches()).round())
@@ -301,7 +302,7 @@ def test_estimates_under_other_names_have_a_panel_but_no_truth_and_make_no_frict
     slope = np.full(run.time.size, np.nan)
     slope[800:] = 3.0
     figures = plot_comparison(Comparison(SHORT, {"mine": with_series(run, estimates={"friction_slope": slope})}))
-    assert list(figures) == ["tracking", "torque", "estimates"]
+    assert list(figures) == ["tracking", "torque", "estimates", "supervision"]
     (axes,) = figures["estimates"].axes
     assert axes.get_ylabel() == "friction slope"
     assert list(lines(axes)) == ["mine"]
@@ -312,7 +313,7 @@ def test_estimates_under_other_names_have_a_panel_but_no_truth_and_make_no_frict
 @pytest.mark.parametrize("controllers", [["pi"], ["adaptive"], ["fixed", "oracle"]])
 def test_few_controllers(controllers, tmp_path):
     figures = plot_comparison(compare(SHORT.modified(controllers=controllers)), tmp_path)
-    assert list(figures) == (FOUR if controllers == ["adaptive"] else FOUR[:2])
+    assert list(figures) == (FIVE if controllers == ["adaptive"] else FOUR[:2])
     assert set(lines(figures["tracking"].axes[0])) == {"reference", *controllers}
 
 
