@@ -50,7 +50,7 @@ def compiled_in_place(function: Function) -> Function:
     """Compile a function that allocates no arrays; see :func:`compiled`.
 
     Numba then need not count references to the arrays in parameters and states, which would double the time of a step
-    (``python -m benchmarks.speed`` measures it). What a step needs is held as scratch by its parameters.
+    (``python -m benchmarks.speed`` measures it). What a step needs is held as scratch by its state.
     """
     entry: Function = _cached(numba.njit(error_model="numpy", _nrt=False)(function))  # type: ignore[call-overload]
     return entry

@@ -7,14 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.model.bounds import OFFSET, possible_ranges
+from adaptive_ff.model.bounds import OFFSET, VISCOUS_SHARE, possible_ranges
 from adaptive_ff.model.friction import TorqueModel
 
 LAG_UNIT = 0.01
 """Least unit of the friction lag, s: the time constant of a fast loop would be too small a unit to find the lag in."""
-
-VISCOUS_SHARE = 0.2
-"""Unit of the viscous coefficient, as a share of the proportional gain."""
 
 ONE_SIDED_SHARE = 0.1
 """Units of the offset and of what differs by direction, as a share of those of friction itself.

@@ -32,7 +32,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.estimation.rls import RLSState, initial_rls_state, trace, update_rls_in_place
-from adaptive_ff.model.bounds import INERTIA_RANGE
+from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE
 from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
     ESTIMATES,
@@ -57,9 +57,6 @@ NAMES = ("inertia", "coulomb_positive", "coulomb_negative", "viscous_positive", 
 PARAMETERS = len(NAMES)
 INERTIA, COULOMB, VISCOUS = 0, 1, 3
 """Places of the estimates; ``COULOMB`` and ``VISCOUS`` are followed by those of the negative direction."""
-
-VISCOUS_SHARE = 0.2
-"""Unit of the viscous coefficient, as a share of the proportional gain."""
 
 INITIAL_COVARIANCE = 100.0
 """Covariance of the scaled parameters at the start."""
