@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.delay import delay_line, delayed, remember
-from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, without_estimates
 from controllers.sensitivity import PI_SENSITIVITY
 
 if TYPE_CHECKING:

@@ -27,13 +27,13 @@ def sweep_command(
     from adaptive_ff.report.comparison_tables import classes_table, own_sweep_table, sweep_table
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
     errors = error_console()
     mine = named_own(own or [])
     loaded = load_scenario(scenario)
     with places(out, json) as (stage, beside):
-        announce_compilation(errors, run_compiled)
+        announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
             task = progress.add_task("joints", total=1.0)
             outcomes = sweep(

@@ -213,6 +213,8 @@ class PaperController(IdentifyingController):
         Computation delay of the drive, sampling periods.
     """
 
+    needs_double = "the covariance of its recursion does not stay positive definite, and the estimates diverge"
+
     def __init__(
         self,
         proportional: float,

@@ -132,7 +132,7 @@ def replay(controller: Controller, record: Drive) -> Array:
     """Let a controller watch a record and return its physical estimates after each sample; its torque goes nowhere."""
     estimates = np.zeros((record.time.size, len(controller.estimate_names)))
     durations = np.diff(record.time, prepend=record.time[0] - PERIOD)
-    controller.state = run_watching(controller.parameters, controller.state, record[1:5], durations, estimates)
+    run_watching(controller.native, 0, record[1:5], durations, estimates)
     return estimates
 
 
