@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import COLUMNS, step_group, step_joints
 from adaptive_ff.model.friction import IDENTIFIED
+from controllers.arrays import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.comparison.registry import make_controller
@@ -16,6 +15,7 @@ from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
+from controllers.arrays import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

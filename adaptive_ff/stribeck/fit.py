@@ -9,12 +9,12 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import linalg, stats
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.stribeck.problem import BEND, FLAT, Array, Points, exponent, make_problem, solve_linear
 from adaptive_ff.stribeck.profile import Estimated, interval_end, search
+from controllers.arrays import ArrayLike
 
 LARGEST_RATIO = 10.0
 """Ratio of the ends of an interval of Vs or delta above which the points are said not to tell it."""
