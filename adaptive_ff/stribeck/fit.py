@@ -1,7 +1,7 @@
 """Pre-estimation of the Stribeck curve, paper V-C: ``Fc, Fs, sigma, Vs, delta`` of (3) from quasi-static points.
 
 It is the first step of an identification: the estimators are told ``Vs`` and ``delta``. At constant speed the torque of
-the drive is the friction torque; :func:`adaptive_ff.support_points.support_points` averages readings of such drives.
+the drive is the friction torque; :func:`adaptive_ff.stribeck.points.support_points` averages readings of such drives.
 """
 
 import math
@@ -82,7 +82,7 @@ def fit_stribeck(
 ) -> StribeckFit:
     """Fit the Stribeck curve (3) to measured points.
 
-    Levenberg-Marquardt from several starts; see :mod:`adaptive_ff.stribeck_profile`. Friction is kept possible:
+    Levenberg-Marquardt from several starts; see :mod:`adaptive_ff.stribeck.profile`. Friction is kept possible:
     ``Fs >= Fc >= 0``, ``sigma >= 0``, and positive Vs and delta (the paper allows a negative delta, which turns the
     curve over). The intervals are of the profile likelihood: in simulations they held the truth as often as they say
     where linearised ones did not (95 % intervals, twelve points with 3 % error each: 94 to 96 % against 86 to 96 %).
