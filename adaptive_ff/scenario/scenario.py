@@ -160,6 +160,11 @@ class Scenario(Table):
         return self
 
     @cached_property
+    def name(self) -> str:
+        """Where it comes from, for pictures and messages: its file, or what it was derived from."""
+        return "scenario"
+
+    @cached_property
     def motion(self) -> Motion | None:
         """The recorded motion, read once; None for a multisine."""
         return self.reference.read() if isinstance(self.reference, Recorded) else None
@@ -315,7 +320,9 @@ class Scenario(Table):
             if kept and value.get("kind") not in (None, defaults[name].get("kind")):
                 kept = {}
             content[name] = {**kept, **value} if isinstance(value, dict) else value
-        return parse_scenario(content, "scenario")
+        derived = parse_scenario(content, "scenario")
+        derived.__dict__["name"] = self.name if self.name.endswith(" changed") else f"{self.name}, changed"
+        return derived
 
 
 def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = None) -> Scenario:
@@ -340,6 +347,7 @@ def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = Non
         content = {**content, "reference": {**reference, "path": str(folder / reference["path"])}}
     try:
         scenario = Scenario.model_validate(content)
+        scenario.__dict__["name"] = name  # in the place of the cached property: no field, so that it is no setting
         scenario.reference_velocity()
     except ValidationError as error:
         raise InputError(f"{name}: {explain(error, Scenario)}") from error
