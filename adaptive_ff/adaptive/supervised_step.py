@@ -58,7 +58,7 @@ LEAST_TRUST = 0.02
 
 
 class SupervisedParameters(NamedTuple):
-    """Parameters of the supervised controller: those of :class:`AdaptiveParameters`, and the observer's.
+    """Parameters of the supervised controller: those of the one without supervision, and the observer's.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class SupervisedParameters(NamedTuple):
 
 
 class SupervisedState(NamedTuple):
-    """State of the supervised controller: that of :class:`AdaptiveState`, the observer's and the trust.
+    """State of the supervised controller: that of the one without supervision, the observer's and the trust.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
 """Pre-estimation of the Stribeck curve, paper V-C: ``Fc, Fs, sigma, Vs, delta`` of (3) from quasi-static points.
 
 It is the first step of an identification: the estimators assume ``Vs`` and ``delta``. At constant speed the torque of
-the drive is the friction torque; :func:`adaptive_ff.support_points.support_points` averages readings of such drives.
+the drive is the friction torque; :func:`adaptive_ff.stribeck.points.support_points` averages readings of such drives.
 """
 
 import math
@@ -9,12 +9,12 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import linalg, stats
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.stribeck.problem import BEND, FLAT, Array, Points, exponent, make_problem, solve_linear
 from adaptive_ff.stribeck.profile import Estimated, interval_end, search
+from controllers.arrays import ArrayLike
 
 LARGEST_RATIO = 10.0
 """Ratio of the ends of an interval of Vs or delta above which the points are said not to identify it."""
@@ -82,7 +82,7 @@ def fit_stribeck(
 ) -> StribeckFit:
     """Fit the Stribeck curve (3) to measured points.
 
-    Levenberg-Marquardt from several starts; see :mod:`adaptive_ff.stribeck_profile`. Friction is kept possible:
+    Levenberg-Marquardt from several starts; see :mod:`adaptive_ff.stribeck.profile`. Friction is kept possible:
     ``Fs >= Fc >= 0``, ``sigma >= 0``, and positive Vs and delta (the paper allows a negative delta, which turns the
     curve over). The intervals are of the profile likelihood: in simulations they held the truth as often as they say
     where linearised ones did not (95 % intervals, twelve points with 3 % error each: 94 to 96 % against 86 to 96 %).
