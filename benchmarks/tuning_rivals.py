@@ -1,8 +1,8 @@
 """What the sources of the rivals leave open, as candidates of a search; the rules found are their defaults.
 
-``adaptive_paper``: memory. ``canudas``: dead zone, as a share of the assumed Stribeck velocity, and share of the friction
-that is compensated, along the reference and at the measured velocity. ``feedback_error``: learning rate, as a share of
-the crossover ``Kp/J``, and the friction lags of its features, in time constants ``J/Kp``.
+``adaptive_paper``: memory. ``canudas``: dead zone, as a share of the assumed Stribeck velocity, and share of the
+friction that is compensated, along the reference and at the measured velocity. ``feedback_error``: learning rate, as a
+share of the crossover ``Kp/J``, and the friction lags of its features, in time constants ``J/Kp``.
 """
 
 from typing import Any

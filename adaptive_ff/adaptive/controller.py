@@ -87,7 +87,7 @@ def adaptive_parameters(
     ValueError
         A value is out of range.
     """
-    feedback = check_gains(proportional, integral, delay)
+    feedback = check_gains(proportional, integral, delay, period)
     names = check_parameters(parameters, ALL_CHOICES)
     named = (*names, *further_names(regressors))
     check_positive(
