@@ -1,6 +1,8 @@
 """Types of arrays under short names: expanded, those of numpy drown a signature in ``help()``."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike as ArrayLike
@@ -32,3 +34,6 @@ else:
         return "None" if kind is None else getattr(kind, "__name__", str(kind))
 
     ArrayLike, NDArray = _Named("ArrayLike"), _Named("NDArray")
+
+MutableArray: TypeAlias = NDArray[np.float64]
+"""An array of a state that steps change in place; all other arrays stay as they are."""

@@ -17,6 +17,7 @@ from numba.core.ccallback import CFunc
 from numba.extending import overload, register_jitable
 from numpy.typing import NDArray
 
+from controllers.arrays import MutableArray
 from controllers.compiled import cached, compiled_in_place
 from controllers.kernel_compiler import EntryCompiler
 from controllers.kernels import (
@@ -86,7 +87,7 @@ class NativeParameters(NamedTuple):
     monitors: int
     parameters: int
     state: int
-    exchange: NDArray[np.float64]
+    exchange: MutableArray
 
 
 @register_jitable
