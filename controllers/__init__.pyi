@@ -31,6 +31,7 @@ from .kernels import present_inertia as present_inertia
 from .kernels import step as step
 from .kernels import with_feedforward as with_feedforward
 from .kernels import with_realised_torque as with_realised_torque
+from .kernels import with_reference as with_reference
 from .kernels import with_velocity as with_velocity
 from .kernels import without_estimates as without_estimates
 from .kernels import write_estimates as write_estimates

@@ -90,6 +90,22 @@ def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
 
 
 @register_jitable
+def with_reference(inputs: Inputs, reference: float) -> Inputs:
+    """Return the inputs with another planned velocity (rad/s) now."""
+    return Inputs(
+        reference,
+        inputs.velocity,
+        inputs.next_reference,
+        inputs.correction,
+        inputs.position,
+        inputs.realised_torque,
+        inputs.feedforward,
+        inputs.inertia,
+        inputs.dt,
+    )
+
+
+@register_jitable
 def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
     """Return the inputs with another velocity (rad/s) in the place of the measured one."""
     return _changed(inputs, velocity, inputs.realised_torque, inputs.feedforward)

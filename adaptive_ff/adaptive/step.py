@@ -239,11 +239,11 @@ def identified_model(block: Block, state: Block) -> TorqueModel:
 
 
 @register_jitable(forceinline=True)
-def tune_lag(block: Block, state: Block, inputs: Inputs) -> TimingState:
-    """Return the state of the lag's tuning after the period that has ended."""
+def tune_lag(block: Block, state: Block, inputs: Inputs, seen: float) -> TimingState:
+    """Return the state of the lag's tuning after the period that has ended; the feedback sees a plan (rad/s)."""
     timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
-    error = inputs.reference + inputs.correction - inputs.velocity  # what the feedback sees
+    error = seen + inputs.correction - inputs.velocity  # what the feedback sees
     possible = abs(error) < SPEED_FACTOR * levels.speed  # else a fault of the measurement
     if state.enabled and possible and levels.learnt > FIRST * estimator.memory:
         return learn_timing(timing, error, levels.learnt, estimator.memory, inputs.dt)
@@ -302,8 +302,11 @@ class Fed(NamedTuple):
 
 
 @register_jitable(forceinline=True)
-def end_period_in_place(block: Block, state: Block, inputs: Inputs, doubt: Doubt) -> Period:
-    """Advance the filters, in place, and what else follows the signals over the period that has ended."""
+def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float, doubt: Doubt) -> Period:
+    """Advance the filters, in place, and what else follows the signals over the period that has ended.
+
+    ``seen`` is the plan that the feedback compares the measured velocity with, rad/s.
+    """
     valid, delay, clear = math.isfinite(inputs.velocity), block.feedback.delay, doubt.left <= 0.0
     velocity = inputs.velocity if valid else state.measured.velocity
     form = block.estimator.form
@@ -321,7 +324,7 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, doubt: Doubt
     sliding = sliding_time(state.sliding, velocity, inputs.reference, valid and clear, block.slowest, inputs.dt)
     timing = state.timing
     if block.tunes_lag and state.command.share == 1.0 and clear:
-        timing = tune_lag(block, state, inputs)
+        timing = tune_lag(block, state, inputs, seen)
     return Period(measured, model, lagged_torque, sliding, timing, clear)
 
 
@@ -380,7 +383,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     doubt, told = advance_doubt(block, state, inputs, guard), inputs
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
-    period = end_period_in_place(block, state, inputs, doubt)
+    period = end_period_in_place(block, state, inputs, inputs.reference, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
     torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade

@@ -53,6 +53,7 @@ from controllers import (
     plausible_inputs,
     remember,
     with_feedforward,
+    with_reference,
 )
 
 LEAST_TRUST = 0.02
@@ -201,7 +202,9 @@ def step_supervised(
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
     observer, trust = watch(block, state, inputs, doubt)
-    period = end_period_in_place(block, state, inputs, doubt)
+    # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
+    seen = inputs.reference + command.share * (observer.reference - inputs.reference)
+    period = end_period_in_place(block, state, inputs, seen, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory)
@@ -215,7 +218,8 @@ def step_supervised(
         observer, change, gain, torque + inputs.feedforward, state.feedback.integral
     )
     feedback = hand_over(block.feedback, state.feedback, leaves)
-    fed_in_all = with_feedforward(told, torque + gain * observer.disturbance)
+    compared = with_reference(told, seen)
+    fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned = max(share, LEAST_TRUST)
     return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
