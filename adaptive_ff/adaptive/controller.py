@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
@@ -86,7 +87,7 @@ def adaptive_parameters(
     ValueError
         A value is out of range.
     """
-    feedback = check_gains(proportional, integral, delay)
+    feedback = check_gains(proportional, integral, delay, period)
     names = check_parameters(parameters, ALL_CHOICES)
     named = (*names, *further_names(regressors))
     check_positive(
@@ -170,8 +171,14 @@ class AdaptiveBase(IdentifyingController):
             command=state.command._replace(share=0.0),  # the integral holds the torque; what is fed fades in
         )
 
+    @property
+    def regressors(self) -> NDArray[np.float64]:
+        """Further known regressors that hold now; what is written here, the next step sees."""
+        held: NDArray[np.float64] = self._state.estimator.regressors  # arrays are shared with compiled code
+        return held
+
     def _take_regressors(self, regressors: Sequence[float]) -> None:
-        place = self.state.estimator.regressors
+        place = self.regressors
         values = np.asarray(regressors, dtype=float)
         if values.shape != place.shape:
             raise ValueError(

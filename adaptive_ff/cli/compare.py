@@ -94,9 +94,9 @@ def compare_command(
 
 def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console) -> "Comparison":
     from adaptive_ff.comparison.comparison import compare
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
-    announce_compilation(errors, run_compiled)
+    announce_compilation(errors, run_in_memory)
     with progress_bars(errors) as progress:
         tasks = {name: progress.add_task(name, total=1.0) for name in (*scenario.controllers, *own)}
         return compare(scenario, own=own, progress=lambda name, share: progress.update(tasks[name], completed=share))

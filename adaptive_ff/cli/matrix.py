@@ -71,7 +71,7 @@ def run_and_print(
     from adaptive_ff.report.html_page import NAME, write_report
     from adaptive_ff.report.matrix_files import TITLES, by_loop, matrix_rows, write_matrix
     from adaptive_ff.report.matrix_tables import gains_table, ranking_table, standstill_table
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
     drawn = picture_formats(formats)
     mine = named_own(own or [])
@@ -82,7 +82,7 @@ def run_and_print(
     loops = [False, True] if fastest else [False]
     jobs = [Job(scenario, seed, fast) for fast in loops for scenario in scenarios for seed in range(1, seeds + 1)]
     errors = error_console()
-    announce_compilation(errors, run_compiled)
+    announce_compilation(errors, run_in_memory)
     with progress_bars(errors) as progress:
         task = progress.add_task("runs", total=1.0)
         results = run_matrix(

@@ -35,14 +35,14 @@ def sweep_command(
     from adaptive_ff.report.sweep_picture import plot_sweep
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
     drawn = picture_formats(formats)
     errors = error_console()
     mine = named_own(own or [])
     loaded = load_scenario(scenario)
     with places(out, json) as (stage, beside):
-        announce_compilation(errors, run_compiled)
+        announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
             task = progress.add_task("joints", total=1.0)
             outcomes = sweep(
