@@ -19,7 +19,7 @@ OWN = """class Mine:
         return 2000.0 * (reference - velocity)
 """
 
-CYAN = re.compile(r"\x1b\[[0-9;]*3[0-7][;m]")
+COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-7][;m]")
 """Any colour."""
 
 pytestmark = pytest.mark.usefixtures("compiled")
@@ -128,18 +128,22 @@ def test_completion_of_the_shell_can_be_installed():
     assert "--install-completion" in run_command_line("--help").out
 
 
-def test_no_color_is_heeded(tmp_path, scenario, without_pictures, monkeypatch):
-    own = tmp_path / "mine.py"
-    own.write_text(OWN, encoding="utf-8")
-    places = ("compare", scenario, "--own", f"{own}:Mine", "--out", tmp_path / "out")
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("TERM", "xterm-256color")
-    monkeypatch.delenv("NO_COLOR", raising=False)
-    assert CYAN.search(run_command_line(*places).out)
-    monkeypatch.setenv("NO_COLOR", "1")
-    plain = run_command_line(*places).out
+def printed_on_a_terminal(**environment):
+    """What a terminal of many colours is sent of a table with a highlighted row."""
+    table = Table()
+    table.add_column("controller")
+    table.add_row("Mine", style="bold cyan")
+    stream = io.StringIO()
+    console = Printer(file=stream, force_terminal=True, _environ={"TERM": "xterm-256color", **environment})
+    console.print(table)
+    return stream.getvalue()
+
+
+def test_no_color_is_heeded():
+    assert COLOUR.search(printed_on_a_terminal())
+    plain = printed_on_a_terminal(NO_COLOR="1")
     assert "Mine" in plain
-    assert not CYAN.search(plain)
+    assert not COLOUR.search(plain)
 
 
 @pytest.mark.parametrize("columns", ["40", "80", "200"])
