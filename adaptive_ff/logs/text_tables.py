@@ -61,8 +61,7 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
     layout = _layout(path)
     names = [name for name in wanted if name in layout.names]
     for name in names:
-        if layout.names.count(name) > 1:
-            raise InputError(f"{path}: there are {layout.names.count(name)} columns {name}; there must be one")
+        _check_unique(path, layout.names, name)
     places = [layout.names.index(name) for name in names]
     if not places:
         return layout.names, {}
@@ -72,15 +71,83 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
     return layout.names, {name: table[:, place] for place, name in enumerate(names)}
 
 
-def _layout(path: Path) -> Layout:
-    """Look at the first lines of a file."""
-    last_comment, skipped, lines = "", 0, []
+def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> dict[str, NDArray[np.float64]]:
+    """Read columns of a text file with a header, in which every cell must be a finite number.
+
+    Parameters
+    ----------
+    path : Path
+        The file, written as :func:`read_table` takes it.
+    required : list of str
+        Columns that must be there.
+    one_of : list of str
+        Columns of which at least one must be there.
+
+    Returns
+    -------
+    dict of ndarray
+        The columns found, of equal length.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, a column is missing, or a value is not a finite number.
+    """
+    try:
+        layout = _layout(path, has_header=True)
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            for _ in range(layout.skipped):
+                next(stream)
+            rows = [row for row in _rows(stream, layout.separator) if any(cell.strip() for cell in row)]
+    except InputError:
+        raise
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError(f"{path}: cannot be read: {reason}") from error
+    names = layout.names
+    if any(name not in names for name in required) or not any(name in names for name in one_of):
+        need = f"{', '.join(required)} and {' or '.join(one_of)}"
+        shown = " ".join(", ".join(names).split())
+        raise InputError(f"{path}: the columns are {shown[:80]}; there must be {need}")
+    for number, row in enumerate(rows, start=1):
+        if any(cell.strip() for cell in row[len(names) :]):
+            raise InputError(f"{path}: row {number} has {len(row)} cells; the header has {len(names)}")
+    wanted = [name for name in required + one_of if name in names]
+    for name in wanted:
+        _check_unique(path, names, name)
+    return {name: _finite_column(path, name, rows, layout) for name in wanted}
+
+
+def _check_unique(path: Path, names: list[str], name: str) -> None:
+    if names.count(name) > 1:
+        raise InputError(f"{path}: there are {names.count(name)} columns {name}; there must be one")
+
+
+def _finite_column(path: Path, name: str, rows: list[list[str]], layout: Layout) -> NDArray[np.float64]:
+    place, values = layout.names.index(name), np.empty(len(rows))
+    for number, row in enumerate(rows):
+        cell = row[place] if place < len(row) else ""
+        values[number] = _number(cell, layout.comma)
+        if not math.isfinite(values[number]):
+            raise InputError(
+                f"{path}: {name} = {cell[:40]!r} in row {number + 1} is not allowed: it must be a finite number"
+            )
+    return values
+
+
+def _layout(path: Path, *, has_header: bool = False) -> Layout:
+    """Look at the first lines of a file; where it need not have a header, a first line of numbers is none."""
+    last_comment, skipped, further = "", 0, 0
+    lines: list[str] = []
     with path.open(newline="", encoding="utf-8-sig") as stream:
         for line in stream:
-            if line.strip() and not line.lstrip().startswith(COMMENT):
-                lines.append(line)
+            if lines and lines[-1].count('"') % 2:  # a quoted name goes on in the next line
+                lines[-1] += line
+                further += len(lines) == 1
+            elif line.strip() and not line.lstrip().startswith(COMMENT):
                 if len(lines) == 2:
                     break
+                lines.append(line)
             elif not lines:
                 skipped += 1
                 last_comment = line.strip().lstrip(COMMENT).strip() or last_comment
@@ -88,9 +155,12 @@ def _layout(path: Path) -> Layout:
         raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
     separator = _separator(lines[0])
     first = [cell.strip() for cell in _cells(lines[0], separator)]
+    longest = max(map(len, first))
+    if longest > csv.field_size_limit():
+        raise InputError(f"{path}: cannot be read: a name of {longest} characters is none of a column")
     comma = separator != "," and any(_is_comma_number(cell) for cell in _cells(lines[-1], separator))
-    if not all(math.isfinite(_number(cell, comma)) for cell in first):
-        return Layout(first, separator, comma, skipped + 1)
+    if has_header or not all(math.isfinite(_number(cell, comma)) for cell in first):
+        return Layout(first, separator, comma, skipped + further + 1)
     from_comment = [cell.strip() for cell in _cells(last_comment, _separator(last_comment))]
     names = from_comment if len(from_comment) == len(first) else [str(place) for place in range(len(first))]
     return Layout(names, separator, comma, skipped)
@@ -102,7 +172,7 @@ def _separator(line: str) -> str:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    return next(csv.reader([line], delimiter=separator), []) if separator else line.split()
+    return next(csv.reader(line.splitlines(keepends=True), delimiter=separator), []) if separator else line.split()
 
 
 def _is_comma_number(cell: str) -> bool:

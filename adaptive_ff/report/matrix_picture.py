@@ -77,7 +77,7 @@ def draw_matrix(cells: Cells, controllers: list[str], title: str, source: str) -
         return None
     gains = np.array([[_gain(cells[scenario], name) for name in ordered] for scenario in scenarios])
     with rc_context(STYLE):
-        figure = Figure(figsize=(3.2 + 0.46 * len(ordered), 2.4 + 0.3 * len(scenarios)), layout="constrained")
+        figure = Figure(figsize=(5.6 + 0.46 * len(ordered), 3.4 + 0.3 * len(scenarios)), layout="constrained")
         axes = figure.add_subplot()
         levels = np.clip(np.log2(gains), WEAKEST, STRONGEST)
         image = axes.imshow(levels, cmap=COLOURS, norm=TwoSlopeNorm(0.0, WEAKEST, STRONGEST), aspect="auto")
@@ -116,7 +116,8 @@ def _divide(axes: Axes, sizes: list[int], names: list[str], *, vertical: bool) -
     for name, end, size in zip(names, ends, sizes, strict=True):
         middle = end - 0.5 * size - 0.5
         if vertical:
-            axes.text(middle, -0.8, name, rotation=30.0, ha="left", va="bottom", size=8.0)
+            place: Any = {"xytext": (0.0, 6.0), "textcoords": "offset points", "annotation_clip": False}
+            axes.annotate(name, (middle, -0.5), **place, rotation=30.0, ha="left", va="bottom", size=8.0)
         else:
             axes.text(1.01, middle, name, transform=axes.get_yaxis_transform(), ha="left", va="center", size=8.0)
 

@@ -1,6 +1,5 @@
 """Reference motions: a multisine, or one that was recorded."""
 
-import csv
 import math
 import warnings
 from pathlib import Path
@@ -12,6 +11,7 @@ from pydantic import ConfigDict, Field, model_validator
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.logs.text_tables import read_complete_table
 from plant.fields import Finite, NonNegative, Positive, Table
 
 SHORTEST = 60.0
@@ -113,7 +113,7 @@ class Recorded(Table):
         InputError
             The file cannot be read, a column is missing, or its values are no motion.
         """
-        table = read_columns(Path(self.path), [self.time], [self.velocity, self.position])
+        table = read_complete_table(Path(self.path), [self.time], [self.velocity, self.position])
         values = table[self.velocity] if self.velocity in table else table[self.position]
         return Motion(self.path, table[self.time], values, self.velocity not in table)
 
@@ -169,64 +169,3 @@ class Motion:
                     stacklevel=2,
                 )
         return velocity
-
-
-def read_columns(path: Path, required: list[str], one_of: list[str]) -> dict[str, NDArray[np.float64]]:
-    """Read named columns of numbers from a CSV file with a header line.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    required : list of str
-        Columns that must be there.
-    one_of : list of str
-        Columns of which at least one must be there.
-
-    Returns
-    -------
-    dict of ndarray
-        The columns found, of equal length.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or a value is not a finite number.
-    """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.reader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError(f"{path}: cannot be read: {reason}") from error
-    rows = [row for row in rows if any(cell.strip() for cell in row)]
-    if not rows:
-        raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
-    header = [cell.strip() for cell in rows[0]]
-    wanted = [name for name in required + one_of if name in header]
-    missing = [name for name in required if name not in header]
-    if missing or not any(name in header for name in one_of):
-        need = f"{', '.join(required)} and {' or '.join(one_of)}"
-        shown = " ".join(", ".join(header).split())
-        raise InputError(f"{path}: the columns are {shown[:80]}; there must be {need}")
-    rows = rows[1:]
-    for number, row in enumerate(rows, start=1):
-        if any(cell.strip() for cell in row[len(header) :]):
-            raise InputError(f"{path}: row {number} has {len(row)} cells; the header has {len(header)}")
-    for name in wanted:
-        if header.count(name) > 1:
-            raise InputError(f"{path}: there are {header.count(name)} columns {name}; there must be one")
-    return {name: _numbers(f"{path}: {name}", rows, header.index(name)) for name in wanted}
-
-
-def _numbers(name: str, rows: list[list[str]], index: int) -> NDArray[np.float64]:
-    values = np.empty(len(rows))
-    for number, row in enumerate(rows):
-        cell = row[index] if index < len(row) else ""
-        try:
-            values[number] = math.nan if "_" in cell else float(cell)
-        except ValueError:
-            values[number] = math.nan
-        if not math.isfinite(values[number]):
-            raise InputError(f"{name} = {cell[:40]!r} in row {number + 1} is not allowed: it must be a finite number")
-    return values

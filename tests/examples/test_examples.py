@@ -11,6 +11,7 @@ PRINTED = {
     "first_comparison": "estimates at the end:",
     "design_a_loop": "friction slope",
     "in_your_own_loop": "36 to 40 s: rms error",
+    "position_loop": "rms position error: PI",
     "identify_a_log": "Identifiable from the log: inertia",
     "own_controller": "'mine':",
     "guard_tracking": "is of another scenario: feedback.bandwidth is 10.0 there and 8.0 here",

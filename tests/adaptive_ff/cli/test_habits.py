@@ -3,13 +3,24 @@
 import csv
 import io
 import json
+import re
 from importlib.metadata import version
 
 import pytest
 from command_line import content_of, refusal, run_command_line
+from rich.table import Table
 from scenario_files import REMOVED, changed, short, write_scenario
 
+from adaptive_ff.cli.terminal import Printer
 from adaptive_ff.report.scaling import scale_for, shown
+
+OWN = """class Mine:
+    def step(self, reference, velocity, **_):
+        return 2000.0 * (reference - velocity)
+"""
+
+COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-7][;m]")
+"""Any colour."""
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -101,3 +112,72 @@ def test_numbers_have_no_exponent_where_it_can_be_avoided():
         "40312",
         "1e+09",
     ]
+
+
+COMMANDS = ("compare", "matrix", "sweep", "identify", "replay", "score")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_the_same_options(command):
+    text = run_command_line(command, "--help").out
+    missing = [name for name in ("--out", "--json", "--format", "--report", "--quiet", "--tables") if name not in text]
+    assert missing == []
+
+
+def test_completion_of_the_shell_can_be_installed():
+    assert "--install-completion" in run_command_line("--help").out
+
+
+def printed_on_a_terminal(**environment):
+    """What a terminal of many colours is sent of a table with a highlighted row."""
+    table = Table()
+    table.add_column("controller")
+    table.add_row("Mine", style="bold cyan")
+    stream = io.StringIO()
+    console = Printer(file=stream, force_terminal=True, _environ={"TERM": "xterm-256color", **environment})
+    console.print(table)
+    return stream.getvalue()
+
+
+def test_no_color_is_heeded():
+    assert COLOUR.search(printed_on_a_terminal())
+    plain = printed_on_a_terminal(NO_COLOR="1")
+    assert "Mine" in plain
+    assert not COLOUR.search(plain)
+
+
+@pytest.mark.parametrize("columns", ["40", "80", "200"])
+def test_nothing_of_a_table_is_cut(tmp_path, scenario, without_pictures, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", columns)
+    text = run_command_line("compare", scenario, "--out", tmp_path / "out").out
+    assert "…" not in text
+    assert all(word in text for word in ("controller", "settled max", "sum |du|"))
+
+
+@pytest.mark.parametrize("width", [20, 60, 120])
+def test_headings_break_on_a_terminal_and_numbers_do_not(width):
+    table = Table()
+    for heading in ("controller of the loop", "settled error of pi over own"):
+        table.add_column(heading, no_wrap=True)
+    table.add_row("adaptive_paper", "12345.678")
+    stream = io.StringIO()
+    Printer(file=stream, force_terminal=True, width=width, no_color=True).print(table)
+    text = stream.getvalue()
+    assert "…" not in text
+    assert all(word in text for word in ("adaptive_paper", "12345.678", "controller", "settled"))
+    lines = max(len(line) for line in re.sub(r"\x1b\[[0-9;]*m", "", text).splitlines())
+    assert lines <= max(width, 32)
+
+
+def test_error_in_an_own_controller_is_one_line_with_its_place(tmp_path, scenario):
+    own = tmp_path / "mine.py"
+    own.write_text(OWN.replace("reference - velocity", "reference - nothing"), encoding="utf-8")
+    line = refusal("compare", scenario, "--own", f"{own}:Mine", "--out", tmp_path / "out")
+    assert f"{own}, line 3, in step: NameError: name 'nothing' is not defined" in line
+
+
+def test_own_controller_is_given_plain_numbers(tmp_path, scenario, without_pictures):
+    own = tmp_path / "mine.py"
+    check = "assert type(reference) is type(velocity) is type(others['next_reference']) is type(others['dt']) is float"
+    own.write_text(OWN.replace("**_", "**others").replace("        return", f"        {check}\n        return"))
+    assert run_command_line("compare", scenario, "--own", f"{own}:Mine", "--out", tmp_path / "out").status == 0

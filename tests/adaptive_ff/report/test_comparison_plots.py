@@ -5,7 +5,7 @@ from time import process_time
 import numpy as np
 import pytest
 
-from adaptive_ff import Comparison, compare, load_scenario, simulate
+from adaptive_ff import Comparison, __version__, compare, load_scenario, simulate
 from adaptive_ff.model.friction import model_friction
 from adaptive_ff.report import drawing
 from adaptive_ff.report.comparison_plots import plot_comparison, plot_run
@@ -69,6 +69,36 @@ def test_pictures_are_png_files_of_readable_size_and_nothing_else_is_left(compar
         assert png_size(file) == tuple((150 * figure.get_size_inches()).round())
         assert png_size(file)[0] == 1200
         assert 10_000 < file.stat().st_size < 500_000
+
+
+def test_every_picture_names_its_scenario_seed_and_version(comparison, figures):
+    single = plot_run(comparison.runs["pi"])
+    for figure in (*figures.values(), single):
+        assert figure.get_supxlabel() == f"built-in scenario, changed, seed 1, adaptive-ff {__version__}"
+
+
+def test_estimates_stand_in_bands_of_their_uncertainty(comparison, figures):
+    run = comparison.runs["adaptive"]
+    assert set(run.uncertainties) == set(run.estimates)
+    assert 100 <= run.uncertainty_time.size <= 130
+    assert "± 2 standard deviations" in legend(figures["estimates"])
+    assert comparison.runs["adaptive_paper"].uncertainties == {}
+    for axes, name in zip(figures["estimates"].axes, run.estimates, strict=True):
+        (band,) = axes.collections
+        width = np.ptp(band.get_paths()[0].vertices[:, 1])
+        assert width >= 4.0 * np.min(run.uncertainties[name])
+        end = run.uncertainties[name][-1]
+        assert 0.0 < end < run.uncertainties[name][0] or name == "offset"
+
+
+def test_one_controller_that_runs_away_does_not_set_the_limits(comparison):
+    paper = comparison.runs["adaptive_paper"]
+    wild = {name: 1e6 * np.ones_like(series) for name, series in paper.estimates.items()}
+    runs = {**comparison.runs, "adaptive_paper": with_series(paper, estimates=wild)}
+    figures = plot_comparison(Comparison(comparison.scenario, runs))
+    inertia = figures["estimates"].axes[0]
+    assert inertia.get_ylim()[1] < 2.0 * comparison.scenario.joint.inertia
+    assert "adaptive_paper reaches 1e+06" in [text.get_text() for text in inertia.texts]
 
 
 def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, tmp_path, monkeypatch):

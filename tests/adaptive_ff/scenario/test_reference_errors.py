@@ -1,5 +1,6 @@
 """Recorded motions that cannot be used: the message names the file, the column, the value and the row."""
 
+import numpy as np
 import pytest
 
 from adaptive_ff import InputError, load_scenario
@@ -37,6 +38,25 @@ def test_good_lines_are_accepted(tmp_path):
     assert load_scenario(reference=path).motion.duration == 60.0
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["time;velocity", "0;0,0", "20;0,1", "40;-0,1", "60;0,0"],
+        ["# by the drive", "time\tvelocity", "0\t0.0", "20\t0.1", "", "40\t-0.1", "60\t0.0"],
+        ['"time","velocity"', *GOOD[1:]],
+    ],
+    ids=["semicolons and decimal commas", "tabs and comments", "quotes"],
+)
+def test_motion_is_read_as_logs_are(tmp_path, lines):
+    plain, other = tmp_path / "plain.csv", tmp_path / "other.csv"
+    plain.write_text("\n".join(GOOD), encoding="utf-8")
+    other.write_text("\n".join(lines), encoding="utf-8")
+    time = np.linspace(0.0, 60.0, 61)
+    motions = [Recorded(kind="csv", path=str(path)).read().velocity(time) for path in (plain, other)]
+    assert np.array_equal(*motions)
+    assert np.ptp(motions[0]) > 0.1
+
+
 @pytest.mark.parametrize("lines", [[], ["", "  ", ",,"]])
 def test_empty_file(tmp_path, lines):
     assert refusal_of(tmp_path, lines) == "the file is empty; it must have a header line and rows of numbers"
@@ -48,7 +68,7 @@ def test_too_few_rows(tmp_path, rows):
     assert message == f"{rows} rows are not enough for a motion; there must be at least 4"
 
 
-@pytest.mark.parametrize("header", ["t,velocity", "time,speed", "time", "0,0.0", "time;velocity", "Time,Velocity"])
+@pytest.mark.parametrize("header", ["t,velocity", "time,speed", "time", "0,0.0", "Time,Velocity"])
 def test_missing_column(tmp_path, header):
     message = refusal_of(tmp_path, with_line(0, header))
     assert message == f"the columns are {', '.join(header.split(','))}; there must be time and velocity or position"
