@@ -44,7 +44,7 @@ def score_command(
             write_result(file, {**score.to_dict(), "columns": columns})
     console = Printer()
     unit = "mm" if linear else "mrad"
-    best = score.choices[0]
+    best = score.chosen
     sides = "by direction" if best.by_direction else "the same both ways"
     console.say(columns_taken(columns))
     console.say(f"Chosen on {train}: {best.knots} knots of force over position, viscous friction {sides}.")

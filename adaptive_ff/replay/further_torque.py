@@ -81,8 +81,10 @@ def further_torque(found: LogIdentification) -> FurtherTorque:
     """Return the further terms of an identified joint."""
     values = found.selection.chosen.values
     shape = next((term for term in SATURATIONS if term in values), "")
+    sine, cosine = (values.get(term, 0.0) for term in GRAVITY)
     return FurtherTorque(
-        *(values.get(term, 0.0) for term in GRAVITY),
+        sine,
+        cosine,
         shape,
         values.get(shape, 0.0),
         values[BENT[shape]] if shape else 1.0,
