@@ -1,8 +1,8 @@
 """How honest the intervals of ``identify`` are: ``python -m benchmarks.coverage [--logs N] [--json FILE]``.
 
 Logs are made of joints that are known: multisine motion, friction with a lag of 0 to 50 ms, coloured noise of the
-torque, a quantised position, gravity in half of them, viscous friction that saturates in a third (in three shapes, of
-which the identified models have two), 10 to 60 s. For
+torque, a quantised position, gravity in half of them, viscous friction that saturates in a third (in four shapes, of
+which the identified models have three), 10 to 60 s. For
 inertia, Coulomb friction and viscous coefficient it is counted how often the stated 95 % interval holds the truth, how
 wide it is, and how many logs are refused or flagged as confounded. Log N is the same in every run.
 """
@@ -83,8 +83,13 @@ def make_case(seed: int) -> Case:
     bend = float(generator.uniform(0.1, 0.4) * np.max(np.abs(velocity)))
     phase, offset = generator.uniform(0.0, 2.0 * np.pi), coulomb * generator.uniform(-0.2, 0.2)
     relative = velocity / bend
-    shapes = (np.tanh(relative), -np.sign(relative) * np.expm1(-np.abs(relative)), relative / (1.0 + np.abs(relative)))
-    saturated = shapes[int(generator.integers(3))]  # the last one is none that is identified
+    shapes = (
+        np.tanh(relative),
+        -np.sign(relative) * np.expm1(-np.abs(relative)),
+        relative / (1.0 + np.abs(relative)),
+        np.arctan(0.5 * np.pi * relative) / (0.5 * np.pi),  # none that is identified
+    )
+    saturated = shapes[int(generator.integers(4))]
     static = coulomb * np.sign(velocity) + viscous * velocity + saturation * saturated
     friction = _lagged(static, lag, 1.0 / fine)
     torque = inertia * acceleration + friction + offset + gravity * np.sin(position + phase)

@@ -74,7 +74,7 @@ def score_command(
 
 def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path, linear: bool) -> list[str]:
     unit = "mm" if linear else "mrad"
-    best = score.choices[0]
+    best = score.chosen
     sides = "by direction" if best.by_direction else "the same both ways"
     return [
         columns_taken(columns),

@@ -8,8 +8,7 @@ tell from the best.
 The rule of one standard error (L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3), on
 paired differences, chooses among models of one family, which differ in the shape of friction. Between families it is
 two: gravity and friction by direction act where the joint is and which way it goes, so a block that was left out may
-be the only one that shows them. On 33 divisions of recorded logs of machines, gravity as a further term multiplied the
-error on what was held out by 3.1 or more in a tenth of the cases, a lag or a saturation by 1.1.
+be the only one that shows them.
 """
 
 import math

@@ -11,10 +11,10 @@ GRAVITY = ("gravity_sine", "gravity_cosine")
 """Terms of gravity, which come together."""
 
 LAG, STICTION, ASYMMETRY = "friction_lag", "stiction_excess", "viscous_asymmetry"
-SATURATION, SLOW_SATURATION = "saturation", "slow_saturation"
-"""Further terms; stiction and both shapes of saturation exclude each other, as one log seldom determines two bends."""
+SATURATION, SLOW_SATURATION, LONG_SATURATION = SATURATIONS = ("saturation", "slow_saturation", "long_saturation")
+"""Further terms; stiction and the shapes of saturation exclude each other, as one log seldom determines two bends."""
 
-WITHIN = (LAG, STICTION, SATURATION, SLOW_SATURATION)
+WITHIN = (LAG, STICTION, *SATURATIONS)
 """Terms that models of one family may differ by: the shape of friction, which every reversal shows."""
 
 FAMILIES = {
@@ -71,7 +71,7 @@ def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Ter
         sides = [FAMILIES[family]]
     plain = family == "coulomb-viscous"
     lags = ((),) if plain else ((), (LAG,))
-    bends = ((),) if plain else ((), (STICTION,), (SATURATION,), (SLOW_SATURATION,))
+    bends = ((),) if plain else ((), (STICTION,), *((shape,) for shape in SATURATIONS))
     made: dict[Terms, None] = {}
     for side, lag, bend in product(sides, lags, bends):
         kept = side if both_ways else tuple(term for term in side if term not in ("offset", ASYMMETRY))

@@ -8,13 +8,15 @@ of a piece, where filters and differences know only one side, rows are dropped. 
 """
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from adaptive_ff.identify.families import SATURATION, SLOW_SATURATION, STICTION
+from adaptive_ff.identify.families import LONG_SATURATION, SATURATION, SATURATIONS, STICTION
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
 from adaptive_ff.logs.log import Log
@@ -43,6 +45,9 @@ REST_REACH = 0.75
 STRIBECK_GRID, SATURATION_GRID = 16, 8
 """Speeds for which the columns of stiction and of saturation are made; between them they are interpolated."""
 
+
+FINE = 1000.0
+"""Rate at which columns that jump are averaged around the samples of a slower log, Hz."""
 
 SMEARED = 0.05
 """Slowest speed at which friction may saturate, over the largest: below, noise around a reversal, which smears the sign
@@ -77,16 +82,19 @@ class Conditioned(NamedTuple):
     direction, speed : ndarray, shape (n,)
         Sign and size of the velocity, filtered after the sign was taken.
     bent : dict of ndarray, shape (k, n)
-        ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)`` and ``sgn(w) (1 - exp(-|w|/Vc))``, filtered, for each speed of their
-        grid, by term.
+        ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)``, ``sgn(w) (1 - exp(-|w|/Vc))`` and ``w/(Vc + |w|)``, filtered, for each
+        speed of their grid, by term.
     sine, cosine : ndarray, shape (n,), or None
         Sine and cosine of the position; None where the log has a velocity only.
     held : ndarray, shape (n,)
         Torque filtered by the wide filter only, to be read at rest.
     slides, rests : ndarray of bool, shape (n,)
         Rows that are regressed; rows at rest, away from motion.
-    period : float
-        Time between rows, s.
+    period, sample_time : float
+        Time between rows, and between the samples of the log, s.
+    between : dict of ndarray, shape (n,) or (k, n)
+        Of ``coulomb`` (the direction) and of the bent columns, what they are at the samples beyond their mean around
+        them, filtered; see :mod:`adaptive_ff.identify.sampled_lag`.
     """
 
     time: Array
@@ -102,6 +110,8 @@ class Conditioned(NamedTuple):
     slides: NDArray[np.bool_]
     rests: NDArray[np.bool_]
     period: float
+    sample_time: float
+    between: dict[str, Array]
 
 
 def shortest_piece(bandwidth: float, period: float) -> int:
@@ -146,8 +156,7 @@ def find_rest(velocities: list[Array], corner: float) -> Rest:
     slowest = REST_SHARE * largest
     speeds = {
         STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
-        SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
-        SLOW_SATURATION: np.geomspace(SMEARED * largest, largest, SATURATION_GRID),
+        **{shape: np.geomspace(SMEARED * largest, largest, SATURATION_GRID) for shape in SATURATIONS},
     }
     return Rest(slowest, speeds, corner)
 
@@ -196,11 +205,8 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         filtered(sign),
         filtered(speed),
         {
-            STICTION: np.array([filtered(sign * np.exp(-speed / bend)) for bend in rest.speeds[STICTION]]),
-            SATURATION: np.array([filtered(np.tanh(fast / bend)) for bend in rest.speeds[SATURATION]]),
-            SLOW_SATURATION: np.array(
-                [filtered(-sign * np.expm1(-speed / bend)) for bend in rest.speeds[SLOW_SATURATION]]
-            ),
+            term: np.array([filtered(bent_friction(term, fast, bend)) for bend in bends.tolist()])
+            for term, bends in rest.speeds.items()
         },
         filtered(np.sin(motion)) if is_position else None,
         filtered(np.cos(motion)) if is_position else None,
@@ -208,7 +214,38 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         ~_widened(resting, reach)[kept],
         ~_widened(~resting, reach)[kept],
         every * period,
+        period,
+        _between_samples(fast, rest, period, filtered),
     )
+
+
+def bent_friction(term: str, velocity: Array, bend: float) -> Array:
+    """Return friction that bends at a speed, over its size."""
+    relative = velocity / bend
+    if term == SATURATION:
+        return np.asarray(np.tanh(relative))
+    if term == LONG_SATURATION:
+        return np.asarray(relative / (1.0 + np.abs(relative)))
+    share = np.exp(-np.abs(relative))
+    return np.asarray(np.sign(relative) * (share if term == STICTION else 1.0 - share))
+
+
+def _between_samples(fast: Array, rest: Rest, period: float, filtered: Callable[[Array], Array]) -> dict[str, Array]:
+    """Return what columns that jump are at the samples beyond their mean around them; nothing of a fast log."""
+    times = math.ceil(FINE * period - 1e-9)
+    if times <= 1:
+        return {}
+    place = np.arange(fast.size)
+    offsets = (np.arange(times) + 0.5) / times - 0.5
+    fine = make_interp_spline(place, fast, k=3)((place[:, np.newaxis] + offsets).ravel()).reshape(fast.size, times)
+
+    def beyond(shape: Callable[[Array], Array]) -> Array:
+        return filtered(shape(fast) - np.mean(shape(fine), axis=1))
+
+    made = {"coulomb": beyond(np.sign)}
+    for term, bends in rest.speeds.items():
+        made[term] = np.array([beyond(partial(bent_friction, term, bend=bend)) for bend in bends.tolist()])
+    return made
 
 
 def _long_runs(mask: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:

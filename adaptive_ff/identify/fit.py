@@ -47,11 +47,17 @@ class Fitted(NamedTuple):
         All parameters by name; ``stribeck_velocity`` in rad/s.
     regression : LeastSquaresFit
         Linearised at the solution; the Stribeck velocity as a logarithm.
+    inflation : ndarray, shape (n,)
+        Variances of the regression over those that independent residuals would have.
+    correction : ndarray, shape (n,)
+        What was added to the least squares for the noise of the columns.
     """
 
     terms: tuple[str, ...]
     values: dict[str, float]
     regression: LeastSquaresFit
+    inflation: Array
+    correction: Array
 
     @property
     def searched(self) -> dict[str, float]:
@@ -131,9 +137,18 @@ def fit_terms(
     regression = replace(regression, covariance=regression.covariance * small_sample(correlated / target.size))
     # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
     regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
+    plain = fit_least_squares(full, outputs, names=regression.names, confidence=confidence)
+    inflation = np.diag(regression.covariance) / np.diag(plain.covariance)
+    solved = regression.values
     regression = _without_attenuation(problem, full, regression)
     found = dict(zip(linear, regression.values.tolist(), strict=False))
-    return Fitted(terms, {**found, **_searched(names, regression.values[len(linear) :])}, regression)
+    return Fitted(
+        terms,
+        {**found, **_searched(names, regression.values[len(linear) :])},
+        regression,
+        inflation,
+        regression.values - solved,
+    )
 
 
 def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquaresFit) -> LeastSquaresFit:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.identify.filtering import Conditioned
 from adaptive_ff.identify.regressors import (
     BENT,
     DIRECT,
@@ -22,6 +23,7 @@ from adaptive_ff.identify.regressors import (
     friction_column,
     piece_torque,
 )
+from adaptive_ff.identify.sampled_lag import sampled_share
 from adaptive_ff.logs.derivatives import Array
 
 BLOCKS = 10
@@ -33,7 +35,7 @@ LAG_STEP = 0.05
 LEAD = "friction_lead"
 """Term of a friction that leads the motion, as where the motion is recorded later than the torque."""
 
-EVERY = {"stiction_excess": 2, "saturation": 1, "slow_saturation": 1}
+EVERY = {"stiction_excess": 2, "saturation": 1, "slow_saturation": 1, "long_saturation": 1}
 """Step through the speeds of the log's grid: columns of neighbours are much alike."""
 
 RIDGE = 1e-10
@@ -53,12 +55,18 @@ class Grid(NamedTuple):
         Speeds of the bend, rad/s, by term.
     products : ndarray, shape (blocks, lags, columns, columns)
         Products of the scaled columns over the rows of each block.
+    scale : ndarray, shape (columns,)
+        Norm by which each column was divided.
+    rows : int
+        Number of rows.
     """
 
     names: tuple[str, ...]
     lags: Array
     speeds: dict[str, Array]
     products: Array
+    scale: Array
+    rows: int
 
     @property
     def without_lag(self) -> int:
@@ -97,12 +105,11 @@ def make_grid(problem: Problem) -> Grid:
     direct = [term for term in DIRECT if with_position or not term.startswith("gravity")]
     count = max(1, math.ceil(1.0 / LAG_STEP))
     lags = problem.longest_lag * np.arange(-count, count + 1) / count
-    fixed, spectra, target = [], [], []
+    fixed, lagging, target = [], [], []
     for piece in problem.pieces:
         fixed.append(np.column_stack([direct_column(piece, term) for term in direct])[piece.slides])
-        friction = [friction_column(piece, problem.speeds, term, {}) for term in FRICTION]
-        bent = [piece.bent[term][:: EVERY[term]] for term in BENT]
-        spectra.append(_spectrum(np.vstack([friction, *bent])))
+        friction = np.array([friction_column(piece, problem.speeds, term, {}) for term in FRICTION])
+        lagging.append(_lagging(piece, np.vstack([friction, *(piece.bent[term][:: EVERY[term]] for term in BENT)])))
         target.append(piece_torque(piece, problem.torque_delay)[piece.slides])
     speeds = {term: problem.speeds[term][:: EVERY[term]] for term in BENT}
     columns = [f"{term} {place}" for term in BENT for place in range(speeds[term].size)]
@@ -114,8 +121,8 @@ def make_grid(problem: Problem) -> Grid:
     matrix[:, : len(direct)], matrix[:, -1] = np.concatenate(fixed), np.concatenate(target)
     scale: Array | None = None
     for place in sorted(range(lags.size), key=lambda place: abs(float(lags[place]))):
-        lagged = [_lagged(spectrum, piece.time.size, piece.period, float(lags[place]))[:, piece.slides].T
-                  for spectrum, piece in zip(spectra, problem.pieces, strict=True)]  # fmt: skip
+        lagged = [_lagged(series, piece, float(lags[place]))[:, piece.slides].T
+                  for series, piece in zip(lagging, problem.pieces, strict=True)]  # fmt: skip
         matrix[:, len(direct) : -1] = np.concatenate(lagged)
         if scale is None:  # of the friction that does not lag
             scale = np.linalg.norm(matrix, axis=0)
@@ -124,7 +131,8 @@ def make_grid(problem: Problem) -> Grid:
         for block in range(BLOCKS):
             part = scaled[edges[block] : edges[block + 1]]
             products[block, place] = part.T @ part
-    return Grid(names, lags, speeds, products)
+    assert scale is not None
+    return Grid(names, lags, speeds, products, scale, rows)
 
 
 def fit_on_grid(grid: Grid, terms: Sequence[str], fitted: NDArray[np.bool_], held: NDArray[np.bool_]) -> Point:
@@ -145,8 +153,8 @@ def fit_on_grid(grid: Grid, terms: Sequence[str], fitted: NDArray[np.bool_], hel
     chosen = np.array([[*straight, *end, len(grid.names) - 1] for end in ends])
     zero = grid.without_lag
     lags = slice(0 if LEAD in terms else zero, None if "friction_lag" in terms else zero + 1)
-    places = (slice(None), chosen[:, :, np.newaxis], chosen[:, np.newaxis, :])
-    train, test = (np.sum(grid.products[part][:, lags], axis=0)[places] for part in (fitted, held))
+    gathered = grid.products[:, lags][:, :, chosen[:, :, np.newaxis], chosen[:, np.newaxis, :]]
+    train, test = (np.tensordot(part.astype(np.float64), gathered, axes=1) for part in (fitted, held))
     size = chosen.shape[1] - 1
     matrix, vector = train[..., :size, :size] + RIDGE * np.eye(size), train[..., :size, size]
     values = np.linalg.solve(matrix, vector[..., np.newaxis])[..., 0]
@@ -193,8 +201,25 @@ def _spectrum(series: Array) -> NDArray[np.complex128]:
     return np.fft.rfft(np.concatenate([series, series[:, ::-1]], axis=1), axis=1)
 
 
-def _lagged(spectrum: NDArray[np.complex128], size: int, period: float, lag: float) -> Array:
-    """Return series of such spectra, lagged; a negative lag leads."""
-    response = 1.0 / (1.0 + lag * 2j * math.pi * np.fft.rfftfreq(2 * size, period))
-    lagged: Array = np.fft.irfft(spectrum * response, 2 * size, axis=1)[:, :size]
-    return lagged
+class Lagging(NamedTuple):
+    """Columns of friction to be lagged: spectra of their means around the samples, and what samples have beyond."""
+
+    spectra: NDArray[np.complex128]
+    between: Array
+
+
+def _lagging(piece: Conditioned, columns: Array) -> Lagging:
+    """Return columns, of the terms of ``FRICTION`` and of each speed of the bent ones, to be lagged."""
+    between = np.zeros_like(columns)
+    if piece.between:
+        between[FRICTION.index("coulomb")] = piece.between["coulomb"]
+        between[len(FRICTION) :] = np.vstack([piece.between[term][:: EVERY[term]] for term in BENT])
+    return Lagging(_spectrum(columns - between), between)
+
+
+def _lagged(series: Lagging, piece: Conditioned, lag: float) -> Array:
+    """Return the columns with a lag, as they are sampled; a negative lag leads."""
+    size = piece.time.size
+    response = 1.0 / (1.0 + lag * 2j * math.pi * np.fft.rfftfreq(2 * size, piece.period))
+    lagged: Array = np.fft.irfft(series.spectra * response, 2 * size, axis=1)[:, :size]
+    return lagged + sampled_share(piece.sample_time, lag) * series.between

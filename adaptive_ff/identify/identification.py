@@ -133,7 +133,8 @@ def _assemble(
     if fit is None:
         raise InputError(f"{log.name}: there is no torque while the joint slides; it must be that of the drive")
     longest = max(prepared.pieces, key=lambda piece: piece.size)
-    lags = np.linspace(-problem.longest_lag, problem.longest_lag, LAG_POINTS)
+    grid = np.linspace(-problem.longest_lag, problem.longest_lag, LAG_POINTS)
+    lags = np.union1d(grid, [chosen.values.get("friction_lag", 0.0)])  # with the minimum itself
     return LogIdentification(
         name=log.name,
         units=ROTARY,

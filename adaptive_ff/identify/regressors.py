@@ -7,8 +7,8 @@
 
 that is (3) with a shape factor of one; viscous friction that may differ by direction, ``sigma + b`` forward and
 ``sigma - b`` backward; and viscous friction that may saturate, as that of harmonic drives does: steep at low speed, by
-``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed; ``s`` is ``tanh(x)``, or the slower
-``sgn(x) (1 - exp(-|x|))``. Coulomb friction that differs by
+``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed; ``s`` is ``tanh(x)``, the slower
+``sgn(x) (1 - exp(-|x|))``, or ``x/(1 + |x|)``, which has the longest tail. Coulomb friction that differs by
 direction is an offset as long as the joint slides, and cannot be separated from one.
 """
 
@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.identify.filtering import Conditioned
+from adaptive_ff.identify.sampled_lag import sampled_share
 from adaptive_ff.logs.derivatives import Array
 
 DIRECT = ("inertia", "offset", "gravity_sine", "gravity_cosine")
@@ -31,6 +32,7 @@ BENT = {
     "stiction_excess": "stribeck_velocity",
     "saturation": "saturation_velocity",
     "slow_saturation": "slow_saturation_velocity",
+    "long_saturation": "long_saturation_velocity",
 }
 """Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
 
@@ -107,9 +109,23 @@ def piece_columns(
         if term in DIRECT:
             made.append(direct_column(piece, term))
         else:
-            column = friction_column(piece, speeds, term, searched)
-            made.append(column if lag == 0.0 else _transfer(column, lambda s: 1.0 / (1.0 + lag * s), piece.period))
+            made.append(_lagged(piece, speeds, term, searched, lag))
     return np.column_stack(made)
+
+
+def _lagged(
+    piece: Conditioned, speeds: Mapping[str, Array], term: str, searched: Mapping[str, float], lag: float
+) -> Array:
+    """Return the column of a term of friction with its lag, as it is sampled."""
+    column = friction_column(piece, speeds, term, searched)
+    if lag == 0.0:
+        return column
+    between: Array | float = 0.0
+    if term in piece.between:
+        beyond = piece.between[term]
+        between = beyond if term not in BENT else _at_bend(beyond, speeds[term], searched[BENT[term]])
+    mean = _transfer(column - between, lambda s: 1.0 / (1.0 + lag * s), piece.period)
+    return mean + sampled_share(piece.sample_time, lag) * between
 
 
 def direct_column(piece: Conditioned, term: str) -> Array:
@@ -125,13 +141,17 @@ def friction_column(piece: Conditioned, speeds: Mapping[str, Array], term: str, 
     """Return the column of a term of friction, before its lag."""
     if term not in BENT:
         return {"coulomb": piece.direction, "viscous": piece.velocity, "viscous_asymmetry": piece.speed}[term]
-    grid = speeds[term]
-    ratio = math.log(searched[BENT[term]] / grid[0]) / math.log(grid[1] / grid[0])
+    return _at_bend(piece.bent[term], speeds[term], searched[BENT[term]])
+
+
+def _at_bend(columns: Array, grid: Array, bend: float) -> Array:
+    """Return a column at a bend between those of its grid."""
+    ratio = math.log(bend / grid[0]) / math.log(grid[1] / grid[0])
     place = min(max(math.floor(ratio), 1), grid.size - 3)
     x = ratio - place  # cubic of Lagrange through four neighbours of the grid
     weights = [-x * (x - 1) * (x - 2) / 6, (x + 1) * (x - 1) * (x - 2) / 2]
     weights += [-(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6]
-    column: Array = np.array(weights) @ piece.bent[term][place - 1 : place + 3]
+    column: Array = np.array(weights) @ columns[place - 1 : place + 3]
     return column
 
 

@@ -1,7 +1,7 @@
 """Parameters of the report: which are identifiable, which are part of the model, and which are confounded."""
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, SLOW_SATURATION, STICTION
+from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, STICTION
 from adaptive_ff.identify.fit import Fitted
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import Reported
@@ -30,8 +30,7 @@ def reported(selection: Selection) -> dict[str, Reported]:
     for term, names in (
         (LAG, (LAG,)),
         (STICTION, ("stiction", BENT[STICTION])),
-        (SATURATION, (SATURATION, BENT[SATURATION])),
-        (SLOW_SATURATION, (SLOW_SATURATION, BENT[SLOW_SATURATION])),
+        *((shape, (shape, BENT[shape])) for shape in SATURATIONS),
         (ASYMMETRY, (ASYMMETRY,)),
         *((name, (name,)) for name in GRAVITY),
     ):

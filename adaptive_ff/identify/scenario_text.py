@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
@@ -16,7 +17,7 @@ BANDWIDTH, PERIODS = 10.0, 0.1
 SLOW = 0.05
 """Assumed Stribeck velocity where none is identified, over the largest speed."""
 
-LEFT_OUT = ("offset", "viscous_asymmetry", "gravity_sine", "gravity_cosine", "saturation", "slow_saturation")
+LEFT_OUT = ("offset", "viscous_asymmetry", "gravity_sine", "gravity_cosine", *SATURATIONS)
 """Terms that the scenario does without."""
 
 SOLVER_STEP = 0.001

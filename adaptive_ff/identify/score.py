@@ -4,11 +4,12 @@ It is the protocol of the EMPS benchmark (A. Janot, M. Gautier, M. Brunot, 2019)
 simulates the position of the other from its force alone, and the root mean square of the error counts, without the
 first samples. Nothing is chosen on the other record: whether viscous friction differs by direction, and how many knots
 the force over the position has, is chosen by blocked cross-validation on the first, in the same measure, the error of
-an open-loop simulation over as long as a block.
+an open-loop simulation over as long as a block. Used is the structure of fewest parameters within a standard error of
+the best one, on paired differences (L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3).
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -50,11 +51,28 @@ VELOCITY_BAND = 100.0
 
 
 class Choice(NamedTuple):
-    """A structure of the model, with its error on blocks that were held out, rad."""
+    """A structure of the model, with its error on blocks that were held out, rad, and its square on each, rad^2."""
 
     knots: int
     by_direction: bool
     error: float
+    squares: tuple[float, ...] = ()
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters."""
+        return self.knots + 3 + self.by_direction
+
+
+def choose_structure(choices: Sequence[Choice]) -> Choice:
+    """Return the structure of fewest parameters that is no more than one standard error behind the best one."""
+    best = min(choices, key=lambda choice: choice.error)
+    near = []
+    for choice in choices:
+        behind = np.array(choice.squares) - np.array(best.squares)
+        if float(np.sum(behind)) <= math.sqrt(behind.size * float(np.var(behind, ddof=1))):
+            near.append(choice)
+    return min(near, key=lambda choice: (choice.parameters, choice.error))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +86,8 @@ class Score:
     model : OpenLoopModel
         The model.
     choices : list of Choice
-        All structures that were compared on the training record, the best first.
+        All structures that were compared on the training record, the one with the smallest error first; see
+        ``choose_structure`` for the one that is used.
     rms, fit, windows : float
         Error of the simulation of the whole other log, root mean square; how much of its variation is explained, per
         cent; root mean square over simulations of 1 s.
@@ -92,6 +111,11 @@ class Score:
     measured: Array
     simulated: Array
     linear: bool
+
+    @property
+    def chosen(self) -> Choice:
+        """The structure that is used."""
+        return choose_structure(self.choices)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values."""
@@ -135,17 +159,19 @@ def score_log(train: Log, test: Log, *, linear: bool = False, progress: Callable
     structures = [(knots, by_direction) for knots in KNOTS for by_direction in (False, True)]
     for place, (knots, by_direction) in enumerate(structures):
         begin = _model(np.concatenate([start, np.full(knots, offset)]), records[0])
-        held = 0.0
+        held = []
         blocks = np.arange(BLOCKS) * length
         for block in range(BLOCKS):
             fitted = _train(begin, records[0], np.delete(blocks, block), length, by_direction=by_direction)
-            held += float(np.mean(fitted.errors(records[0], blocks[block : block + 1], length)[:, SETTLING:] ** 2))
-        choices.append(Choice(knots, by_direction, math.sqrt(held / BLOCKS)))
+            unseen = fitted.errors(records[0], blocks[block : block + 1], length)[:, SETTLING:]
+            held.append(float(np.mean(unseen**2)))
+        choices.append(Choice(knots, by_direction, math.sqrt(float(np.mean(held))), tuple(held)))
         models[knots, by_direction] = _train(begin, records[0], blocks, length, by_direction=by_direction)
         if progress is not None:
             progress((place + 1) / len(structures))
     choices.sort(key=lambda choice: choice.error)
-    model = models[choices[0].knots, choices[0].by_direction]
+    chosen = choose_structure(choices)
+    model = models[chosen.knots, chosen.by_direction]
     return _judge(train, test, model, choices, records, linear=linear)
 
 

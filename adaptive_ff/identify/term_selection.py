@@ -12,6 +12,7 @@ from adaptive_ff.identify.families import (
     GRAVITY,
     LAG,
     SATURATION,
+    SATURATIONS,
     SLOW_SATURATION,
     STICTION,
     Terms,
@@ -20,6 +21,7 @@ from adaptive_ff.identify.families import (
 from adaptive_ff.identify.fit import Fitted, fit_terms
 from adaptive_ff.identify.grid import BLOCKS, LEAD, Grid, Point, fit_on_grid, make_grid
 from adaptive_ff.identify.regressors import BENT, Problem
+from adaptive_ff.identify.shape_profile import Profile, profile_interval, shape_profiles
 
 ADDED = (LAG, STICTION, SATURATION, SLOW_SATURATION, ASYMMETRY, *GRAVITY)
 """Terms that are estimated beside the model, too, where it does without them."""
@@ -42,6 +44,10 @@ class Selection(NamedTuple):
         Every model that was compared, with its errors on blocks that were held out.
     lead : float
         Time by which friction leads the motion, s, where that validates better than any lag; else zero.
+    profiles : dict of list of Profile
+        Of each alike model whose friction saturates, by its terms.
+    grid : Grid
+        The products behind them.
     """
 
     chosen: Fitted
@@ -50,14 +56,22 @@ class Selection(NamedTuple):
     refused: dict[str, str]
     validated: list[Validated]
     lead: float
+    profiles: dict[Terms, list[Profile]]
+    grid: Grid
 
     def interval(self, name: str) -> Estimate:
         """Return a parameter of the chosen model; its interval covers those of all models that are alike."""
         estimate = self.chosen.estimate(name)
-        others = [fitted.estimate(name) for fitted in self.alike if name in fitted.parameters]
-        lower, upper = (pick([getattr(one, end) for one in [estimate, *others]]) for pick, end in
-                        ((min, "lower"), (max, "upper")))  # fmt: skip
+        ends = [self._ends(fitted, name) for fitted in self.alike if name in fitted.parameters]
+        lower, upper = min(low for low, _ in ends), max(high for _, high in ends)
         return Estimate(estimate.value, estimate.standard_error, lower, upper)
+
+    def _ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
+        """Return the ends of the interval of one model."""
+        profiles = self.profiles.get(fitted.terms)
+        if profiles is None or name not in profiles[0].values or any(name not in one.values for one in profiles):
+            return fitted.estimate(name)[2:]
+        return profile_interval(self.grid, profiles, fitted, name, self.chosen.regression.confidence)
 
 
 def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool, confidence: float) -> Selection:
@@ -101,6 +115,9 @@ def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool
         validated = [model for model in validated if model is not best]
     alike = [fits[model.terms] for model in [best, *near] if model.terms in fits]
     chosen = alike[0]
+    profiles = {
+        fitted.terms: shape_profiles(grid, fitted.terms) for fitted in alike if {*fitted.terms} & {*SATURATIONS}
+    }
     tried: dict[str, Fitted] = {}
     for term in ADDED:
         terms = next((model for model in models if set(model) == {*best.terms, term}), None)
@@ -113,7 +130,7 @@ def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool
                 tried[term] = fits.get(terms) or fit_terms(problem, terms, confidence, start=_start(start))
             except ValueError as error:
                 refused[term] = str(error)
-    return Selection(chosen, alike, tried, refused, validated, _lead(grid, best))
+    return Selection(chosen, alike, tried, refused, validated, _lead(grid, best), profiles, grid)
 
 
 def _start(point: Point) -> dict[str, float]:

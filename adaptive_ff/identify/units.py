@@ -1,5 +1,6 @@
 """Units of what is reported of a joint."""
 
+from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.model.friction import UNITS
 
 ROTARY = {
@@ -7,8 +8,8 @@ ROTARY = {
     "offset": "N m",
     "stribeck_velocity": "rad/s",
     "viscous_asymmetry": "N m s/rad",
-    **dict.fromkeys(("gravity_sine", "gravity_cosine", "saturation", "slow_saturation", "stiction_excess"), "N m"),
-    **dict.fromkeys(("saturation_velocity", "slow_saturation_velocity"), "rad/s"),
+    **dict.fromkeys(("gravity_sine", "gravity_cosine", *SATURATIONS, "stiction_excess"), "N m"),
+    **dict.fromkeys((f"{shape}_velocity" for shape in SATURATIONS), "rad/s"),
     "torque": "N m",
     "velocity": "rad/s",
 }
@@ -16,11 +17,9 @@ ROTARY = {
 
 LINEAR = {
     "inertia": "kg",
-    **dict.fromkeys(
-        ("coulomb", "stiction", "stiction_excess", "saturation", "slow_saturation", "offset", "torque"), "N"
-    ),
+    **dict.fromkeys(("coulomb", "stiction", "stiction_excess", *SATURATIONS, "offset", "torque"), "N"),
     **dict.fromkeys(("viscous", "viscous_asymmetry"), "N s/m"),
-    **dict.fromkeys(("velocity", "stribeck_velocity", "saturation_velocity", "slow_saturation_velocity"), "m/s"),
+    **dict.fromkeys(("velocity", "stribeck_velocity", *(f"{shape}_velocity" for shape in SATURATIONS)), "m/s"),
     "friction_lag": "s",
 }
 """Units of a linear axis."""

@@ -3,7 +3,16 @@
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATION, SLOW_SATURATION, STICTION
+from adaptive_ff.identify.families import (
+    ASYMMETRY,
+    GRAVITY,
+    LAG,
+    LONG_SATURATION,
+    SATURATION,
+    SATURATIONS,
+    SLOW_SATURATION,
+    STICTION,
+)
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import ROTARY
@@ -151,7 +160,7 @@ def _of_missing(found: LogIdentification) -> list[str]:
     """Say what is not identifiable from the log."""
     sentences = []
     for name, reported in found.parameters.items():
-        if reported.identifiable or name in (*BENT.values(), ASYMMETRY, *GRAVITY, SATURATION, SLOW_SATURATION):
+        if reported.identifiable or name in (*BENT.values(), ASYMMETRY, *GRAVITY, *SATURATIONS):
             continue
         value, _, lower, upper = reported.estimate
         words, separator = _words(name), ":"
@@ -205,6 +214,7 @@ WORDS = {
     STICTION: "stiction",
     SATURATION: "viscous friction that saturates",
     SLOW_SATURATION: "viscous friction that saturates slowly",
+    LONG_SATURATION: "viscous friction that saturates over a wide range",
     ASYMMETRY: "viscous friction by direction",
 }
 

@@ -1,4 +1,4 @@
-"""Named arrays in the file formats that logs come in: CSV, NPZ, MAT, HDF5 and Parquet.
+"""Named arrays in the file formats that logs come in: CSV, NPZ, MAT, HDF5, Parquet and MCAP.
 
 Each reader takes a path and the wanted names. It returns the shapes of all arrays there are, and those arrays that are
 wanted: only these are read into memory.
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import io
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.logs.mcap_files import read_mcap
 from adaptive_ff.logs.text_tables import read_table
 
 
@@ -81,7 +82,11 @@ def _npz_shape(archive: Any, name: str) -> tuple[int, ...]:
 
 
 def _read_mat(path: Path, wanted: Collection[str]) -> Content:
-    """Read a MAT file; members of a struct are named STRUCT.MEMBER. Version 7.3 is HDF5 with axes reversed."""
+    """Read a MAT file; members of a struct are named STRUCT.MEMBER.
+
+    A structure with time, as Simulink logs it, has ``out.time`` and ``out.signals.values``, or ``out.signals.0.values``
+    where it holds several signals. Version 7.3 is HDF5 with axes reversed.
+    """
     try:
         content = io.loadmat(path, simplify_cells=True)
     except NotImplementedError:
@@ -98,9 +103,17 @@ def _flatten(content: Mapping[str, Any], prefix: str = "") -> list[tuple[str, ND
     for name, value in content.items():
         if isinstance(value, Mapping):
             found += _flatten(value, f"{prefix}{name}.")
+        elif _are_structs(value):
+            for place, member in enumerate(value):  # Simulink: one struct a signal
+                found += _flatten(member, f"{prefix}{name}.{place}.")
         elif not name.startswith("__") and np.asarray(value).dtype.kind in "iufb":
             found.append((prefix + name, np.asarray(value)))
     return found
+
+
+def _are_structs(value: Any) -> bool:
+    is_row = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1)
+    return is_row and all(isinstance(member, Mapping) for member in value)
 
 
 def _read_hdf5(path: Path, wanted: Collection[str], *, transposed: bool = False) -> Content:
@@ -126,6 +139,11 @@ def _read_parquet(path: Path, wanted: Collection[str]) -> Content:
     return Content(dict.fromkeys(names, (rows,)), arrays)
 
 
+def _read_mcap(path: Path, wanted: Collection[str]) -> Content:
+    reader, ros2 = (_library(name, "mcap", path) for name in ("mcap.reader", "mcap_ros2.decoder"))
+    return Content(*read_mcap(path, wanted, reader, ros2))
+
+
 def _library(name: str, extra: str, path: Path) -> Any:
     try:
         return importlib.import_module(name)
@@ -138,8 +156,7 @@ def _library(name: str, extra: str, path: Path) -> Any:
 
 HINTS = {
     ".bag": "; write it as CSV first: rostopic echo -b FILE -p TOPIC",
-    ".mcap": "; write it as CSV or Parquet first, such as with PlotJuggler",
-    ".db3": "; write it as CSV first, such as with PlotJuggler",
+    ".db3": "; write it as MCAP first, ros2 bag convert, or as CSV, such as with PlotJuggler",
     ".xlsx": "; save the sheet as CSV",
     ".xls": "; save the sheet as CSV",
 }
@@ -155,5 +172,6 @@ READERS: dict[str, Callable[[Path, Collection[str]], Content]] = {
     ".h5": _read_hdf5,
     ".hdf5": _read_hdf5,
     ".parquet": _read_parquet,
+    ".mcap": _read_mcap,
 }
 """Readers by the ending of the file's name."""

@@ -76,8 +76,8 @@ def read_log(
     Parameters
     ----------
     path : str or Path
-        CSV with a header line (separated by commas, semicolons or tabs), NPZ, MAT, HDF5 (and MAT 7.3; needs h5py) or
-        Parquet (needs pyarrow).
+        CSV with a header line (separated by commas, semicolons or tabs), NPZ, MAT, HDF5 (and MAT 7.3; needs h5py),
+        Parquet (needs pyarrow) or MCAP (needs mcap, mcap-ros2-support).
     torque : str
         Column of the drive's torque, N m.
     position, velocity : str

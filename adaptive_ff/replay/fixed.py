@@ -6,6 +6,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Array, Log
 from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.replay.further_torque import FurtherTorque, further_torque
 
 MOST = 500_000
 """Samples that are fitted at most: the end of the first half, where that is longer."""
@@ -22,8 +23,10 @@ def first_half(log: Log) -> Log:
     return Log(log.name, log.time[part], log.torque[part], cut(log.position), cut(log.velocity))
 
 
-def fit_fixed(log: Log, bandwidth: float | None, torque_delay: float) -> tuple[TorqueModel | None, str]:
-    """Return the model identified from the first half of a log, and a sentence on it; None where there is none.
+def fit_fixed(
+    log: Log, bandwidth: float | None, torque_delay: float, *, linear: bool = False
+) -> tuple[TorqueModel | None, FurtherTorque, str]:
+    """Return the model identified from the first half of a log, its further terms and a sentence; None for no model.
 
     Parameters
     ----------
@@ -33,26 +36,37 @@ def fit_fixed(log: Log, bandwidth: float | None, torque_delay: float) -> tuple[T
         Band of the regression, Hz.
     torque_delay : float
         Time after its stamp at which a torque acts, s.
+    linear : bool, optional
+        Whether it is a linear axis, on which gravity does not depend on the position.
     """
     half = first_half(log)
     try:
-        found = identify_log(half, bandwidth=bandwidth, held_out=0.0, torque_delay=torque_delay)
+        found = identify_log(half, bandwidth=bandwidth, held_out=0.0, torque_delay=torque_delay, linear=linear)
     except InputError as error:
-        return None, f"There is no fixed model: of the first half, {str(error).removeprefix(log.name + ': ')}."
-    # the best value, also where its interval is wide: a loop has to be designed for some inertia
-    inertia, coulomb = found.parameters["inertia"].estimate.value, found.value("coulomb")
-    bend = found.value("stribeck_velocity")
+        return (
+            None,
+            FurtherTorque(),
+            f"There is no fixed model: of the first half, {str(error).removeprefix(log.name + ': ')}.",
+        )
+    # the best values, also where their intervals are wide: terms that make up for each other belong together
+    values = found.selection.chosen.values
+    coulomb = values["coulomb"]
     model = TorqueModel(
-        inertia,
+        values["inertia"],
         coulomb,
-        max(found.value("stiction"), coulomb),
-        found.value("viscous"),
-        found.value("friction_lag"),
-        bend if bend > 0.0 else 1.0,  # of no consequence where stiction is Coulomb friction
+        coulomb + values.get("stiction_excess", 0.0),
+        values["viscous"],
+        values.get("friction_lag", 0.0),
+        values.get("stribeck_velocity", 1.0),  # of no consequence where stiction is Coulomb friction
         1.0,
-        found.value("offset"),
+        values.get("offset", 0.0),
+        0.0,
+        values.get("viscous_asymmetry", 0.0),
     )
-    if not all(np.array(model[:5]) >= 0.0):
-        return None, "There is no fixed model: a parameter identified from the first half is negative."
+    further = further_torque(found)
+    if not all(np.array(model[:3]) >= 0.0) or (model.viscous < 0.0 and not further.shape):
+        reason = "There is no fixed model: a parameter identified from the first half is negative."
+        return None, FurtherTorque(), reason
     what = "the first half" if half.time.size == log.time.size // 2 else f"the last {MOST} samples of the first half"
-    return model, f"The fixed model is fitted to {what}, in a band of {found.bandwidth:.3g} Hz."
+    said = f"The fixed model is fitted to {what}, in a band of {found.bandwidth:.3g} Hz.{further.sentence()}"
+    return model, further, said

@@ -10,6 +10,7 @@ from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.fixed import fit_fixed
+from adaptive_ff.replay.further_torque import FurtherTorque
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.parts import (
     PART,
@@ -102,7 +103,10 @@ def replay_log(
         delay = settings.torque_delay
     else:
         delay = given.get("torque_delay") or 0.0
-    model, note = fit_fixed(log, bandwidth, delay) if fixed is None else (fixed, "The fixed model is given.")
+    if fixed is None:
+        model, further, note = fit_fixed(log, bandwidth, delay, linear=linear)
+    else:
+        model, further, note = fixed, FurtherTorque(), "The fixed model is given."
     judged = band if 2.0 * band * period < 1.0 else None
     reference_band = min(band, 0.4 / period)
     if saved is None:
@@ -114,6 +118,8 @@ def replay_log(
         *_notes(log, settings, given if saved is None else None, judged, reference_band),
     ]
     runners = _runners(settings, model, saved, log.position is not None)
+    if FIXED in runners:
+        runners[FIXED].further = further
     tape = Tape(log, runners, period, judged)
     done, used = 0, sum(piece.size for piece in pieces)
     for piece_part in split_log(log, pieces, settings, reference_band, part):
@@ -220,4 +226,4 @@ def _runners(
     if saved is not None:
         controllers[SAVED] = saved
     observer = settings.observer(is_position=is_position)
-    return {name: Runner(controller, observer) for name, controller in controllers.items()}
+    return {name: Runner(controller, observer, is_position=is_position) for name, controller in controllers.items()}

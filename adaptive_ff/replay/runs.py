@@ -9,6 +9,7 @@ from adaptive_ff.adaptive.step import initial_adaptive_state
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import Log
+from adaptive_ff.replay.further_torque import FurtherTorque
 from adaptive_ff.replay.judging import Judge
 from adaptive_ff.replay.parts import RECORDED, Part
 from adaptive_ff.replay.result import NONE, ReplaySeries
@@ -26,11 +27,19 @@ class Runner:
         The controller; it is advanced.
     observer : NamedTuple
         What makes a velocity.
+    is_position : bool
+        Whether a position is measured.
+
+    Attributes
+    ----------
+    further : FurtherTorque
+        Terms that are fed forward beside what the controller does.
     """
 
-    def __init__(self, controller: Controller, observer: Any) -> None:
-        self.controller, self._observer = controller, observer
+    def __init__(self, controller: Controller, observer: Any, *, is_position: bool) -> None:
+        self.controller, self._observer, self._is_position = controller, observer, is_position
         self._observed: Any = None
+        self.further, self._lagged = FurtherTorque(), 0.0
 
     def run(self, part: Part) -> tuple[Array, Array]:
         """Run along a part of the log; return feedforward (N m) and estimates at its samples."""
@@ -41,11 +50,17 @@ class Runner:
         estimates = np.empty((part.time.size, len(controller.estimate_names)))
         observer, observed = self._observer, self._observed
         _, self._observed = watch(controller.native, 0, observer, observed, seen, feedforward, estimates)
+        if self.further != FurtherTorque():
+            further, self._lagged = self.further.along(
+                seen, controller.period, self._lagged, is_position=self._is_position
+            )
+            feedforward += further
         return feedforward, estimates
 
     def _restart(self, measurement: float, reference: float) -> None:
         """Begin a piece: what is known of the joint stays, filters over its motion start anew, at the reference."""
         controller = self.controller
+        self._lagged = 0.0
         self._observed = initial_velocity_state(self._observer, measurement, reference)
         if isinstance(controller, UnsupervisedController):
             fresh, known = initial_adaptive_state(controller.parameters), controller.state

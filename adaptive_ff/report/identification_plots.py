@@ -8,7 +8,10 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from adaptive_ff.identify.families import SATURATIONS
+from adaptive_ff.identify.filtering import bent_friction
 from adaptive_ff.identify.prediction import Prediction
+from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.report.drawing import (
     INK,
@@ -165,8 +168,10 @@ def _draw_curve(axes: Axes, found: LogIdentification, fastest: float) -> None:
     values = found.selection.chosen.values
     speeds = fastest * np.linspace(1e-4, 1.0, 400) ** 2
     excess = values.get("stiction_excess", 0.0)
-    saturated = values.get("saturation", 0.0) * np.tanh(speeds / values.get("saturation_velocity", np.inf))
-    saturated -= values.get("slow_saturation", 0.0) * np.expm1(-speeds / values.get("slow_saturation_velocity", np.inf))
+    saturated = np.zeros_like(speeds)
+    for shape in SATURATIONS:
+        if shape in values:
+            saturated += values[shape] * bent_friction(shape, speeds, values[BENT[shape]])
     share = np.exp(-speeds / values.get("stribeck_velocity", np.inf))
     friction = values["coulomb"] + values["viscous"] * speeds + excess * share + saturated
     level = values.get("offset", 0.0) + values.get("viscous_asymmetry", 0.0) * speeds

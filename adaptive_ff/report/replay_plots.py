@@ -31,9 +31,6 @@ LOOKS: dict[str, Look] = {
     SAVED: {"color": "#7b5aa6", "linewidth": 1.0, "label": "adaptive, from a saved state"},
 }
 
-SEEN_THROUGH: Look = {"alpha": 0.6}
-"""Of curves that lie over each other."""
-
 CLOSE_UP = 0.1
 """Length of the close-up, over that of the log."""
 
@@ -51,8 +48,9 @@ def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, F
     Returns
     -------
     dict of Figure
-        ``replay``: the torque that was needed and each feedforward over time, a close-up around the fastest change,
-        and what is left; ``estimates``: the parameters over time.
+        ``replay``: the torque that was needed over time; each feedforward beside it in a panel of its own, in a
+        close-up around the fastest change; what each leaves, in panels of one scale; ``estimates``: the parameters over
+        time.
     """
     with rc_context(STYLE):
         figures = {"replay": _torques(replay), "estimates": _estimates(replay)}
@@ -64,24 +62,27 @@ def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, F
 
 
 def _torques(replay: Replay) -> Figure:
-    figure, (whole, near, left) = make_panels(3, 7.4, shared=False)
     series, time = replay.series, elapsed(replay.series.time)
     names = [name for name in LOOKS if name in series.feedforward]
-    for axes in (whole, near):
-        _draw(axes, time, series.needed, NEEDED)
-        for name in names:
-            _draw(axes, time, series.feedforward[name], {**LOOKS[name], **SEEN_THROUGH})
-    for name in names:
-        _draw(left, time, series.left[name], {**LOOKS[name], **SEEN_THROUGH})
-    near.set_xlim(*_close_up(time, series.needed))
+    figure, panels = make_panels(1 + 2 * len(names), 2.2 + 2.2 * len(names), shared=False)
+    whole, near, left = panels[0], panels[1 : 1 + len(names)], panels[1 + len(names) :]
+    _draw(whole, time, series.needed, NEEDED)
+    start, stop = _close_up(time, series.needed)
+    whole.axvspan(start, stop, color="#ececec", zorder=0.4)
     band = "" if replay.band is None else f", band {replay.band:.3g} Hz"
-    label_above(whole, f"{Path(replay.name).name}: torque and feedforward ({replay.unit}){band}")
-    label_above(near, f"the same ({replay.unit}), close-up around the fastest change")
-    label_above(left, f"torque left to the feedback ({replay.unit})")
-    for axes in (whole, left):
+    label_above(whole, f"{Path(replay.name).name}: torque that was needed ({replay.unit}){band}; shaded: the close-up")
+    for name, axes in zip(names, near, strict=True):
+        _draw(axes, time, series.needed, NEEDED)
+        _draw(axes, time, series.feedforward[name], LOOKS[name])
+        axes.set_xlim(start, stop)
+        label_above(axes, f"close-up ({replay.unit}): {LOOKS[name]['label']}")
+    for name, axes in zip(names, left, strict=True):
+        _draw(axes, time, series.left[name], LOOKS[name])
+        label_above(axes, f"torque left to the feedback ({replay.unit}): {LOOKS[name]['label']}")
+        _limit(axes, [series.left[other] for other in names])
+    for axes in (whole, *left):
         axes.set_xlim(float(time[0]), float(time[-1]))
-    _limit(left, [series.left[name] for name in names])
-    left.set_xlabel("time (s)")
+    panels[-1].set_xlabel("time (s)")
     explain_looks(figure, [NEEDED, *(LOOKS[name] for name in names)])
     return figure
 
@@ -111,7 +112,8 @@ def _close_up(time: Series, needed: Array) -> tuple[float, float]:
     change = np.abs(mean[reach:] - mean[:-reach])
     place = int(np.nanargmax(change)) + reach // 2 if np.any(np.isfinite(change)) else mean.size // 2
     half = 0.5 * CLOSE_UP * float(time[-1] - time[0])
-    return float(time[place]) - half, float(time[place]) + half
+    start = min(max(float(time[place]) - half, float(time[0])), float(time[-1]) - 2.0 * half)
+    return start, start + 2.0 * half
 
 
 def _limit(axes: Axes, series: Sequence[Array]) -> None:
@@ -134,7 +136,8 @@ def _estimates(replay: Replay) -> Figure:
             draw_series(axes, time, history[name], LOOKS[which])
         unit = UNITS[name] if replay.unit == "N m" else UNITS[name].replace("kg m²", "kg").replace("N m", "N")
         unit = unit.replace("/rad", "/m") if replay.unit == "N" else unit
-        label_above(axes, f"{name.replace('_', ' ')} ({unit})")
+        log = f"{Path(replay.name).name}: " if axes is panels[0] else ""
+        label_above(axes, f"{log}{name.replace('_', ' ')} ({unit})")
     panels[-1].set_xlim(float(time[0]), float(time[-1]))
     panels[-1].set_xlabel("time (s)")
     explain_looks(figure, [LOOKS[which] for which in histories])

@@ -80,7 +80,7 @@ def score_sentence(result: Result) -> str:
     """Return what the open-loop simulation of the second log came to."""
     score = result.score
     assert score is not None
-    unit, best = "mm" if score.linear else "mrad", score.choices[0]
+    unit, best = "mm" if score.linear else "mrad", score.chosen
     sides = "viscous friction by direction" if best.by_direction else "one viscous friction"
     return (
         f"{result.job.name}: open loop, trained on {result.job.records[0]} (chosen there: {best.knots} knots of force "

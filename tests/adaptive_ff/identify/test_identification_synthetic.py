@@ -155,7 +155,7 @@ def test_stiction_that_does_not_improve_what_is_held_out_is_not_identifiable(lat
         assert "it does not improve what is held out" in said
 
 
-@pytest.mark.parametrize("shape", ["saturation", "slow_saturation"])
+@pytest.mark.parametrize("shape", ["saturation", "slow_saturation", "long_saturation"])
 def test_viscous_friction_that_saturates_is_found(shape):
     """As that of harmonic drives: steep at low speed, flat at high speed."""
     log = make_log(noise=0.02)
@@ -170,6 +170,8 @@ def test_viscous_friction_that_saturates_is_found(shape):
 
 
 def _saturated(shape, relative):
+    if shape == "long_saturation":
+        return relative / (1.0 + np.abs(relative))
     return np.tanh(relative) if shape == "saturation" else -np.sign(relative) * np.expm1(-np.abs(relative))
 
 

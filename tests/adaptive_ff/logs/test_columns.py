@@ -40,7 +40,8 @@ def test_lag_is_that_of_a_first_order_system(piece):
 
 def test_negative_lag_undoes_a_positive_one_on_the_reversed_record(piece):
     rows, rest = piece
-    backward = rows._replace(direction=rows.direction[::-1])
+    between = {"coulomb": rows.between["coulomb"][::-1]}
+    backward = rows._replace(direction=rows.direction[::-1], between=between)
     lead = piece_columns(rows, rest.speeds, ["coulomb"], {"friction_lag": -0.03})[:, 0]
     lag = piece_columns(backward, rest.speeds, ["coulomb"], {"friction_lag": 0.03})[::-1, 0]
     assert lead == pytest.approx(lag, abs=1e-9)

@@ -219,3 +219,16 @@ def test_missing_library_is_named_with_its_extra(name, library, extra, tmp_path,
     monkeypatch.setitem(sys.modules, library, None)  # what importlib refuses
     with pytest.raises(InputError, match=rf"takes {library}, .* pip install 'adaptive-ff\[{extra}\]'"):
         read_log(path, **GOOD)
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_simulink_structure_with_time_is_read(several, tmp_path):
+    signals = np.empty(2, dtype=[("values", object), ("label", object)])  # an array of structs
+    signals[:] = [(POSITION, "q"), (TORQUE, "u")]
+    content = signals if several else {"values": np.column_stack([POSITION, TORQUE]), "dimensions": 2.0}
+    io.savemat(tmp_path / "out.mat", {"out": {"time": TIME, "signals": content, "blockName": "model/Scope"}})
+    names = ("out.signals.0.values", "out.signals.1.values")
+    position, torque = names if several else ("out.signals.values[0]", "out.signals.values[1]")
+    log = read_log(tmp_path / "out.mat", time="out.time", position=position, torque=torque)
+    for series, true in ((log.time, TIME), (log.position, POSITION), (log.torque, TORQUE)):
+        assert series.tolist() == true.tolist()

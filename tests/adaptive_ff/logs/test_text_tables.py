@@ -1,5 +1,7 @@
 """Tables as people write them: separators, decimal commas, comments, no header, ISO times."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -54,9 +56,26 @@ def test_known_torque_is_taken_from_that_of_the_drive(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("ending", "hint"), [(".bag", "rostopic echo"), (".mcap", "PlotJuggler"), (".xlsx", "save the")]
+    ("ending", "hint"), [(".bag", "rostopic echo"), (".db3", "ros2 bag convert"), (".xlsx", "save the")]
 )
 def test_formats_that_are_not_read_get_a_hint(ending, hint, tmp_path):
     (tmp_path / f"log{ending}").write_bytes(b"x")
     with pytest.raises(InputError, match=hint):
         read_log(tmp_path / f"log{ending}", time="t", position="q", torque="u")
+
+
+@pytest.mark.parametrize("gap", [False, True])
+def test_reading_takes_at_most_five_times_the_size_of_the_columns(gap, tmp_path):
+    """Where a cell has no number, the quick way is given up."""
+    rows = 40_000
+    text = [f"{0.001 * k:.3f},{np.sin(k):.6f},{np.cos(k):.6f}" for k in range(rows)]
+    if gap:
+        text[rows // 2] = "20.0,,lost"
+    path = tmp_path / "log.csv"
+    path.write_text("t,q,u\n" + "\n".join(text) + "\n", encoding="utf-8")
+    tracemalloc.start()
+    log = read_log(path, time="t", position="q", torque="u")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert log.time.size == rows
+    assert peak <= 5 * 3 * 8 * rows

@@ -1,0 +1,96 @@
+"""MCAP files, written by the libraries of the format and read back."""
+
+import json
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+from mcap_ros2.writer import Writer as RosWriter
+
+from adaptive_ff import InputError
+from adaptive_ff.logs.log import read_log
+
+TIME = 0.01 * np.arange(7)
+POSITION = np.array([0.0, 1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
+TORQUE = np.array([3.0, -1.0, 2.5, 0.0, 7.0, 1e-3, 8.0])
+
+JOINT_STATE = """std_msgs/Header header
+float64[] position
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+
+def write_ros(path, lengths=None):
+    with path.open("wb") as stream, RosWriter(stream) as writer:
+        schema = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
+        for k, (position, torque) in enumerate(zip(POSITION, TORQUE, strict=True)):
+            size = 2 if lengths is None else lengths[k]
+            message = {
+                "header": {"stamp": {"sec": 5, "nanosec": round(1e9 * TIME[k])}, "frame_id": "base"},
+                "position": [0.0, position][-size:],
+                "effort": [0.0, torque][-size:],
+            }
+            nanoseconds = round(1e9 * TIME[k]) + 7
+            writer.write_message("/arm/joint_states", schema, message, nanoseconds, nanoseconds)
+
+
+def write_json(path, encoding="json"):
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("state", "jsonschema", b"{}")
+        channel = writer.register_channel("/drive", encoding, schema)
+        for t, position, torque in zip(TIME, POSITION, TORQUE, strict=True):
+            data = json.dumps({"t": t, "q": position, "axis": {"u": torque}, "name": "x"}).encode()
+            writer.add_message(channel, round(1e9 * t), data, round(1e9 * t))
+        writer.finish()
+
+
+def test_joint_states_of_ros_are_read(tmp_path):
+    write_ros(tmp_path / "log.mcap")
+    names = {"position": "arm.joint_states.position[1]", "torque": "arm.joint_states.effort[1]"}
+    log = read_log(tmp_path / "log.mcap", time="arm.joint_states.header.stamp", **names)
+    assert log.time == pytest.approx(5.0 + TIME, abs=1e-8)
+    assert log.position.tolist() == POSITION.tolist()
+    assert log.torque.tolist() == TORQUE.tolist()
+    by_recorder = read_log(tmp_path / "log.mcap", time="arm.joint_states.log_time", **names)
+    assert by_recorder.time == pytest.approx(TIME, abs=1e-8)
+    with pytest.raises(InputError, match=r"there is no column q; there are .*arm.joint_states.position \(7, 2\)"):
+        read_log(tmp_path / "log.mcap", time="arm.joint_states.log_time", position="q", torque=names["torque"])
+
+
+def test_messages_in_json_are_read(tmp_path):
+    write_json(tmp_path / "log.mcap")
+    log = read_log(tmp_path / "log.mcap", time="drive.t", position="drive.q", torque="drive.axis.u")
+    assert log.time.tolist() == TIME.tolist()
+    assert log.position.tolist() == POSITION.tolist()
+    assert log.torque.tolist() == TORQUE.tolist()
+
+
+@pytest.mark.parametrize(
+    ("write", "message"),
+    [
+        (lambda path: write_json(path, "protobuf"), "messages are encoded as protobuf; cdr"),
+        (lambda path: write_ros(path, [2, 2, 1, 2, 2, 2, 2]), "arm.joint_states.effort is not the same in all"),
+        (lambda path: path.write_bytes(b"no mcap at all"), "cannot be read"),
+        (lambda path: path.write_bytes(b""), "cannot be read"),
+    ],
+)
+def test_useless_file_is_refused_in_one_line(write, message, tmp_path):
+    write(tmp_path / "log.mcap")
+    with pytest.raises(InputError, match=message) as refused:
+        read_log(
+            tmp_path / "log.mcap",
+            time="arm.joint_states.log_time",
+            position="arm.joint_states.position[1]",
+            torque="arm.joint_states.effort[1]",
+        )
+    assert "\n" not in str(refused.value)

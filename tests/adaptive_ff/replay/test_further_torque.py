@@ -1,0 +1,45 @@
+"""Gravity and saturating friction of a replay's fixed model, against fine sums."""
+
+import numpy as np
+import pytest
+
+from adaptive_ff.replay.further_torque import FurtherTorque
+from adaptive_ff.replay.watching import Seen
+
+PERIOD = 0.01
+
+
+def seen(size=400):
+    time = PERIOD * np.arange(size + 1)
+    reference = np.sin(2.0 * time)
+    position = 0.5 * (1.0 - np.cos(2.0 * time))
+    nothing = np.full(size, np.nan)
+    return Seen(reference[:-1], reference[1:], position[:-1], nothing, np.full(size, PERIOD)), time
+
+
+def test_gravity_is_that_at_the_middle_of_the_period():
+    given, time = seen()
+    torque, lagged = FurtherTorque(sine=2.0, cosine=-1.0).along(given, PERIOD, 0.0, is_position=True)
+    middle = 0.5 * (1.0 - np.cos(2.0 * (time[:-1] + 0.5 * PERIOD)))
+    assert torque == pytest.approx(2.0 * np.sin(middle) - np.cos(middle), abs=1e-4)
+    assert lagged == 0.0
+    without, _ = FurtherTorque(sine=2.0).along(given, PERIOD, 0.0, is_position=False)
+    assert not np.any(without)
+
+
+def test_saturating_friction_lags_and_goes_on_from_part_to_part():
+    given, time = seen()
+    model = FurtherTorque(shape="saturation", size=3.0, bend=0.3, lag=0.04)
+    torque, _ = model.along(given, PERIOD, 0.0, is_position=False)
+    fine = np.arange(0.0, time[-1], PERIOD / 100)
+    friction, value = [], 0.0
+    for static in 3.0 * np.tanh(np.sin(2.0 * fine) / 0.3):
+        value += PERIOD / 100 / 0.04 * (static - value)
+        friction.append(value)
+    mean = np.array(friction).reshape(-1, 100).mean(axis=1)
+    assert torque == pytest.approx(mean, abs=0.03)
+    halves, state = [], 0.0
+    for part in (slice(0, 150), slice(150, 400)):
+        half, state = model.along(Seen(*(series[part] for series in given)), PERIOD, state, is_position=False)
+        halves.append(half)
+    assert np.concatenate(halves) == pytest.approx(torque, abs=1e-12)
