@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from controllers.bridging import BRIDGED
 from controllers.checks import check_positive
 from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.native import Native, NativeParameters, step_at
@@ -113,8 +114,9 @@ class Controller:
         reference : float
             Planned velocity now, rad/s, without what an outer loop adds.
         velocity : float
-            Measured velocity now, rad/s. A value that is not finite is skipped: the controller goes on with the
-            last valid one, adds nothing to its integral, keeps its estimates, and counts it in ``rejected``.
+            Measured velocity now, rad/s. A value that is not finite, or that no machine can have, is skipped and
+            counted in ``rejected``: the controller takes the error for zero, keeps its integral and its estimates and
+            goes on with its feedforward for two seconds; then ``fault`` is set and the torque fades to zero.
         next_reference : float, optional
             Planned velocity at the next sample, rad/s (preview).
         correction : float, optional
@@ -139,7 +141,7 @@ class Controller:
         Returns
         -------
         float
-            Torque, N m, always finite.
+            Torque, N m, always finite. Other inputs that no machine can have are not used, and counted in ``faults``.
 
         Raises
         ------
@@ -219,8 +221,18 @@ class Controller:
 
     @property
     def rejected(self) -> int:
-        """Number of measurements that were not finite and so were skipped."""
+        """Number of measured velocities that were not finite, or not plausible, and so were skipped."""
         return int(feedback_state(self.state).rejected)
+
+    @property
+    def faults(self) -> int:
+        """Number of samples at which another input was not plausible and so was not used; see ``plausibility``."""
+        return int(feedback_state(self.state).guard.faults)
+
+    @property
+    def fault(self) -> bool:
+        """Whether the measurement has been lost for longer than can be bridged, so that the torque fades to zero."""
+        return bool(feedback_state(self.state).guard.lost > BRIDGED)
 
     @property
     def estimates(self) -> dict[str, float]:

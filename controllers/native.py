@@ -17,6 +17,7 @@ from numba.core.ccallback import CFunc
 from numba.extending import overload, register_jitable
 from numpy.typing import NDArray
 
+from controllers.arrays import MutableArray
 from controllers.compiled import cached, compiled_in_place
 from controllers.kernel_compiler import EntryCompiler
 from controllers.kernels import (
@@ -106,7 +107,7 @@ class NativeParameters(NamedTuple):
     monitors: int
     parameters: int
     state: int
-    exchange: NDArray[np.float64]
+    exchange: MutableArray
 
 
 @register_jitable
@@ -150,7 +151,7 @@ def _serve(generic: Callable[..., Any], kernel: Callable[..., Any]) -> None:
 
 _serve(step, step_native)
 _serve(write_estimates, write_native_estimates)
-_serve(write_monitors, write_native_monitors)
+MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for every class, one that writes nothing
 
 
 def _step_at(

@@ -87,7 +87,7 @@ def adaptive_parameters(
     ValueError
         A value is out of range.
     """
-    feedback = check_gains(proportional, integral, delay)
+    feedback = check_gains(proportional, integral, delay, period)
     names = check_parameters(parameters, ALL_CHOICES)
     named = (*names, *further_names(regressors))
     check_positive(
@@ -289,7 +289,7 @@ class AdaptiveController(AdaptiveBase):
         positions plus the time constant of a low-pass behind it.
     tunes_lag : bool, optional
         Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
-        :mod:`timing`. For a controller that only watches another one's motion it must be false.
+        :mod:`adaptive_ff.adaptive.lag_tuning`. It must be false for a controller that only watches another's motion.
     regressors : int, optional
         How many further known regressors there are, for instance sines of summed angles in a coupled arm: the joint
         carries the torque ``sum_i a_i x_i`` beside gravity, and the ``a_i`` are identified. Their values, of the size

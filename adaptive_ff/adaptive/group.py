@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
+from controllers.arrays import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis
