@@ -7,7 +7,7 @@ strides) of the memory that the numpy array owns.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from typing import Any
 
 import numpy as np
@@ -39,9 +39,8 @@ class Memory:
     """
 
     def __init__(self, value: Any) -> None:
-        layout = _layout(value)
-        self._format = struct.Struct(_format(list(_places(value, layout, 0))))
-        self._buffer: Any = np.zeros(max(layout.itemsize, 1) // 8 + 1)
+        size, self._format = _form(value, structure(value))
+        self._buffer: Any = np.zeros(max(size, 1) // 8 + 1)
         self.address = int(self._buffer.ctypes.data)
         self.value = value
 
@@ -55,6 +54,27 @@ class Memory:
         self._template = value  # keeps the arrays alive, too
         self._arrays = {array.ctypes.data: array for array in _arrays(value)}
         self._format.pack_into(self._buffer, 0, *_leaves(value))
+
+
+def structure(value: Any) -> Hashable:
+    """Return what the layout of a value and its types in compiled code depend on, not its numbers."""
+    if isinstance(value, tuple):
+        return (type(value), *map(structure, value))
+    if isinstance(value, np.ndarray):
+        flags = value.flags
+        return (value.dtype.str, value.ndim, flags.writeable, flags.aligned, flags.c_contiguous, flags.f_contiguous)
+    return type(value)
+
+
+_FORMS: dict[Hashable, tuple[int, struct.Struct]] = {}
+
+
+def _form(value: Any, kind: Hashable) -> tuple[int, struct.Struct]:
+    """Return size (bytes) and format of a value, found once for a structure."""
+    if kind not in _FORMS:
+        layout = _layout(value)
+        _FORMS[kind] = (layout.itemsize, struct.Struct(_format(list(_places(value, layout, 0)))))
+    return _FORMS[kind]
 
 
 def _layout(value: Any) -> np.dtype[Any]:

@@ -6,7 +6,7 @@ and none hands over the hundred numbers of its state.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -30,7 +30,7 @@ from controllers.kernels import (
     write_estimates,
     write_monitors,
 )
-from controllers.memory_layout import Memory
+from controllers.memory_layout import Memory, structure
 from controllers.pointers import call, load, row_at, store
 
 TORQUE = len(Inputs._fields)
@@ -67,6 +67,26 @@ def _address(function: Callable[..., None], parameters: types.Type, state: types
 
 _KEPT: list[Any] = []
 """Machine code goes with the object that compiled it; none goes while the process runs."""
+
+
+_KNOWN: dict[Hashable, tuple[int, int, int]] = {}
+"""Addresses of the kernels by the structure of parameters and state: numba's own types are slow to make and compare."""
+
+
+def _addresses(parameters: Any, state: Any) -> tuple[int, int, int]:
+    """Return where the kernels of a controller lie; zero for what it does not have."""
+    kind = type(parameters)
+    kernels = ESTIMATES[kind], MONITORS.get(kind)
+    key = (structure(parameters), structure(state), *kernels)
+    if key not in _KNOWN:
+        typeof: Any = numba.typeof
+        kinds = typeof(parameters), typeof(state)
+        _KNOWN[key] = (
+            _address(_step_once, *kinds),
+            0 if kernels[0] is without_estimates else _address(_write_estimates_once, *kinds),
+            0 if kernels[1] is without_estimates else _address(_write_monitors_once, *kinds),
+        )
+    return _KNOWN[key]
 
 
 class NativeParameters(NamedTuple):
@@ -177,13 +197,8 @@ class Native:
 
     def __init__(self, parameters: Any, state: Any) -> None:
         self._parameters, self._state = Memory(parameters), Memory(state)
-        typeof: Any = numba.typeof
-        kinds = typeof(parameters), typeof(state)
-        kind = type(parameters)
         self.block = NativeParameters(
-            _address(_step_once, *kinds),
-            0 if ESTIMATES[kind] is without_estimates else _address(_write_estimates_once, *kinds),
-            0 if MONITORS.get(kind) is without_estimates else _address(_write_monitors_once, *kinds),
+            *_addresses(parameters, state),
             self._parameters.address,
             self._state.address,
             np.full(TORQUE + 2, math.nan),

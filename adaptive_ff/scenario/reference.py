@@ -63,10 +63,14 @@ class Multisine(Table):
     def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
         """Return the reference velocity (rad/s) on an ascending grid of times (s); without a peak one of 1 rad/s."""
         phases = generator.uniform(0.0, 2.0 * math.pi, len(self.frequencies))
-        velocity = np.zeros_like(time)
+        velocity, sine = np.zeros_like(time), np.empty_like(time)
         largest = max(abs(amplitude) for amplitude in self.amplitudes)
         for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
-            velocity += amplitude / largest * np.sin(2.0 * math.pi * frequency * time + phase)
+            np.multiply(2.0 * math.pi * frequency, time, out=sine)
+            sine += phase
+            np.sin(sine, out=sine)
+            sine *= amplitude / largest
+            velocity += sine
         peak = 1.0 if self.peak is None else self.peak
         velocity *= peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
         velocity *= self._faded(time)

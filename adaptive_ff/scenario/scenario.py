@@ -14,6 +14,7 @@ from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
+from adaptive_ff.scenario.shared_series import SharedSeries
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
 from adaptive_ff.scenario.waves import Staircase, Triangle
@@ -41,6 +42,9 @@ LONGEST = 200_000_000
 
 LOST_BETWEEN_SAMPLES = 0.2
 """Largest part of the reference (rms) that may be lost between the samples of the controller."""
+
+MOTIONS = SharedSeries()
+"""Motions, by all that they depend on."""
 
 BUILT_IN = Path(__file__).with_name("reference_joint.toml")
 """The built-in scenario."""
@@ -253,26 +257,46 @@ class Scenario(Table):
         InputError
             The reference changes faster than the controller samples.
         """
-        time = self.times()
         with np.errstate(over="ignore", invalid="ignore"):
-            if isinstance(self.reference, Recorded):
-                assert self.motion is not None
-                velocity = self.motion.velocity(time)
-            else:
-                velocity = self.reference.velocity(time, np.random.default_rng([self.seed, 0]))
-                if isinstance(self.reference, Multisine) and self.reference.peak is None:
-                    limit, period = self.actuator.torque_limit, self.joint.solver_period
-                    velocity *= default_peak(self.joint, limit, velocity, period)
-            seen = np.interp(time, time[self.sample_steps], velocity[self.sample_steps])
-            lost, size = math.sqrt(np.mean((velocity - seen) ** 2)), math.sqrt(np.mean(velocity**2))
+            velocity = self._unit_motion().copy()
+            if isinstance(self.reference, Multisine) and self.reference.peak is None:
+                limit, period = self.actuator.torque_limit, self.joint.solver_period
+                velocity *= default_peak(self.joint, limit, velocity, period)
+            size = math.sqrt(np.mean(velocity**2))
         if not math.isfinite(size):
             raise InputError("reference: its velocity does not stay finite; its values must be smaller")
-        if self.samples > 1 and lost > LOST_BETWEEN_SAMPLES * size:
+        lost = self._lost_between_samples()
+        if self.samples > 1 and lost > LOST_BETWEEN_SAMPLES:
             raise InputError(
-                f"reference: {lost:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must be slow "
-                f"against sampling.period = {self.sampling.period:g} s"
+                f"reference: {lost * size:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must "
+                f"be slow against sampling.period = {self.sampling.period:g} s"
             )
         return velocity
+
+    def _unit_motion(self) -> NDArray[np.float64]:
+        """Return the reference before its peak is chosen where none is given, read-only; computed once for a seed."""
+        if isinstance(self.reference, Recorded):  # its file may change from one reading to the next
+            assert self.motion is not None
+            return self.motion.velocity(self.times())
+        reference, seed = self.reference, self.seed
+        key = (reference.model_dump_json(), seed, int(self.sample_steps[-1]), self.joint.solver_period)
+        return MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([seed, 0])))
+
+    def _lost_between_samples(self) -> float:
+        """Return the share of the reference (rms) that straight lines between the samples leave out."""
+
+        def compute() -> NDArray[np.float64]:
+            time, velocity, steps = self.times(), self._unit_motion(), self.sample_steps
+            with np.errstate(over="ignore", invalid="ignore"):
+                size = math.sqrt(np.mean(velocity**2))
+                seen = np.interp(time, time[steps], velocity[steps])
+                lost = math.sqrt(np.mean((velocity - seen) ** 2))
+            return np.array([lost / size if size > 0.0 else 0.0])
+
+        if isinstance(self.reference, Recorded):
+            return float(compute()[0])
+        key = (self.reference.model_dump_json(), self.seed, self.length, self.joint.solver_period)
+        return float(MOTIONS.get((*key, self.sampling.model_dump_json()), compute)[0])
 
     def noise(self) -> NDArray[np.float64]:
         """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""

@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -195,6 +195,7 @@ def _loop(relative_bandwidth: float, delay: int) -> tuple[NDArray[Any], NDArray[
     return np.array([proportional + integral, -proportional]), np.array([1.0, -2.0, 1.0, *([0.0] * delay)])
 
 
+@lru_cache(maxsize=256)
 def _margins(relative_bandwidth: float, delay: int) -> LoopMargins:
     """Return the margins for inertia 1 and period 1; a real loop behaves alike at the same bandwidth times period."""
     return loop_margins(*_loop(relative_bandwidth, delay), 1e-2 * 2.0 * math.pi * relative_bandwidth)

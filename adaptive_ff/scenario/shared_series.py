@@ -1,0 +1,53 @@
+"""Series that several scenarios share, computed once and kept as long as there is room.
+
+A sweep, a matrix and a comparison ask for the same motion several times: where the scenario is checked, where the drive
+is sized, where a run begins. What is kept is read-only; who wants to hand it to compiled code takes a copy, for a
+read-only array is another type there and everything would be compiled anew.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ROOM = 32_000_000
+"""Bytes that all series kept may fill; a longer one is computed each time."""
+
+
+class SharedSeries:
+    """Series by key; the one that was not asked for longest goes first.
+
+    Parameters
+    ----------
+    room : int, optional
+        Bytes that all series may fill.
+    """
+
+    def __init__(self, room: int = ROOM) -> None:
+        self._room = room
+        self._kept: OrderedDict[Hashable, Array] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: Hashable, compute: Callable[[], Array]) -> Array:
+        """Return the series of a key, read-only, computed where it is not kept."""
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        series = compute()
+        series.flags.writeable = False
+        if series.nbytes <= self._room:
+            with self._lock:
+                self._kept[key] = series
+                while sum(kept.nbytes for kept in self._kept.values()) > self._room:
+                    self._kept.popitem(last=False)
+        return series
+
+    def clear(self) -> None:
+        """Keep nothing of what is kept now."""
+        with self._lock:
+            self._kept.clear()
