@@ -60,3 +60,12 @@ def test_formats_that_are_not_read_get_a_hint(ending, hint, tmp_path):
     (tmp_path / f"log{ending}").write_bytes(b"x")
     with pytest.raises(InputError, match=hint):
         read_log(tmp_path / f"log{ending}", time="t", position="q", torque="u")
+
+
+def test_a_quote_that_is_not_closed_is_refused_with_its_line(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = [f"{k},{2 * k}" for k in range(20)]
+    rows[7] = '7,"14'
+    path.write_text("\n".join(["time,velocity", *rows]) + "\n")
+    with pytest.raises(InputError, match="a quote that begins in or after line 9 is not closed"):
+        read_table(path, ["time", "velocity"])
