@@ -26,6 +26,7 @@ from numba.core import config
 from numba.extending import overload
 
 from controllers.kernel_cache import EntryCache
+from controllers.kernel_compiler import EntryCompiler
 from controllers.kernel_sources import source_key
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -46,7 +47,7 @@ def compiled(function: Function) -> Function:
     numba dispatcher
         The plain function stays available as its attribute ``py_func``.
     """
-    entry: Function = _cached(numba.njit(error_model="numpy")(function))
+    entry: Function = cached(numba.njit(error_model="numpy", pipeline_class=EntryCompiler)(function))
     return entry
 
 
@@ -56,20 +57,28 @@ def compiled_in_place(function: Function) -> Function:
     Numba then need not count references to the arrays in parameters and states, which would double the time of a step
     (``python -m benchmarks.speed`` measures it). What a step needs is held as scratch by its state.
     """
-    entry: Function = _cached(numba.njit(error_model="numpy", _nrt=False)(function))  # type: ignore[call-overload]
+    options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "pipeline_class": EntryCompiler}
+    entry: Function = cached(numba.njit(**options)(function))
     return entry
 
 
-def _cached(dispatcher: Any) -> Any:
-    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+def cached(dispatcher: Any) -> Any:
+    """Make a dispatcher, or a function for C, keep its machine code on disk; return it."""
+    if not compiles():
         return dispatcher  # the plain function: numba was told to compile nothing
-    dispatcher._cache = EntryCache(dispatcher.py_func, _cache_directory())
+    plain = dispatcher.py_func if hasattr(dispatcher, "py_func") else dispatcher._pyfunc
+    dispatcher._cache = EntryCache(plain, _cache_directory())
     return dispatcher
+
+
+def compiles() -> bool:
+    """Tell whether numba compiles: ``NUMBA_DISABLE_JIT=1`` makes all kernels run as plain Python, to be debugged."""
+    return not config.DISABLE_JIT  # type: ignore[attr-defined]
 
 
 def is_cached(dispatcher: Any) -> bool:
     """Tell whether an entry point has been compiled, in this process or an earlier one."""
-    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+    if not compiles():
         return True  # there is nothing to wait for
     return bool(dispatcher.signatures) or any(_cache_directory().rglob(f"*{dispatcher.__name__}-*.nbi"))
 

@@ -8,7 +8,8 @@ from numba.extending import register_jitable
 
 from controllers.bridging import bridging_share
 from controllers.delay import delay_line, delayed, remember
-from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, without_estimates
 from controllers.plausibility import Guard, checked_inputs, initial_guard
 from controllers.sensitivity import PI_SENSITIVITY
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers.interface import Inputs
+from controllers.kernels import Inputs
 from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
 
 LARGEST_POSITION = 1e12

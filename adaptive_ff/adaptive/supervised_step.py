@@ -60,7 +60,7 @@ LEAST_TRUST = 0.02
 
 
 class SupervisedParameters(NamedTuple):
-    """Parameters of the supervised controller: those of :class:`AdaptiveParameters`, and the observer's.
+    """Parameters of the supervised controller: those of the one without supervision, and the observer's.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class SupervisedParameters(NamedTuple):
 
 
 class SupervisedState(NamedTuple):
-    """State of the supervised controller: that of :class:`AdaptiveState`, the observer's and the trust.
+    """State of the supervised controller: that of the one without supervision, the observer's and the trust.
 
     Attributes
     ----------
@@ -166,7 +166,8 @@ def watch(
             torque = asked_torque(feedback, state.feedback)
         inertia = state.estimator.recursion.estimate[INERTIA]
         plan, velocity = inputs.reference, inputs.velocity  # an outer loop's correction is the feedback's alone
-        observer = observe(block.observer, observer, feedback, torque, inertia, plan, velocity, inputs.dt)
+        rests = plan == 0.0 and state.feedforward.reference == 0.0
+        observer = observe(block.observer, observer, feedback, torque, inertia, plan, velocity, rests, inputs.dt)
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
     trust = advance_trust(

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.comparison.registry import make_controller
@@ -16,12 +15,16 @@ from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_
 from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
+from controllers.arrays import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PART = 20_000
 """Samples between two reports of progress."""
+
+MARKS = 120
+"""Times in a run at which the uncertainty of the estimates is noted."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -56,6 +59,11 @@ class Run:
         Figures of merit of the position; None without a position loop.
     monitors : dict of ndarray, shape (samples,)
         What a controller watches itself by, by name: trust, observer gain and observed torque (N m) of ``adaptive``.
+    uncertainties : dict of ndarray, shape (marks,)
+        How far each estimate may be off, as a standard deviation, for controllers that say so; no confidence interval,
+        see :mod:`adaptive_ff.adaptive.uncertainty`.
+    uncertainty_time : ndarray, shape (marks,)
+        When, s.
     """
 
     name: str
@@ -73,6 +81,8 @@ class Run:
     position_error: NDArray[np.float64] | None = None
     position_metrics: PositionMetrics | None = None
     monitors: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    uncertainties: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    uncertainty_time: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     def __repr__(self) -> str:
         """Return what was run and its settled error in one line."""
@@ -164,18 +174,29 @@ def simulate(
     run = run_plain if own else run_compiled
     position = start_position(course)
     count = course.noise.size
+    unsure = not own and hasattr(controller, "uncertainties")
+    part = min(PART, max(1, count // MARKS)) if unsure else PART
+    marks: list[tuple[int, dict[str, float]]] = []
     while position.sample < count:
-        stop = min(position.sample + PART, count)
+        stop = min(position.sample + part, count)
         state, position = run(block, state, course, position, stop, record)
+        if not own:
+            controller.state = state
+        if unsure:
+            marks.append((stop - 1, controller.uncertainties))
         if progress is not None:
             progress(stop / count)
-    if not own:
-        controller.state = state
-    return _finished(name or type(controller).__name__, scenario, course, record, names, watched)
+    return _finished(name or type(controller).__name__, scenario, course, record, names, watched, marks)
 
 
 def _finished(
-    name: str, scenario: Scenario, course: Course, record: Record, names: tuple[str, ...], watched: tuple[str, ...]
+    name: str,
+    scenario: Scenario,
+    course: Course,
+    record: Record,
+    names: tuple[str, ...],
+    watched: tuple[str, ...],
+    marks: list[tuple[int, dict[str, float]]],
 ) -> Run:
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
@@ -186,10 +207,11 @@ def _finished(
         )
     if not all(np.isfinite(list(vars(metrics).values()))):
         raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
+    sampled = time[course.samples[:-1]]
     return Run(
         name,
         scenario,
-        time[course.samples[:-1]],
+        sampled,
         time,
         course.reference,
         record.velocity,
@@ -202,4 +224,6 @@ def _finished(
         position_error,
         position_metrics,
         {key: record.monitors[:, i] for i, key in enumerate(watched)},
+        {key: np.array([known[key] for _, known in marks]) for key in (marks[0][1] if marks else ())},
+        sampled[[sample for sample, _ in marks]],
     )

@@ -52,6 +52,7 @@ from controllers import (
     present_inertia,
     with_feedforward,
 )
+from controllers.arrays import MutableArray
 
 NAMES = ("inertia", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
 """What is estimated: kg m^2, N m for each direction, N m s/rad for each direction."""
@@ -136,13 +137,13 @@ class CanudasState(NamedTuple):
 
     feedback: PIState
     recursion: RLSState
-    physical: NDArray[np.float64]
+    physical: MutableArray
     velocity: float
     reference: float
     known_torque: float
     valid: int
     enabled: bool
-    row: NDArray[np.float64]
+    row: MutableArray
 
 
 def initial_canudas_state(block: CanudasParameters) -> CanudasState:

@@ -53,6 +53,7 @@ from controllers import (
     present_inertia,
     with_feedforward,
 )
+from controllers.arrays import MutableArray
 
 INERTIA, VISCOUS, OFFSET, FRICTION = range(4)
 """Places of the weights; from ``FRICTION`` on, Coulomb friction and stiction of each friction lag in turn."""
@@ -132,12 +133,12 @@ class FeedbackErrorState(NamedTuple):
     """
 
     feedback: PIState
-    weights: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    active: NDArray[np.float64]
+    weights: MutableArray
+    friction: MutableArray
+    active: MutableArray
     reference: float
     enabled: bool
-    row: NDArray[np.float64]
+    row: MutableArray
 
 
 def initial_feedback_error_state(block: FeedbackErrorParameters) -> FeedbackErrorState:

@@ -43,6 +43,7 @@ from controllers import (
     with_feedforward,
     without_estimates,
 )
+from controllers.arrays import MutableArray
 
 INERTIA, VISCOUS, OFFSET, FIRST = 0, 1, 2, 3
 """Places of the features; friction begins at the last."""
@@ -117,8 +118,8 @@ class LearntState(NamedTuple):
     """
 
     feedback: PIState
-    weights: NDArray[np.float64]
-    features: NDArray[np.float64]
+    weights: MutableArray
+    features: MutableArray
     reference: float
     enabled: bool
 

@@ -51,6 +51,7 @@ from controllers import (
     remember,
     with_feedforward,
 )
+from controllers.arrays import MutableArray
 
 INITIAL_COVARIANCE = 1e4
 LARGEST_COVARIANCE = 1e8
@@ -114,14 +115,14 @@ class PaperState(NamedTuple):
     feedback: PIState
     feedforward: FeedforwardState
     recursion: RLSState
-    physical: NDArray[np.float64]
+    physical: MutableArray
     last_velocity: float
     velocity_before: float
     torque: float
     known_torques: tuple[float, ...]
     valid: int
     enabled: bool
-    row: NDArray[np.float64]
+    row: MutableArray
 
 
 def initial_paper_state(block: PaperParameters) -> PaperState:
@@ -222,6 +223,8 @@ class PaperController(IdentifyingController):
     delay : float, optional
         Computation delay of the drive, sampling periods.
     """
+
+    needs_double = "the covariance of its recursion does not stay positive definite, and the estimates diverge"
 
     def __init__(
         self,

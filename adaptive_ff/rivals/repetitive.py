@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
 from controllers import (
     ESTIMATES,
@@ -34,6 +33,7 @@ from controllers import (
     with_feedforward,
     without_estimates,
 )
+from controllers.arrays import MutableArray
 
 
 class RepetitiveParameters(NamedTuple):
@@ -83,7 +83,7 @@ class RepetitiveState(NamedTuple):
     """
 
     feedback: PIState
-    memory: NDArray[np.float64]
+    memory: MutableArray
     past: float
     older: float
     place: int

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.interface import (
+from controllers.interface import Controller
+from controllers.kernels import (
     ESTIMATES,
     STEPS,
-    Controller,
     Inputs,
     Output,
     present_inertia,

@@ -23,16 +23,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.interface import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    Inputs,
-    Output,
-    present_inertia,
-    with_feedforward,
-    without_estimates,
-)
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, present_inertia, with_feedforward, without_estimates
 from controllers.observers.inertia_observer import ObserverState, correct, predict
 from controllers.pi import (
     PIParameters,

@@ -19,16 +19,8 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.interface import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    Inputs,
-    Output,
-    present_inertia,
-    with_feedforward,
-    without_estimates,
-)
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, present_inertia, with_feedforward, without_estimates
 from controllers.pi import (
     PIParameters,
     PIState,
