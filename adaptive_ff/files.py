@@ -1,7 +1,9 @@
 """Files that are written whole or not at all."""
 
+import hashlib
 import json
 import os
+import platform
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -15,10 +17,72 @@ from numpy.typing import NDArray
 from adaptive_ff import __version__
 from adaptive_ff.errors import InputError
 
+UNFINISHED, REPLACING = ".unfinished-", ".replacing-"
+"""How the temporary folders begin: of files that are being written, and of a complete set that is being moved."""
+
+
+def _owner() -> str:
+    """Return what in the name of a temporary folder says whose it is: computer and process."""
+    host = hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+    return f"{host}-{os.getpid()}-"
+
+
+def _is_left_behind(stage: Path) -> bool:
+    """Tell whether the process that made a temporary folder has ended, on this computer."""
+    host, _, rest = stage.name.lstrip(".").partition("-")[2].partition("-")
+    number = rest.partition("-")[0]
+    if f"{host}-" != _owner().partition("-")[0] + "-" or not number.isdecimal() or os.name != "posix":
+        return False
+    try:
+        os.kill(int(number), 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):
+        return False
+    return False
+
+
+def clear_left_behind(folder: Path) -> None:
+    """Remove what processes that were killed left in a folder; a set that was being moved to its place is completed."""
+    for stage in sorted(folder.glob(f"{REPLACING}*")):
+        if _is_left_behind(stage):
+            with suppress(OSError):
+                for file in sorted(path for path in stage.iterdir() if path.is_file()):
+                    os.replace(file, folder / file.name)
+                shutil.rmtree(stage, ignore_errors=True)
+    for stage in sorted(folder.glob(f"{UNFINISHED}*")):
+        if _is_left_behind(stage):
+            shutil.rmtree(stage, ignore_errors=True)
+
+
+def _replace_whole(stage: Path, folder: Path) -> None:
+    """Move all files of a stage to their folder; where one cannot be, those that were replaced come back."""
+    files, moved = sorted(path for path in stage.iterdir() if path.is_file()), []
+    kept = stage / "kept"
+    kept.mkdir()
+    try:
+        for file in files:
+            target = folder / file.name
+            if target.is_file():
+                os.replace(target, kept / file.name)
+            moved.append(target)
+            os.replace(file, target)
+    except OSError:
+        for target in moved:
+            with suppress(OSError):
+                if (kept / target.name).exists():
+                    os.replace(kept / target.name, target)
+                else:
+                    target.unlink()
+        raise
+
 
 @contextmanager
 def staged(folder: Path) -> Iterator[Path]:
     """Collect files in a temporary folder; move them to their place when all are there.
+
+    A process that is killed leaves the folder behind; the next one that writes to the same place removes it, or, where
+    the files were all there, completes the move.
 
     Parameters
     ----------
@@ -39,14 +103,16 @@ def staged(folder: Path) -> Iterator[Path]:
     try:
         made = [part for part in (folder, *folder.parents) if not part.exists()]
         folder.mkdir(parents=True, exist_ok=True)
-        stage = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+        clear_left_behind(folder)
+        stage = Path(tempfile.mkdtemp(prefix=f"{UNFINISHED}{_owner()}", dir=folder))
         yield stage
-        files = sorted(stage.iterdir())
-        for file in files:
+        for file in sorted(stage.iterdir()):
             if os.path.isdir(folder / file.name):
                 raise InputError(f"{folder / file.name}: cannot be written: it is a folder")
-        for file in files:
-            os.replace(file, folder / file.name)
+        complete = folder / stage.name.replace(UNFINISHED, REPLACING, 1)
+        os.replace(stage, complete)
+        stage = complete
+        _replace_whole(stage, folder)
         made = []
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error

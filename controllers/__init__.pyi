@@ -1,6 +1,7 @@
 from .checks import check_positive as check_positive
 from .compiled import compiled as compiled
 from .compiled import compiled_in_place as compiled_in_place
+from .compiled import compiles as compiles
 from .compiled import dispatched as dispatched
 from .compiled import is_cached as is_cached
 from .delay import delay_line as delay_line

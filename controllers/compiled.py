@@ -9,16 +9,20 @@ Kernels themselves are plain functions marked ``numba.extending.register_jitable
 run as Python, called from an entry point they are compiled.
 """
 
+import atexit
 import os
 import shutil
+import stat
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core import config
 from numba.extending import overload
 
 from controllers.kernel_cache import EntryCache
@@ -60,13 +64,22 @@ def compiled_in_place(function: Function) -> Function:
 
 def cached(dispatcher: Any) -> Any:
     """Make a dispatcher, or a function for C, keep its machine code on disk; return it."""
+    if not compiles():
+        return dispatcher  # the plain function: numba was told to compile nothing
     plain = dispatcher.py_func if hasattr(dispatcher, "py_func") else dispatcher._pyfunc
     dispatcher._cache = EntryCache(plain, _cache_directory())
     return dispatcher
 
 
+def compiles() -> bool:
+    """Tell whether numba compiles: ``NUMBA_DISABLE_JIT=1`` makes all kernels run as plain Python, to be debugged."""
+    return not config.DISABLE_JIT  # type: ignore[attr-defined]
+
+
 def is_cached(dispatcher: Any) -> bool:
     """Tell whether an entry point has been compiled, in this process or an earlier one."""
+    if not compiles():
+        return True  # there is nothing to wait for
     return bool(dispatcher.signatures) or any(_cache_directory().rglob(f"*{dispatcher.__name__}-*.nbi"))
 
 
@@ -84,18 +97,33 @@ def _cache_directory() -> Path:
 
 
 def _writable_root() -> Path:
-    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
-    for candidate in (Path(base) if base else None, Path.home() / ".cache"):
-        if candidate is None:
-            continue
-        root = candidate / "adaptive-ff"
+    for root in _possible_roots():
         try:
-            root.mkdir(parents=True, exist_ok=True)
+            root.mkdir(parents=True, exist_ok=True, mode=0o700)
             with tempfile.TemporaryFile(dir=root):
                 return root
         except OSError:
             continue
-    return Path(tempfile.mkdtemp(prefix="adaptive-ff-"))
+    made = tempfile.mkdtemp(prefix="adaptive-ff-")
+    atexit.register(shutil.rmtree, made, ignore_errors=True)  # nobody would find it again
+    return Path(made)
+
+
+def _possible_roots() -> Iterator[Path]:
+    """Yield where the cache may be, the best place first; a container has no home, or none that it can write."""
+    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    if base:
+        yield Path(base) / "adaptive-ff"
+    with suppress(RuntimeError):  # neither HOME nor an entry of the user
+        yield Path.home() / ".cache" / "adaptive-ff"
+    # one for all processes of a user; compiled code is run, so it must not be another user's
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    shared = Path(tempfile.gettempdir()) / f"adaptive-ff-{user}"
+    with suppress(OSError):
+        shared.mkdir(mode=0o700, exist_ok=True)
+        found = shared.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o022:
+            yield shared
 
 
 def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> Function:

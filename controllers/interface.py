@@ -1,7 +1,6 @@
 """The class around the kernels of a velocity controller: to be called once a sample."""
 
 import copy
-import json
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -12,9 +11,11 @@ import numpy as np
 
 from controllers.bridging import BRIDGED
 from controllers.checks import check_positive
+from controllers.compiled import compiles
 from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.native import Native, NativeParameters, step_at
-from controllers.saving import plain_state, rebuilt_state
+from controllers.plausible_sizes import largest_torque
+from controllers.saved_state import check_it_goes_on, restored, saved_text
 
 
 class Controller:
@@ -46,7 +47,7 @@ class Controller:
         self._initial_state = initial_state
         self._state: Any = initial_state(parameters)
         self._native: Native | None = None
-        self._compute: Callable[..., float] = self._first_compiled_step
+        self._compute: Callable[..., float] = self._first_compiled_step if compiles() else self._plain_step
 
     @property
     def state(self) -> Any:
@@ -91,7 +92,7 @@ class Controller:
         content = dict(content)
         plain = content.pop("_is_plain")
         self.__dict__.update(content)
-        self._compute = self._plain_step if plain else self._first_compiled_step
+        self._compute = self._plain_step if plain or not compiles() else self._first_compiled_step
 
     def step(
         self,
@@ -243,6 +244,8 @@ class Controller:
 
     def warm_up(self) -> None:
         """Compile or load the step before real-time use; the state is left as it is."""
+        if not compiles():
+            return
         at_rest = self._initial_state(self.parameters)
         native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
         block = native.block
@@ -250,32 +253,60 @@ class Controller:
         step_at(block.step, block.parameters, block.state, block.exchange, *numbers)
 
     def state_to_json(self) -> str:
-        """Return the state as a JSON text that restores it exactly."""
-        return json.dumps({"controller": type(self).__name__, "state": plain_state(self.state)}, indent=1)
+        """Return the state as a JSON text that restores it exactly, with what it belongs to."""
+        return saved_text(type(self).__name__, self._belongs_to(), self.state)
 
     def state_from_json(self, text: str) -> None:
-        """Restore a state saved by a controller of the same class.
+        """Restore a state saved by a controller of the same class, made with the same period, inertia and gains.
 
         Raises
         ------
         ValueError
-            The text is no such state; the controller keeps the one it has.
+            The text is no such state, or no controller can go on from it; the controller keeps the one it has.
         """
-        try:
-            saved = json.loads(text)
-            name = saved["controller"]
-            content = saved["state"]
-        except (json.JSONDecodeError, KeyError, TypeError) as error:
-            raise ValueError(f"text = {str(text)[:40]!r} is no saved controller state: {error}") from error
-        if name != type(self).__name__:
-            raise ValueError(f"controller = {name!r} is not allowed: this is a {type(self).__name__!r}")
-        self.state = rebuilt_state(self._initial_state(self.parameters), content, "state")
+        template = self._initial_state(self.parameters)
+        state = restored(text, type(self).__name__, self._belongs_to(), template)
+        self._check_state(state)
+        inputs = planned_inputs(0.0, 0.0, 0.0, math.nan, self.period)
+        check_it_goes_on(state, lambda tried: step(self.parameters, tried, inputs))
+        self.state = state
+
+    def _belongs_to(self) -> dict[str, Any]:
+        """Return what a state of this controller belongs to, by name."""
+        feedback = feedback_state(self.parameters)
+        gains = {name: float(getattr(feedback, name)) for name in ("proportional", "integral", "delay")}
+        return {"period": self.period, **gains, **_inertia_of(self.parameters), "estimates": list(self.estimate_names)}
+
+    def _check_state(self, state: Any) -> None:
+        """Raise ``ValueError`` where a restored state is none that the controller could have come to."""
+        feedback = feedback_state(state)
+        if not 0 <= feedback.rejected <= feedback.samples or feedback.guard.faults < 0 or feedback.guard.lost < 0.0:
+            raise ValueError(
+                f"state.feedback is not allowed: samples = {feedback.samples}, rejected = {feedback.rejected}, "
+                f"faults = {feedback.guard.faults} and lost = {feedback.guard.lost} must be counts of one run"
+            )
+        largest = largest_torque(feedback_state(self.parameters).proportional, feedback_state(self.parameters).integral)
+        for torque in (feedback.integral, *feedback.commands):
+            if abs(torque) > largest:
+                raise ValueError(
+                    f"state.feedback: torque = {torque} N m is not allowed: at most {largest:g} is plausible"
+                )
 
     def run_uncompiled(self) -> Self:
         """Make this controller step in plain Python, for debugging; returns itself."""
         self.state, self._native = self.state, None
         self._compute = self._plain_step
         return self
+
+
+def _inertia_of(parameters: Any) -> dict[str, float]:
+    """Return the inertia that a controller was made with, where its parameters name one."""
+    if hasattr(parameters, "inertia"):
+        return {"inertia": float(parameters.inertia)}
+    for item in parameters:
+        if hasattr(item, "_asdict") and (found := _inertia_of(item)):
+            return found
+    return {}
 
 
 def feedback_state(state: Any) -> Any:

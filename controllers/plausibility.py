@@ -15,9 +15,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from controllers.kernels import Inputs
-
-LARGEST_VELOCITY = 1e5
-"""Largest plausible velocity, rad/s or m/s: a million revolutions a minute."""
+from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
 
 LARGEST_POSITION = 1e12
 """Largest plausible position, rad or m: beyond it not even its period of 2 pi is resolved to four digits."""
@@ -94,7 +92,7 @@ def checked_inputs(
         Nominal sampling period, s.
     """
     gain = proportional if proportional > 0.0 else integral
-    torque = gain * LARGEST_VELOCITY if gain > 0.0 else math.inf
+    torque = largest_torque(proportional, integral)
     least, most = gain * LEAST_RESPONSE, gain * LONGEST_RESPONSE if gain > 0.0 else math.inf
     faults = 0
     reference, following, correction = inputs.reference, inputs.next_reference, inputs.correction

@@ -37,9 +37,9 @@ def rebuilt_state(template: Any, content: Any, where: str) -> Any:
         if array.size == 0 and np.size(template) == 0:
             array = array.reshape(np.shape(template))  # JSON keeps no shape of an array without numbers
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{where} = {content!r} is not allowed: {error}") from error
+        raise ValueError(f"{where} = {repr(content)[:80]} is not allowed: {error}") from error
     if array.shape != np.shape(template) or not np.all(np.isfinite(array)):
-        raise ValueError(f"{where} must be finite and of shape {np.shape(template)}, not {content!r}")
+        raise ValueError(f"{where} must be finite and of shape {np.shape(template)}, not {repr(content)[:80]}")
     if isinstance(template, tuple):
         return tuple(array.tolist())
     return array if isinstance(template, np.ndarray) else array.item()

@@ -5,7 +5,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +14,17 @@ from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.prior import prior_of
+from adaptive_ff.adaptive.state_check import check_estimator_state, check_share
 from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
-from adaptive_ff.model.bounds import largest_lag
+from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, largest_lag
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, FURTHER, WITH_OFFSET, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, TorqueForm, initial_signals
 from controllers import check_gains, check_positive
+from controllers.plausible_sizes import largest_torque
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis, Recorded
@@ -143,6 +145,20 @@ def adaptive_parameters(
 
 class AdaptiveBase(IdentifyingController):
     """What the adaptive controllers share: reading what has been learnt, and taking further regressors."""
+
+    def _belongs_to(self) -> dict[str, Any]:
+        return super()._belongs_to() | {"inertia": float(self.parameters.estimator.first[INERTIA])}
+
+    def _check_state(self, state: Any) -> None:
+        super()._check_state(state)
+        feedback = self.parameters.feedback
+        largest = largest_torque(feedback.proportional, feedback.integral)
+        check_estimator_state(self.parameters.estimator, state.estimator, largest)
+        check_share("command.share", state.command.share)
+        if not 0.0 <= state.timing.lag <= self.parameters.estimator.ranges[FRICTION_LAG, 1] * (1.0 + 1e-9):
+            raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
+        if state.doubt.left < 0.0 or state.doubt.speed < 0.0:
+            raise ValueError("state.doubt is not allowed: left and speed must be zero or more")
 
     @property
     def feedforward_enabled(self) -> bool:
@@ -379,6 +395,14 @@ class AdaptiveController(AdaptiveBase):
         pole = _observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
         super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)
+
+    def _check_state(self, state: Any) -> None:
+        super()._check_state(state)
+        check_share("trust.trust", state.trust.trust)
+        check_share("observer.gain", state.observer.gain)
+        noise = state.observer.noise
+        if min(noise.mean, noise.measured, noise.variance, state.observer.squared) < 0.0:
+            raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
 
     def _prepare(self, reference: float, torque: float) -> None:
         super()._prepare(reference, torque)

@@ -285,7 +285,7 @@ class JointGroup:
         try:
             saved = json.loads(text)["group"]
             names = list(saved)
-        except (json.JSONDecodeError, KeyError, TypeError) as error:
+        except (json.JSONDecodeError, KeyError, TypeError, RecursionError) as error:
             raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error}") from error
         if names != list(self.joints):
             raise ValueError(f"joints = {names} is not allowed: this group has {list(self.joints)}")

@@ -72,7 +72,7 @@ def _read(state: Path) -> dict[str, Any]:
         content = json.loads(state.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{state}: cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{state}: is no saved state: {error}") from error
     if not isinstance(content, dict):
         raise InputError(f"{state}: is no saved state: it must be a JSON object")

@@ -106,7 +106,9 @@ def _explained(error: Exception) -> str | None:
 
 
 def _refuse(message: str) -> int:
-    print(f"adaptive-ff: {' '.join(message.split())}", file=sys.stderr)
+    # names of columns come from files: what a terminal would obey must not reach it
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(message.split()))
+    print(f"adaptive-ff: {shown}", file=sys.stderr)
     return BAD_INPUT
 
 

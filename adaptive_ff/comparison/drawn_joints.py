@@ -1,9 +1,8 @@
 """Monte Carlo: how good is the adaptive controller on joints drawn at random."""
 
 import math
-import os
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, as_completed
 from contextlib import suppress
 from dataclasses import asdict
 from itertools import islice
@@ -19,6 +18,7 @@ from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.workers import pool_of_workers
 from plant import check_factor, schedule, steepest_fall
 
 CONTROLLERS = ("pi", "oracle", "adaptive")
@@ -219,7 +219,7 @@ def _run(
     if executor is None and not can_be_sent(own):
         yield from (_run_batch(scenario, seed, batch, own) for batch in batches)
         return
-    pool = ProcessPoolExecutor(os.cpu_count()) if executor is None else executor
+    pool = pool_of_workers() if executor is None else executor
     try:
         for done in as_completed([pool.submit(_run_batch, scenario, seed, batch, own) for batch in batches]):
             yield done.result()

@@ -11,6 +11,7 @@ from scipy import stats
 from adaptive_ff.estimation.updates import Settings, run_updates, single_update
 from controllers import check_positive, plain_state, rebuilt_state
 from controllers.arrays import ArrayLike, NDArray
+from controllers.saved_state import check_matrices
 
 Array = NDArray[np.float64]
 
@@ -214,11 +215,13 @@ class RecursiveEstimator:
         try:
             saved = json.loads(text)
             name, content = saved["estimator"], saved["state"]
-        except (json.JSONDecodeError, KeyError, TypeError) as error:
+        except (json.JSONDecodeError, KeyError, TypeError, RecursionError) as error:
             raise ValueError(f"text = {str(text)[:40]!r} is no saved estimator state: {error}") from error
         if name != type(self).__name__:
             raise ValueError(f"estimator = {name!r} is not allowed: this is a {type(self).__name__!r}")
-        self.state = rebuilt_state(self._initial_state(self.parameters), content, "state")
+        state = rebuilt_state(self._initial_state(self.parameters), content, "state")
+        check_matrices(state, "state")
+        self.state = state
 
     @property
     def _settings(self) -> Settings:

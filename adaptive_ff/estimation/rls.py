@@ -14,6 +14,7 @@ T. Kailath, L. Ljung, 1976, as cited in the paper; rounding: M. Verhaegen, "Roun
 generally-applicable, recursive, least-squares estimation schemes" (Automatica 25, 1989).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,28 @@ def trace(matrix: NDArray[np.float64]) -> float:
     for i in range(matrix.shape[0]):
         total += matrix[i, i]
     return total
+
+
+@register_jitable
+def begin_anew_in_place(state: RLSState, variance: float) -> bool:
+    """Begin with an estimate of zero and a covariance of a multiple of the identity where one is not finite.
+
+    Returns
+    -------
+    bool
+        Whether that was so.
+    """
+    total = trace(state.covariance)
+    for i in range(state.estimate.size):
+        total += state.estimate[i]
+    if math.isfinite(total):
+        return False
+    for i in range(state.estimate.size):
+        state.estimate[i] = 0.0
+        state.gain[i] = 0.0
+        for j in range(state.estimate.size):
+            state.covariance[i, j] = variance if i == j else 0.0
+    return True
 
 
 @register_jitable

@@ -69,16 +69,28 @@ def _read_text(path: Path, wanted: Collection[str]) -> Content:
 def _read_npz(path: Path, wanted: Collection[str]) -> Content:
     with np.load(path, allow_pickle=False) as archive:
         shapes = {name: _npz_shape(archive, name) for name in archive.files}
+        for name in wanted:
+            if name in shapes and _npz_type(archive, name).hasobject:
+                raise InputError(f"{path}: {name} holds Python objects; it must hold numbers")
         return Content(shapes, {name: archive[name] for name in wanted if name in shapes})
 
 
 def _npz_shape(archive: Any, name: str) -> tuple[int, ...]:
     """Read the shape of a member from its header alone."""
+    return tuple(_npz_header(archive, name)[0])
+
+
+def _npz_type(archive: Any, name: str) -> np.dtype[Any]:
+    found: np.dtype[Any] = _npz_header(archive, name)[2]
+    return found
+
+
+def _npz_header(archive: Any, name: str) -> Any:
     member = name if name in archive.zip.namelist() else f"{name}.npy"
     with archive.zip.open(member) as stream:
         major = np.lib.format.read_magic(stream)[0]
         read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
-        return tuple(read(stream)[0])
+        return read(stream)
 
 
 def _read_mat(path: Path, wanted: Collection[str]) -> Content:

@@ -203,7 +203,9 @@ def _read_cells(path: Path, layout: Layout, places: list[int]) -> NDArray[np.flo
     with path.open(newline="", encoding="utf-8-sig") as stream:
         for _ in range(layout.skipped):
             next(stream)
-        for row in _rows(stream, layout.separator):
+        for number, row in enumerate(_rows(stream, layout.separator), layout.skipped + 1):
+            if any("\n" in cell for cell in row):
+                raise InputError(f"{path}: a quote that begins in or after line {number} is not closed in that line")
             values.extend(_number(row[place] if place < len(row) else "", layout.comma) for place in places)
     return np.frombuffer(values, dtype=np.float64).reshape(-1, len(places)).copy()
 

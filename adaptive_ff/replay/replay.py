@@ -30,6 +30,9 @@ from controllers import Controller
 BAND = 20.0
 """Band in which the torque left is judged, Hz."""
 
+SHORTEST_PERIOD = 1e-30
+"""Least sample time that can be reckoned with, s."""
+
 SHORTEST = 10
 """Samples that a piece must have."""
 
@@ -96,6 +99,9 @@ def replay_log(
     if not pieces:
         raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect")
     period = median_step(log)
+    if not SHORTEST_PERIOD <= period <= 1.0 / SHORTEST_PERIOD:
+        allowed = f"it must be from {SHORTEST_PERIOD:g} to {1.0 / SHORTEST_PERIOD:g}"
+        raise InputError(f"{log.name}: the sample time is {period:.3g} s; {allowed}")
     saved = None
     if state is not None:
         settings, saved = state_from_json(state)

@@ -26,7 +26,7 @@ def state_from_json(text: str) -> tuple[ReplaySettings, UnsupervisedController]:
         table = content.pop("settings")
         if not isinstance(table, dict):
             raise TypeError("settings is no table")
-    except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+    except (json.JSONDecodeError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{text[:40]!r} is no saved state of a replay: {error}") from error
     settings = ReplaySettings.from_dict(table)
     controller = settings.controller()

@@ -89,11 +89,12 @@ def _torques(replay: Replay) -> Figure:
 
 def elapsed(time: Series) -> Series:
     """Return times that ascend: where a clock jumps back or is unknown, it goes on by its usual step."""
-    steps = np.diff(time)
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(time)
     forward = steps[np.isfinite(steps) & (steps > 0.0)]
     usual = float(np.median(forward)) if forward.size else 1.0
     start = float(time[0]) if np.isfinite(time[0]) else 0.0
-    return np.concatenate([[start], start + np.cumsum(np.where(steps > 0.0, steps, usual))])
+    return np.concatenate([[start], start + np.cumsum(np.where((steps > 0.0) & np.isfinite(steps), steps, usual))])
 
 
 def _draw(axes: Axes, time: Series, extremes: Array, look: Look) -> None:

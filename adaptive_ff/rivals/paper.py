@@ -13,7 +13,13 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimation.rls import RLSState, initial_rls_state, trace, update_rls_in_place
+from adaptive_ff.estimation.rls import (
+    RLSState,
+    begin_anew_in_place,
+    initial_rls_state,
+    trace,
+    update_rls_in_place,
+)
 from adaptive_ff.model.bounds import (
     FRICTION_LAG,
     confine_in_place,
@@ -163,7 +169,9 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
         # without excitation the covariance would grow without bound; the paper leaves this open
         factor = block.forgetting_factor if trace(state.recursion.covariance) < LARGEST_COVARIANCE else 1.0
         update_rls_in_place(state.recursion, state.row, velocity, factor)
-        if write_physical(state.recursion.estimate, block.period, state.physical):
+        # the physical estimates of before are kept
+        anew = begin_anew_in_place(state.recursion, INITIAL_COVARIANCE)
+        if not anew and write_physical(state.recursion.estimate, block.period, state.physical):
             confine_in_place(state.physical, block.ranges)
     model = identified_model(block, state)
     model_torque, feedforward = step_feedforward(

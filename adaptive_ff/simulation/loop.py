@@ -13,6 +13,7 @@ from controllers import (
     Native,
     PositionLoopState,
     compiled_in_place,
+    compiles,
     dispatched,
     estimate_velocity,
     initial_position_loop_state,
@@ -200,6 +201,8 @@ def run_compiled(
     block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
     """Run the loop as :func:`run_plain` does, compiled: once for a kind of joint, once for a kind of controller."""
+    if not compiles():
+        return run_plain(block, state, course, position, stop, record)
     native = Native(block, state)
     _, position = run_in_memory(native.block, 0, course, position, stop, record)
     return native.state, position

@@ -230,8 +230,9 @@ def test_state_restored_from_json_goes_on_exactly():
 
 
 def altered(**fields):
-    state = {"integral": 1.0, "velocity": 0.1, "commands": [2.0], "samples": 3, "rejected": 0}
-    return json.dumps({"controller": "PI", "state": {**state, **fields}})
+    guard = {"reference": 0.5, "feedforward": 0.0, "lost": 0.0, "faults": 0}
+    state = {"integral": 1.0, "velocity": 0.1, "commands": [2.0], "samples": 3, "rejected": 0, "guard": guard}
+    return json.dumps({**json.loads(PI(*GAINS, PERIOD).state_to_json()), "state": {**state, **fields}})
 
 
 WRONG_TEXTS = {
@@ -242,7 +243,7 @@ WRONG_TEXTS = {
     "null": "null",
     "no state": '{"controller": "PI"}',
     "other controller": altered().replace('"PI"', '"DisturbanceObserver"'),
-    "state no object": '{"controller": "PI", "state": [1.0, 0.1, [2.0], 3, 0]}',
+    "state no object": json.dumps({**json.loads(altered()), "state": [1.0, 0.1, [2.0], 3, 0]}),
     "missing field": altered().replace('"integral": 1.0, ', ""),
     "unknown field": altered(gain=1.0),
     "not a number": altered(integral=math.nan),
@@ -256,13 +257,15 @@ WRONG_TEXTS = {
     "fractional count": altered(samples=1.5),
     "truth value for a count": altered(rejected=True),
     "huge count": altered(samples=10**30),
+    "more rejected than there were": altered(rejected=4),
+    "torque of no machine": altered(integral=1e20),
 }
 
 
 def test_unaltered_text_is_accepted():
     controller = PI(*GAINS, PERIOD)
     controller.state_from_json(altered())
-    assert controller.state == (1.0, 0.1, (2.0,), 3, 0)
+    assert controller.state == (1.0, 0.1, (2.0,), 3, 0, (0.5, 0.0, 0.0, 0))
 
 
 @pytest.mark.parametrize("text", WRONG_TEXTS.values(), ids=WRONG_TEXTS)
@@ -273,3 +276,13 @@ def test_wrong_text_is_refused_and_leaves_the_state(text):
     with pytest.raises(ValueError, match=r"text|controller|state"):
         controller.state_from_json(text)
     assert controller.state == before
+
+
+def test_anti_windup_takes_out_no_more_than_was_refused():
+    """With ``Ki dt > Kp`` a share above one would swing the integral beyond what the drive gave."""
+    controller = PI(10.0, 2000.0, PERIOD)
+    asked = controller.step(0.5, 0.0)
+    integral = controller.state.integral
+    assert PERIOD * 2000.0 / 10.0 > 1.0
+    controller.step(0.0, 0.0, realised_torque=asked - 3.0)
+    assert controller.state.integral == pytest.approx(integral - 3.0)

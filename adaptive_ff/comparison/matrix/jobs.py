@@ -1,9 +1,8 @@
 """The matrix as a set of jobs on all cores or a cluster, each kept in a file as soon as it is done."""
 
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.files import write_result
+from adaptive_ff.workers import pool_of_workers
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def _run(
         for job, names in others:
             yield job, run_job(job, names, own)
         return
-    pool = ProcessPoolExecutor(os.cpu_count()) if executor is None else executor
+    pool = pool_of_workers() if executor is None else executor
     try:
         futures = {pool.submit(run_job, job, names, own): job for job, names in others}
         for done in as_completed(futures):

@@ -79,3 +79,12 @@ def test_reading_takes_at_most_five_times_the_size_of_the_columns(gap, tmp_path)
     tracemalloc.stop()
     assert log.time.size == rows
     assert peak <= 5 * 3 * 8 * rows
+
+
+def test_a_quote_that_is_not_closed_is_refused_with_its_line(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = [f"{k},{2 * k}" for k in range(20)]
+    rows[7] = '7,"14'
+    path.write_text("\n".join(["time,velocity", *rows]) + "\n")
+    with pytest.raises(InputError, match="a quote that begins in or after line 9 is not closed"):
+        read_table(path, ["time", "velocity"])

@@ -1,0 +1,57 @@
+"""Whether a restored state is one that an adaptive controller can have come to."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from adaptive_ff.adaptive.estimator import PEAK_FACTOR
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
+from adaptive_ff.model.bounds import write_ranges
+
+ROUNDING = 1e-9
+"""How far an estimate may lie beyond its range, relative to it."""
+
+
+def check_estimator_state(estimator: EstimatorParameters, state: EstimatorState, largest: float) -> None:
+    """Raise ``ValueError`` where an estimator cannot have come to a state.
+
+    Parameters
+    ----------
+    estimator : EstimatorParameters
+        Its parameters.
+    state : EstimatorState
+        The state.
+    largest : float
+        Largest plausible torque, N m.
+    """
+    levels = state.levels
+    for name, value in levels._asdict().items():
+        if value < 0.0:
+            raise ValueError(f"state.estimator.levels.{name} = {value} is not allowed: it must be zero or more")
+    if levels.torque > largest:
+        raise ValueError(f"state.estimator.levels.torque = {levels.torque} is not allowed: at most {largest:g} N m")
+    if levels.learnt > 0.0 and levels.speed <= 0.0:
+        raise ValueError("state.estimator.levels.speed = 0 is not allowed of an estimator that has learnt")
+    ranges = np.array(estimator.ranges)
+    if levels.learnt > 0.0 and levels.speed > 0.0:
+        write_ranges(
+            estimator.ranges, PEAK_FACTOR * max(levels.torque, 0.0), levels.speed, ranges, load_count(estimator)
+        )
+        # peaks fade, and estimates follow only where they are learnt: a factor lies between
+        ranges[1:] *= np.where(np.isfinite(ranges[1:]), 10.0, 1.0)
+    estimate = state.recursion.estimate
+    slack = ROUNDING * np.abs(ranges)
+    outside = (estimate < ranges[:, 0] - slack[:, 0]) | (estimate > ranges[:, 1] + slack[:, 1])
+    if np.any(outside & (estimate != estimator.first)):
+        place = int(np.argmax(outside))
+        raise ValueError(
+            f"state.estimator.recursion.estimate[{place}] = {estimate[place]} is not allowed: "
+            f"it must be from {ranges[place, 0]:g} to {ranges[place, 1]:g}"
+        )
+
+
+def check_share(name: str, value: Any) -> None:
+    """Raise ``ValueError`` where a share is not from 0 to 1."""
+    if not (math.isfinite(value) and 0.0 <= value <= 1.0):
+        raise ValueError(f"state.{name} = {value} is not allowed: it must be from 0 to 1")

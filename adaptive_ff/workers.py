@@ -1,0 +1,28 @@
+"""Processes that work for a command, and end when it does."""
+
+import multiprocessing
+import os
+import threading
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing.connection import wait
+
+
+def pool_of_workers(workers: int | None = None) -> ProcessPoolExecutor:
+    """Return a pool of processes, by default one for each processor, that end with this one however it ends.
+
+    A process that is killed cannot tell its workers, which then would work, or wait, for ever.
+    """
+    return ProcessPoolExecutor(workers or os.cpu_count(), initializer=end_with_parent)
+
+
+def end_with_parent() -> None:
+    """Watch the parent of this process from a thread, and end with it."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(1)  # nobody waits for a result
+
+    threading.Thread(target=watch, name="end-with-parent", daemon=True).start()

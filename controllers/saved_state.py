@@ -1,0 +1,124 @@
+"""Saved states of controllers: what they belong to, and whether a controller can go on from them.
+
+A state is numbers without a meaning of their own: those of a heavy joint are finite and of the right shape for a light
+one, and command a thousand newton metres there. So a text says whose it is, and one that does not fit is refused.
+"""
+
+import copy
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from controllers.saving import plain_state, rebuilt_state
+
+VERSION = 2
+"""Version of the layout; 1 had neither a version nor what the state belongs to."""
+
+SAME = 1e-9
+"""Relative difference up to which two numbers are the same."""
+
+MATRICES = ("information", "covariance")
+"""Names of arrays that must be symmetric and positive definite."""
+
+
+def saved_text(name: str, belongs: Mapping[str, Any], state: Any) -> str:
+    """Return the text of a state.
+
+    Parameters
+    ----------
+    name : str
+        Class of the controller.
+    belongs : mapping
+        What the controller was made with, by name: numbers, and lists of words.
+    state : NamedTuple
+        The state.
+    """
+    content = {"controller": name, "version": VERSION, "belongs_to": dict(belongs), "state": plain_state(state)}
+    return json.dumps(content, indent=1)
+
+
+def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) -> Any:
+    """Return the state of a text that was saved by a controller like this one.
+
+    Parameters
+    ----------
+    text : str
+        What :func:`saved_text` returned.
+    name, belongs
+        As there, of the controller that is to go on from it.
+    template : NamedTuple
+        Its initial state.
+
+    Raises
+    ------
+    ValueError
+        The text is no such state, or that of another controller.
+    """
+    try:
+        saved = json.loads(text)
+        found, content = saved["controller"], saved["state"]
+    except (json.JSONDecodeError, KeyError, TypeError, RecursionError, UnicodeDecodeError) as error:
+        raise ValueError(f"text = {str(text)[:40]!r} is no saved controller state: {error}") from error
+    if found != name:
+        raise ValueError(f"controller = {str(found)[:40]!r} is not allowed: this is a {name!r}")
+    if saved.get("version") != VERSION:
+        raise ValueError(f"version = {str(saved.get('version'))[:40]} is not allowed: it must be {VERSION}")
+    _check_belongs(saved.get("belongs_to"), belongs)
+    state = rebuilt_state(template, content, "state")
+    check_matrices(state, "state")
+    return state
+
+
+def _check_belongs(found: Any, wanted: Mapping[str, Any]) -> None:
+    if not isinstance(found, dict) or set(found) != set(wanted):
+        raise ValueError(f"belongs_to must have the fields {', '.join(wanted)}")
+    for key, value in wanted.items():
+        other = found[key]
+        number = isinstance(other, int | float) and not isinstance(other, bool)
+        same = math.isclose(other, value, rel_tol=SAME) if number and isinstance(value, float) else other == value
+        if not same:
+            raise ValueError(f"{key} = {str(other)[:80]} is not allowed: this controller has {value}")
+
+
+def check_matrices(value: Any, where: str) -> None:
+    """Raise ``ValueError`` where a matrix of a state (a named tuple) is not symmetric and positive definite."""
+    for key, item in value._asdict().items():
+        if hasattr(item, "_asdict"):
+            check_matrices(item, f"{where}.{key}")
+        elif key in MATRICES:
+            try:
+                np.linalg.cholesky(item)
+                sound = bool(np.allclose(item, item.T, rtol=SAME, atol=0.0))
+            except np.linalg.LinAlgError:
+                sound = False
+            if not sound:
+                raise ValueError(f"{where}.{key} is not allowed: it must be symmetric and positive definite")
+
+
+def check_it_goes_on(state: Any, step: Callable[[Any], tuple[Any, Any]]) -> None:
+    """Try a few steps on a copy of a state.
+
+    Parameters
+    ----------
+    state : NamedTuple
+        The state; left as it is.
+    step : callable
+        Does one step in plain Python: a state to output and new state.
+
+    Raises
+    ------
+    ValueError
+        A step fails, or what it gives is not finite.
+    """
+    tried = copy.deepcopy(state)
+    try:
+        for _ in range(3):
+            output, tried = step(tried)
+            if not math.isfinite(output.torque):
+                raise ValueError("the torque is not finite")
+        rebuilt_state(tried, plain_state(tried), "state")
+    except (ArithmeticError, LookupError, ValueError) as error:
+        raise ValueError(f"state is not allowed: no controller can go on from it: {error}") from error

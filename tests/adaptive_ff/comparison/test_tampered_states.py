@@ -1,0 +1,131 @@
+"""Saved states that were tampered with, or are of another joint: refused, or harmless."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO, drive, lay_course, make, own_loop
+from poisoned_runs import is_finite
+from test_checklist_saved_state import altered, leaves
+
+from adaptive_ff import AdaptiveController
+from controllers import PI, pi_gains
+
+NAMES = ["pi", "adaptive", "adaptive_unsupervised", "adaptive_paper", "canudas", "disturbance_observer", "repetitive"]
+SHORT = SCENARIO.modified(duration=6.0)
+AFTER = SCENARIO.modified(duration=1.0)
+LIMIT = 1e8
+"""More than any torque of the built-in joint's controllers can be, N m."""
+
+
+def tampered(text):
+    """The text with each number in turn negated, far too large, tiny and zero."""
+    for path in leaves(json.loads(text)["state"]):
+        for change in (
+            lambda x: -x,
+            lambda x: x * 1e6,
+            lambda x: x + 1e9,
+            lambda x: 1e300,
+            lambda x: 5e-324,
+            lambda x: 0,
+        ):
+
+            def put(place, key, change=change):
+                if not isinstance(place[key], bool):
+                    place[key] = type(place[key])(change(place[key]))
+
+            yield altered(text, path, put)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_accepted_of_tampered_states_stays_finite(name):
+    controller, course = make(name), lay_course(AFTER)
+    drive(controller, lay_course(SHORT))
+    text = controller.state_to_json()
+    refused, accepted = 0, 0
+    texts = list(tampered(text))
+    for wrong in texts[:: max(1, len(texts) // 150)]:
+        other = make(name)
+        try:
+            other.state_from_json(wrong)
+        except ValueError:
+            refused += 1
+            continue
+        record, _ = drive(other, course)
+        assert np.all(np.isfinite(record.torque)), wrong
+        assert is_finite(other.state)
+        accepted += 1
+    assert refused > 0
+    assert refused + accepted > 30
+
+
+def adaptive(inertia, period=0.01, **others):
+    return AdaptiveController(
+        *pi_gains(inertia, 10.0), period=period, inertia=inertia, stribeck_velocity=0.05, **others
+    )
+
+
+@pytest.mark.parametrize(
+    ("other", "named"),
+    [
+        (adaptive(0.001), "proportional"),
+        (adaptive(20.0, period=0.001), "period"),
+        (adaptive(20.0, delay=1.0), "delay"),
+        (AdaptiveController(*pi_gains(20.0, 10.0), period=0.01, inertia=10.0, stribeck_velocity=0.05), "inertia"),
+        (adaptive(20.0, parameters=("inertia", "coulomb", "stiction", "viscous", "friction_lag")), "estimates"),
+    ],
+    ids=["joint", "period", "delay", "inertia", "names"],
+)
+def test_a_state_of_another_joint_is_refused_by_name(other, named):
+    saved = adaptive(20.0).state_to_json()
+    before = other.state_to_json()
+    with pytest.raises(ValueError, match=named):
+        other.state_from_json(saved)
+    assert other.state_to_json() == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda m: (-np.array(m)).tolist(),
+        lambda m: (np.array(m) * 0.0).tolist(),
+        lambda m: (np.array(m) + np.triu(np.ones_like(m), 1)).tolist(),
+    ],
+    ids=["negative", "zero", "asymmetric"],
+)
+def test_an_information_matrix_that_is_none_is_refused(change):
+    controller = make("adaptive")
+    saved = json.loads(controller.state_to_json())
+    recursion = saved["state"]["estimator"]["recursion"]
+    recursion["information"] = change(recursion["information"])
+    with pytest.raises(ValueError, match=r"information is not allowed: it must be symmetric and positive definite"):
+        controller.state_from_json(json.dumps(saved))
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, '{"controller": "PI", "state": ' + "[" * 100_000], ids=["list", "state"]
+)
+def test_nested_text_is_refused(text):
+    with pytest.raises(ValueError, match="no saved controller state"):
+        PI(1.0, 1.0, 0.01).state_from_json(text)
+
+
+def test_a_state_without_version_is_refused():
+    controller = PI(1.0, 1.0, 0.01)
+    saved = json.loads(controller.state_to_json())
+    del saved["version"]
+    with pytest.raises(ValueError, match="version"):
+        controller.state_from_json(json.dumps(saved))
+
+
+def test_a_spoilt_information_matrix_costs_the_information_and_no_estimate():
+    controller = make("adaptive")
+    drive(controller, lay_course(SCENARIO))
+    controller.state.estimator.recursion.information[0, 0] = -1.0
+    before = controller.estimates
+    torques = own_loop(controller, lay_course(SCENARIO.modified(duration=20.0)))
+    assert np.all(np.isfinite(torques))
+    assert is_finite(controller.state)
+    assert controller.estimates["coulomb"] == pytest.approx(before["coulomb"], rel=0.1)
+    assert math.isfinite(controller.estimates["inertia"])
