@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from adaptive_ff.cli.common import SETTINGS
 from adaptive_ff.cli.gate import Gate
 from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
@@ -61,6 +62,8 @@ def compare_command(
     if gate is None and (tolerance or guard or metric):
         raise InputError("--tolerance, --guard and --metric need a --baseline to compare with")
     source = scenario or "built-in scenario"
+    if loaded.feedback.is_auto and not SETTINGS.quiet:
+        errors.print("Looking for the bandwidth that suits each controller.")
     try:
         for name in (*loaded.controllers, *mine):
             make_controller(loaded, name, mine)
@@ -99,4 +102,7 @@ def _print(comparison: "Comparison", out: Path) -> None:
     for table in (position_table(comparison), estimates_table(comparison)):
         if table is not None:
             console.print(table)
+    if comparison.bandwidths:
+        best = ", ".join(f"{name} {hertz:.3g} Hz" for name, hertz in comparison.bandwidths.items())
+        console.say(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
     console.say(f"Plots, time series and result.json are in {out}")

@@ -19,6 +19,7 @@ from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
+from adaptive_ff.cli.tune import tune_command
 from adaptive_ff.errors import InputError
 
 BAD_INPUT = 2
@@ -60,6 +61,7 @@ for _name, _command in (
     ("compare", compare_command),
     ("matrix", matrix_command),
     ("sweep", sweep_command),
+    ("tune", tune_command),
     ("identify", identify_command),
     ("replay", replay_command),
     ("export", export_command),

@@ -119,10 +119,12 @@ class Scenario(BaseModel):
                         f"reference.frequencies.{index} = {frequency:g} Hz is not allowed: it must be less than half "
                         f"the sampling frequency, {0.5 / period:g} Hz"
                     )
-        if self.feedback.bandwidth is not None:
+        if self.feedback.is_auto and self.position is not None and self.position.gain is None:
+            raise ValueError("position.gain is missing; it must be given where feedback.bandwidth is 'auto'")
+        if self.feedback.bandwidth is not None and not self.feedback.is_auto:
             try:
                 delay = math.ceil(self.assumed_delay - 1e-6)
-                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=delay)
+                design_pi(self.feedback.inertia, period, self.feedback.hertz, delay=delay)
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
         try:
@@ -196,7 +198,9 @@ class Scenario(BaseModel):
     @property
     def position_loop(self) -> PositionLoopParameters | None:
         """The position loop around every controller; None where there is none."""
-        return None if self.position is None else self.position.loop(self.feedback.gains[0] / self.feedback.inertia)
+        if self.position is None:
+            return None
+        return self.position.loop(lambda: self.feedback.gains[0] / (2.0 * math.pi * self.feedback.inertia))
 
     @property
     def position_resolution(self) -> float | None:
@@ -257,6 +261,8 @@ class Scenario(BaseModel):
         if "fixed" in self.controllers and "fixed" not in self.model_fields_set:
             found.append("controller 'fixed' has no [fixed] table: it feeds nothing forward and equals 'pi'")
         found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
+        if self.feedback.is_auto:
+            return found
         fall = steepest_fall(self.joint.friction)
         proportional = self.feedback.gains[0]
         if fall > proportional:
