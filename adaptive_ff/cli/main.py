@@ -10,8 +10,10 @@ from typing import Annotated, TextIO
 
 import typer
 
+from adaptive_ff.cli.commission import commission_command
 from adaptive_ff.cli.common import with_common_options
 from adaptive_ff.cli.compare import compare_command
+from adaptive_ff.cli.excite import excite_command
 from adaptive_ff.cli.export import export_command
 from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.matrix import matrix_command
@@ -62,6 +64,8 @@ for _name, _command in (
     ("matrix", matrix_command),
     ("sweep", sweep_command),
     ("tune", tune_command),
+    ("excite", excite_command),
+    ("commission", commission_command),
     ("identify", identify_command),
     ("replay", replay_command),
     ("export", export_command),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
@@ -63,9 +64,9 @@ class Scenario(BaseModel):
     sensor: Sensor = Sensor()
     velocity: VelocityEstimate = VelocityEstimate()
     actuator: Actuator = Actuator()
-    reference: Annotated[Multisine | Recorded | PointToPoint | Triangle | Staircase, Field(discriminator="kind")] = (
-        Multisine()
-    )
+    reference: Annotated[
+        Multisine | Recorded | PointToPoint | Triangle | Staircase | Fourier, Field(discriminator="kind")
+    ] = Multisine()
     position: PositionControl | None = None
     feedback: Feedback
     adaptation: Adaptation
