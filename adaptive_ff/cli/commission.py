@@ -74,7 +74,7 @@ def commission_command(
 
             result, study = tuned(identified_scenario(loaded, found), advance)
             if log is None:
-                gain = gain_on_the_true_joint(loaded, result)
+                gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
         write_figures(pictures, stage, drawn, source=source if log is None else str(log))
         (stage / "scenario.toml").write_text(to_toml(result), encoding="utf-8")
@@ -99,10 +99,10 @@ def _said(gain: "Gain | None") -> list[str]:
     """Return what was gained, and what to do on a real joint."""
     if gain is None:
         return []
-    ratio = f", {gain.before / gain.after:.1f} times less" if 0.0 < gain.after < gain.before else ""
     return [
         f"On the simulated joint: settled rms error {gain.before:.3g} with the PI loop as given "
-        f"({gain.before_bandwidth:.3g} Hz), {gain.after:.3g} commissioned ({gain.after_bandwidth:.3g} Hz){ratio}.",
+        f"({gain.before_bandwidth:.3g} Hz), {gain.best_pi:.3g} with the bandwidth that suits PI "
+        f"({gain.best_pi_bandwidth:.3g} Hz), {gain.after:.3g} commissioned ({gain.after_bandwidth:.3g} Hz).",
         "On a real joint: run excitation.csv several times in a row under its own loop, record time, velocity and "
         "torque, and give the log with --log.",
     ]

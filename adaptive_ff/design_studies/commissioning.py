@@ -56,12 +56,16 @@ class Gain:
     ----------
     before, before_bandwidth : float
         PI loop as it was given, and its bandwidth, Hz.
+    best_pi, best_pi_bandwidth : float
+        PI loop with the bandwidth that suits it.
     after, after_bandwidth : float
         Adaptive controller with what was identified, and the bandwidth that was chosen.
     """
 
     before: float
     before_bandwidth: float
+    best_pi: float
+    best_pi_bandwidth: float
     after: float
     after_bandwidth: float
 
@@ -132,8 +136,16 @@ def tuned(
     return with_bandwidth(identified, min(best, study.own["adaptive"].bandwidths[-1])), study
 
 
-def gain_on_the_true_joint(scenario: Scenario, result: Scenario) -> Gain:
-    """Return what the commissioned controller gains on the simulated joint of the scenario that it began with."""
+def gain_on_the_true_joint(scenario: Scenario, result: Scenario, study: BandwidthStudy) -> Gain:
+    """Return what the commissioned controller gains on the simulated joint of the scenario that it began with.
+
+    Parameters
+    ----------
+    scenario, result : Scenario
+        The scenario as it was given, and the one that was made.
+    study : BandwidthStudy
+        The study that found the bandwidths.
+    """
     given = loop_of(scenario, "pi")
     content = result.model_dump(exclude_unset=True)
     after = Scenario.model_validate({**content, "joint": scenario.joint.model_dump(exclude_unset=True)})
@@ -142,4 +154,12 @@ def gain_on_the_true_joint(scenario: Scenario, result: Scenario) -> Gain:
         return float(np.median([settled_error(one.modified(seed=seed), CONTROLLERS[name]) for seed in REPORTED_SEEDS]))
 
     crossover = given.feedback.gains[0] / (2.0 * np.pi * given.feedback.inertia)
-    return Gain(error(given, "pi"), float(crossover), error(after, "adaptive"), after.feedback.hertz)
+    suits_pi = study.own["pi"].best
+    return Gain(
+        error(given, "pi"),
+        float(crossover),
+        error(with_bandwidth(after, suits_pi), "pi"),
+        suits_pi,
+        error(after, "adaptive"),
+        after.feedback.hertz,
+    )

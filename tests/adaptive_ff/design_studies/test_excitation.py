@@ -1,6 +1,7 @@
 """Exciting motions: they keep their limits, begin at rest, tell more than others, and read back as they are."""
 
 import dataclasses
+import functools
 import json
 import tomllib
 
@@ -9,6 +10,7 @@ import pytest
 from command_line import run_command_line
 
 from adaptive_ff import InputError, load_scenario
+from adaptive_ff.design_studies import exciting_motion as glue
 from adaptive_ff.design_studies.excitation import MotionLimits, find_excitations
 from adaptive_ff.design_studies.exciting_motion import (
     assumed_joint,
@@ -79,7 +81,8 @@ def test_information_of_a_motion_that_never_slides_is_none():
     )
 
 
-def test_best_candidate_in_simulation_is_taken_and_its_sizes_told():
+def test_best_candidate_in_simulation_is_taken_and_its_sizes_told(monkeypatch):
+    monkeypatch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=2))
     motion = exciting_motion(SCENARIO, default_limits(SCENARIO), period=5.0, fastest=1.0)
     base = interval_widths(yardstick(SCENARIO), [101, 102, 103])
     widths = interval_widths(with_motion(SCENARIO, motion.reference.model_dump(), 5.0), [101, 102, 103])
@@ -120,7 +123,8 @@ def test_wrong_series_are_refused():
         SCENARIO.modified(reference={**table, "cosines": [0.0], "sines": [0.0]})
 
 
-def test_command_writes_a_motion_that_reads_back(tmp_path):
+def test_command_writes_a_motion_that_reads_back(tmp_path, monkeypatch):
+    monkeypatch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=1))
     outcome = run_command_line("excite", "--period", 5, "--fastest", 1, "--velocity", 0.5, "--out", tmp_path / "out")
     assert outcome.status == 0, outcome.err
     assert "95 % intervals over those of 60 s of multisine" in outcome.out
