@@ -3,8 +3,9 @@
 On a common PI loop a good compensator is held to the bandwidth that suits the others, and a weak one is helped by a
 loop that is slow. Here each controller takes the bandwidth at which its settled error is least, up to the fastest loop
 that a maximum sensitivity of 1.7 allows. The bandwidth is chosen on seeds from 101 on, one for all of them; the errors
-that are printed are those of seeds from 1 on. The spring and the noise are part of the scenario: what suits them is
-found, not assumed. A best bandwidth at either end of the range is marked, because the true optimum may be beyond it.
+that are printed are those of seeds from 1 on. ``adaptive-ff tune`` does the same for any scenario. The spring and the
+noise are part of the scenario: what suits them is found, not assumed. A best bandwidth at either end of the range is
+marked, because the true optimum may be beyond it.
 """
 
 import os
@@ -19,23 +20,15 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from adaptive_ff import Scenario, load_scenario, simulate
+from adaptive_ff import load_scenario
+from adaptive_ff.comparison import own_bandwidth
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
+from adaptive_ff.comparison.own_bandwidth import FIRST_TUNING_SEED, tried_bandwidths, with_bandwidth
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.files import write_json
 from benchmarks.wide import wide_console
-from controllers import fastest_bandwidth
-
-FIRST_TUNING_SEED = 101
-"""First of the seeds on which a bandwidth is chosen; reported ones begin at 1."""
-
-SLOWEST = 1.0
-"""Slowest loop that is tried, Hz."""
-
-STEP = 2.0**0.5
-"""Ratio of one bandwidth that is tried to the next."""
 
 DEFAULT_SCENARIOS = ("paper_100hz", "noisy_1khz", "encoder", "delay", "elastic")
 DEFAULT_CONTROLLERS = (BASELINE, "disturbance_observer", "observed_nominal", "oracle", "adaptive")
@@ -62,30 +55,17 @@ class Trial(NamedTuple):
     seed: int
 
 
-def bandwidths(scenario: Scenario) -> list[float]:
-    """Return the bandwidths (Hz) that are tried, the fastest that the sampling allows included."""
-    fastest = fastest_bandwidth(scenario.sampling.period, int(np.ceil(scenario.assumed_delay - 1e-6)))
-    count = int(np.floor(np.log(fastest / SLOWEST) / np.log(STEP))) + 1
-    return [float(fastest / STEP**step) for step in reversed(range(count))]
-
-
 def settled_error(trial: Trial) -> float:
     """Return the settled error (rad/s) of a trial, infinite where the loop fails."""
     scenario = load_scenario(SCENARIOS / f"{trial.scenario}.toml").modified(seed=trial.seed)
     if np.isfinite(trial.bandwidth):
-        content = scenario.model_dump(exclude_unset=True)
-        feedback = {
-            "inertia": scenario.feedback.inertia,
-            "bandwidth": trial.bandwidth,
-            "delay": scenario.feedback.delay,
-        }
-        scenario = Scenario.model_validate({**content, "feedback": feedback})
-    try:
-        if trial.controller == NOISE_FLOOR:
+        scenario = with_bandwidth(scenario, trial.bandwidth)
+    if trial.controller == NOISE_FLOOR:
+        try:
             return noise_floor(scenario).metrics.rms_error_settled
-        return simulate(scenario, trial.controller).metrics.rms_error_settled
-    except (ArithmeticError, ValueError):
-        return float("inf")
+        except (ArithmeticError, ValueError):
+            return float("inf")
+    return own_bandwidth.settled_error(scenario, CONTROLLERS[trial.controller])
 
 
 def medians(trials: list[Trial], pool: Executor) -> dict[tuple[str, str, float], float]:
@@ -100,7 +80,7 @@ def medians(trials: list[Trial], pool: Executor) -> dict[tuple[str, str, float],
 
 def choose(scenario: str, controllers: list[str], seeds: int, pool: Executor) -> dict[str, tuple[float, bool]]:
     """Return the bandwidth (Hz) that suits each controller on a scenario, and whether it is at an end of the range."""
-    tried = bandwidths(load_scenario(SCENARIOS / f"{scenario}.toml"))
+    tried = tried_bandwidths(load_scenario(SCENARIOS / f"{scenario}.toml"))
     seeds_of = range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + seeds)
     found = medians(
         [Trial(scenario, name, value, seed) for name in controllers for value in tried for seed in seeds_of], pool

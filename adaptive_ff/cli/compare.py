@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from adaptive_ff.cli.common import SETTINGS
 from adaptive_ff.cli.gate import Gate
 from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, Report, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
@@ -66,6 +67,8 @@ def compare_command(
     if gate is None and (tolerance or guard or metric):
         raise InputError("--tolerance, --guard and --metric need a --baseline to compare with")
     source = scenario or "built-in scenario"
+    if loaded.feedback.is_auto and not SETTINGS.quiet:
+        errors.print("Looking for the bandwidth that suits each controller.")
     try:
         for name in (*loaded.controllers, *mine):
             make_controller(loaded, name, mine)
@@ -106,4 +109,8 @@ def _tables(comparison: "Comparison") -> "list[Table | str]":
     from adaptive_ff.report.comparison_tables import estimates_table, position_table, tracking_table
 
     tables = (tracking_table(comparison), position_table(comparison), estimates_table(comparison))
-    return [table for table in tables if table is not None]
+    shown: list[Table | str] = [table for table in tables if table is not None]
+    if comparison.bandwidths:
+        best = ", ".join(f"{name} {hertz:.3g} Hz" for name, hertz in comparison.bandwidths.items())
+        shown.append(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
+    return shown

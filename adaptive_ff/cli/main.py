@@ -11,8 +11,10 @@ from typing import Annotated, TextIO
 
 import typer
 
+from adaptive_ff.cli.commission import commission_command
 from adaptive_ff.cli.common import with_common_options
 from adaptive_ff.cli.compare import compare_command
+from adaptive_ff.cli.excite import excite_command
 from adaptive_ff.cli.export import export_command
 from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.matrix import matrix_command
@@ -20,6 +22,7 @@ from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
+from adaptive_ff.cli.tune import tune_command
 from adaptive_ff.errors import InputError
 
 BAD_INPUT = 2
@@ -61,6 +64,9 @@ for _name, _command in (
     ("compare", compare_command),
     ("matrix", matrix_command),
     ("sweep", sweep_command),
+    ("tune", tune_command),
+    ("excite", excite_command),
+    ("commission", commission_command),
     ("identify", identify_command),
     ("replay", replay_command),
     ("export", export_command),

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adaptive_ff.comparison.own import Own, check_own_names
-from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+from adaptive_ff.comparison.registry import CONTROLLERS, loop_of, make_controller
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.files import write_result
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
@@ -43,6 +43,13 @@ class Comparison:
         errors = {name: run.metrics.rms_error_settled for name, run in self.runs.items()}
         return {name: base / error for name, error in errors.items() if error > 0.0}
 
+    @property
+    def bandwidths(self) -> dict[str, float]:
+        """Bandwidth that was found best for each controller, Hz, where the scenario says ``auto``; else empty."""
+        if not self.scenario.feedback.is_auto:
+            return {}
+        return {name: run.scenario.feedback.hertz for name, run in self.runs.items()}
+
     def to_dict(self) -> dict[str, Any]:
         """Return the result as ``--json`` writes it."""
         controllers: dict[str, dict[str, Any]] = {}
@@ -54,6 +61,7 @@ class Comparison:
             "scenario": self.scenario.model_dump(mode="json", exclude_none=True),
             "controllers": controllers,
             "improvement": self.improvement,
+            **({"bandwidths": self.bandwidths} if self.bandwidths else {}),
         }
 
     def write(self, path: str | Path) -> None:
@@ -135,12 +143,13 @@ def compare(
     own = own or {}
     check_own_names(own, CONTROLLERS)
     names = dict.fromkeys([*scenario.controllers, *own])
-    made = {name: make_controller(scenario, name, own) for name in names}
+    loops = {name: loop_of(scenario, name, own) for name in names}
+    made = {name: make_controller(loop, name, own) for name, loop in loops.items()}
     course = lay_course(scenario)
     runs = {}
     for name, controller in made.items():
         report = None if progress is None else _reporter(progress, name)
-        runs[name] = simulate(scenario, controller, name=name, course=course, progress=report)
+        runs[name] = simulate(loops[name], controller, name=name, course=course, progress=report)
     return Comparison(scenario, runs)
 
 

@@ -85,7 +85,7 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
         proportional, integral = (share * gain for gain in scenario.feedback.gains)
         feedback = {"inertia": assumed_inertia, "proportional": proportional, "integral": integral}
     else:
-        feedback = {"inertia": assumed_inertia, "bandwidth": scenario.feedback.bandwidth}
+        feedback = {"inertia": assumed_inertia, "bandwidth": scenario.feedback.hertz}
     table["solver_period"] = longest_period(scenario, table)
     drawn = scenario.modified(
         seed=int(generator.integers(2**31)),
@@ -190,9 +190,13 @@ def sweep(
     ------
     ValueError
         The number of runs is not positive.
+    InputError
+        The scenario leaves the bandwidth open.
     """
     if runs < 1:
         raise ValueError(f"runs = {runs} is not allowed: it must be at least 1")
+    if scenario.feedback.is_auto:
+        raise InputError("feedback.bandwidth = 'auto' is not allowed for a sweep: all joints share one; give a number")
     own = own or {}
     check_own_names(own, REGISTERED)
     kept = KeptOutcomes(folder, scenario, seed, own)

@@ -15,6 +15,7 @@ from adaptive_ff.comparison.literature import (
 )
 from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
+from adaptive_ff.comparison.own_bandwidth import in_own_loop
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, TorqueModel
 from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
@@ -241,6 +242,33 @@ CONTROLLERS: dict[str, Maker] = {
 """Controllers by name."""
 
 
+def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Scenario:
+    """Return the scenario that a controller is made for: with its own best bandwidth where the file says ``auto``.
+
+    Own controllers are given the bandwidth that suits ``pi``: they may be objects that cannot be made anew.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    name : str
+        Name of the controller.
+    own : mapping, optional
+        Further controllers by name.
+
+    Raises
+    ------
+    InputError
+        There is no controller of that name; the message lists those there are.
+    """
+    own = own or {}
+    if name in own:
+        return in_own_loop(scenario, _pi)
+    if name not in CONTROLLERS:
+        raise InputError(f"controllers = {name!r} is not known; there are {', '.join([*CONTROLLERS, *own])}")
+    return in_own_loop(scenario, CONTROLLERS[name])
+
+
 def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:
     """Make a controller for a scenario.
 
@@ -258,9 +286,7 @@ def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None
     InputError
         There is no controller of that name; the message lists those there are.
     """
-    own = own or {}
-    if name in own:
-        return make_own(name, own[name], scenario)
-    if name not in CONTROLLERS:
-        raise InputError(f"controllers = {name!r} is not known; there are {', '.join([*CONTROLLERS, *own])}")
-    return CONTROLLERS[name](scenario)
+    loop = loop_of(scenario, name, own)
+    if own and name in own:
+        return make_own(name, own[name], loop)
+    return CONTROLLERS[name](loop)

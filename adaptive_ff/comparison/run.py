@@ -7,24 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adaptive_ff.comparison.own import own_controller
-from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.registry import loop_of, make_controller
+from adaptive_ff.comparison.running import drive_over
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
-from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from adaptive_ff.simulation.experiment import Course, Record, lay_course
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
-from controllers import Controller
 from controllers.arrays import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-PART = 20_000
-"""Samples between two reports of progress."""
-
-MARKS = 120
-"""Times in a run at which the uncertainty of the estimates is noted."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,32 +152,14 @@ def simulate(
         The run did not stay finite.
     """
     if isinstance(controller, str):
+        scenario = loop_of(scenario, controller)
         name, controller = name or controller, make_controller(scenario, controller)
     if isinstance(controller, type) or not callable(getattr(controller, "step", None)):
         raise InputError(
             f"controller = {controller!r} is not allowed: it must be a name or an object with a method step"
         )
     course = lay_course(scenario) if course is None else course
-    own = not isinstance(controller, Controller)
-    block, state = (own_controller(controller), None) if own else (controller.parameters, controller.state)
-    names = block.estimate_names if own else controller.estimate_names
-    watched = () if own else controller.monitor_names
-    record = empty_record(course, len(names), len(watched))
-    run = run_plain if own else run_compiled
-    position = start_position(course)
-    count = course.noise.size
-    unsure = not own and hasattr(controller, "uncertainties")
-    part = min(PART, max(1, count // MARKS)) if unsure else PART
-    marks: list[tuple[int, dict[str, float]]] = []
-    while position.sample < count:
-        stop = min(position.sample + part, count)
-        state, position = run(block, state, course, position, stop, record)
-        if not own:
-            controller.state = state
-        if unsure:
-            marks.append((stop - 1, controller.uncertainties))
-        if progress is not None:
-            progress(stop / count)
+    record, names, watched, marks = drive_over(controller, course, progress)
     return _finished(name or type(controller).__name__, scenario, course, record, names, watched, marks)
 
 

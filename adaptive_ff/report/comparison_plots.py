@@ -83,7 +83,7 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
     Figure
         Three or four panels over the whole run.
     """
-    look = {**_looks([run.name])[run.name], "linestyle": "-"}
+    look = {**looks_of([run.name])[run.name], "linestyle": "-"}
     keys = [REFERENCE, {**look, "label": f"velocity with {look['label']}"}]
     with rc_context(STYLE):
         several = 3 if run.position_error is None else 4
@@ -137,7 +137,7 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
     runs = comparison.runs
     if not runs:
         raise ValueError("comparison.runs is empty; there is nothing to draw")
-    looks = _looks(runs)
+    looks = looks_of(runs)
     estimating = {name: run for name, run in runs.items() if run.estimates}
     with rc_context(STYLE):
         figures = {"tracking": _tracking(runs, looks), "torque": _torque(runs, looks)}
@@ -300,7 +300,7 @@ def _draw_torques(axes: Axes, run: Run, part: slice, look: Look) -> list[Look]:
     return keys
 
 
-def _looks(names: Iterable[str]) -> dict[str, Look]:
+def looks_of(names: Iterable[str]) -> dict[str, Look]:
     """Give each controller its look: its own if it is known, else the next of a cycle."""
     spare = cycle({"color": colour, "linestyle": dashes} for dashes, colour in product(OTHER_DASHES, OTHER_COLOURS))
     looks: dict[str, Look] = {}

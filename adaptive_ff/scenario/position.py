@@ -1,6 +1,7 @@
 """The table ``[position]``: a position loop around every controller of a scenario."""
 
 import math
+from collections.abc import Callable
 
 from adaptive_ff.scenario.tables import STRICT
 from controllers import PositionLoopParameters, default_position_gain
@@ -26,7 +27,7 @@ class PositionControl(Table):
     limit: Positive | None = None
     encoder_resolution: Positive | None = None
 
-    def loop(self, crossover: float) -> PositionLoopParameters:
-        """Return the position loop for an angular bandwidth of the velocity loop, rad/s."""
-        gain = default_position_gain(crossover / (2.0 * math.pi)) if self.gain is None else self.gain
+    def loop(self, bandwidth: Callable[[], float]) -> PositionLoopParameters:
+        """Return the position loop; the bandwidth of the velocity loop, Hz, is asked for where no gain is given."""
+        gain = default_position_gain(bandwidth()) if self.gain is None else self.gain
         return PositionLoopParameters(gain, math.inf if self.limit is None else self.limit)

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
@@ -95,9 +96,9 @@ class Scenario(Table):
     sensor: Sensor = Sensor()
     velocity: VelocityEstimate = VelocityEstimate()
     actuator: Actuator = Actuator()
-    reference: Annotated[Multisine | Recorded | PointToPoint | Triangle | Staircase, Field(discriminator="kind")] = (
-        Multisine()
-    )
+    reference: Annotated[
+        Multisine | Recorded | PointToPoint | Triangle | Staircase | Fourier, Field(discriminator="kind")
+    ] = Multisine()
     position: PositionControl | None = None
     feedback: Feedback
     adaptation: Adaptation
@@ -151,10 +152,12 @@ class Scenario(Table):
                         f"reference.frequencies.{index} = {frequency:g} Hz is not allowed: it must be less than half "
                         f"the sampling frequency, {0.5 / period:g} Hz"
                     )
-        if self.feedback.bandwidth is not None:
+        if self.feedback.is_auto and self.position is not None and self.position.gain is None:
+            raise ValueError("position.gain is missing; it must be given where feedback.bandwidth is 'auto'")
+        if self.feedback.bandwidth is not None and not self.feedback.is_auto:
             try:
                 delay = math.ceil(self.assumed_delay - 1e-6)
-                design_pi(self.feedback.inertia, period, self.feedback.bandwidth, delay=delay)
+                design_pi(self.feedback.inertia, period, self.feedback.hertz, delay=delay)
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
         try:
@@ -233,7 +236,9 @@ class Scenario(Table):
     @property
     def position_loop(self) -> PositionLoopParameters | None:
         """The position loop around every controller; None where there is none."""
-        return None if self.position is None else self.position.loop(self.feedback.gains[0] / self.feedback.inertia)
+        if self.position is None:
+            return None
+        return self.position.loop(lambda: self.feedback.gains[0] / (2.0 * math.pi * self.feedback.inertia))
 
     @property
     def position_resolution(self) -> float | None:
@@ -314,6 +319,8 @@ class Scenario(Table):
         if "fixed" in self.controllers and "fixed" not in self.model_fields_set:
             found.append("controller 'fixed' has no [fixed] table: it feeds nothing forward and equals 'pi'")
         found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
+        if self.feedback.is_auto:
+            return found
         fall = steepest_fall(self.joint.friction)
         proportional = self.feedback.gains[0]
         if fall > proportional:

@@ -5,8 +5,10 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
+from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
 from controllers import difference_velocity, kalman_velocity, kalman_velocity_gains, low_pass_velocity, pi_gains
 from plant.fields import NonNegative, Positive, Table
@@ -95,6 +97,18 @@ class VelocityEstimate(Table):
         return difference
 
 
+def _kind_of_bandwidth(value: Any) -> str:
+    return AUTO if value == AUTO else "hertz"
+
+
+AUTO = "auto"
+"""In the place of a bandwidth: for each controller the one at which it does best."""
+
+Bandwidth = Annotated[
+    Annotated[Positive, Tag("hertz")] | Annotated[Literal["auto"], Tag(AUTO)], Discriminator(_kind_of_bandwidth)
+]
+
+
 class Feedback(Table):
     """What the designer of the PI loop assumes.
 
@@ -102,8 +116,9 @@ class Feedback(Table):
     ----------
     inertia : float
         Assumed inertia, kg m^2.
-    bandwidth : float, optional
-        Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows.
+    bandwidth : float or "auto", optional
+        Open-loop crossover, Hz; checked against the largest one that a maximum sensitivity of 1.7 allows. ``auto``:
+        for each controller the one at which it does best, on seeds of its own (``adaptive-ff tune`` shows how).
     proportional, integral : float, optional
         Gains given directly instead, N m s/rad and N m/rad; not checked.
     delay : float, optional
@@ -113,7 +128,7 @@ class Feedback(Table):
 
     model_config = STRICT
     inertia: Positive
-    bandwidth: Positive | None = None
+    bandwidth: Bandwidth | None = None
     proportional: Positive | None = None
     integral: NonNegative | None = None
     delay: NonNegative | None = None
@@ -124,22 +139,52 @@ class Feedback(Table):
         if self.bandwidth is None and None in gains:
             raise ValueError("bandwidth is missing; give it, or both proportional and integral")
         if self.bandwidth is not None and gains != (None, None):
-            raise ValueError(f"bandwidth = {self.bandwidth:g} is given beside gains; give it or both gains, not both")
+            shown = self.bandwidth if isinstance(self.bandwidth, str) else f"{self.bandwidth:g}"
+            raise ValueError(f"bandwidth = {shown} is given beside gains; give it or both gains, not both")
+        if self.is_auto:
+            return self
         proportional, integral = self.gains
         if not (0.0 < proportional < math.inf and integral < math.inf):
             raise ValueError(
-                f"inertia = {self.inertia:g} kg m^2 and bandwidth = {self.bandwidth:g} Hz make a proportional gain of "
+                f"inertia = {self.inertia:g} kg m^2 and bandwidth = {self.hertz:g} Hz make a proportional gain of "
                 f"{proportional:g} and an integral gain of {integral:g}; both must be finite, the first positive"
             )
         return self
 
+    @field_validator("bandwidth", mode="before")
+    @classmethod
+    def _check_word(cls, value: Any) -> Any:
+        if isinstance(value, str) and value != AUTO:
+            raise PydanticCustomError("bandwidth", "it must be a positive and finite number of Hz, or 'auto'")
+        return value
+
+    @property
+    def is_auto(self) -> bool:
+        """Whether each controller is given the bandwidth at which it does best."""
+        return self.bandwidth == AUTO
+
+    @property
+    def hertz(self) -> float:
+        """The bandwidth, Hz; not a number where gains are given.
+
+        Raises
+        ------
+        InputError
+            It is ``auto``: each controller has one of its own.
+        """
+        if isinstance(self.bandwidth, str):
+            raise InputError(
+                f"feedback.bandwidth = {AUTO!r} is not allowed here: there is one for each controller; give a number, "
+                "adaptive-ff tune finds it"
+            )
+        return math.nan if self.bandwidth is None else self.bandwidth
+
     @property
     def gains(self) -> tuple[float, float]:
-        """Proportional (N m s/rad) and integral (N m/rad) gain."""
+        """Proportional (N m s/rad) and integral (N m/rad) gain; errors are those of ``hertz``."""
         if self.proportional is not None and self.integral is not None:
             return self.proportional, self.integral
-        assert self.bandwidth is not None
-        return pi_gains(self.inertia, self.bandwidth)
+        return pi_gains(self.inertia, self.hertz)
 
 
 class Adaptation(Table):

@@ -95,6 +95,8 @@ def _resolve(
         if len(models) > 1:
             models = [kind for kind in models if part in _tags(kind)]
             continue
+        if not models and isinstance(part, str):  # which kind of a plain field was tried
+            continue
         bare = str(part).replace("_", "").replace("-", "").isalnum()
         path.append(str(part) if bare else repr(part))
         if isinstance(part, str) and models:

@@ -7,16 +7,9 @@ import pytest
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.comparison.own_bandwidth import STEP
 from benchmarks import own_bandwidth
-from benchmarks.own_bandwidth import STEP, Trial, bandwidths, choose, rows_of, settled_error, table_of
-from controllers import fastest_bandwidth
-
-
-def test_bandwidths_end_at_the_fastest_that_the_margin_allows():
-    found = bandwidths(load_scenario())
-    assert found[-1] == pytest.approx(fastest_bandwidth(0.01), rel=1e-12)
-    assert 1.0 <= found[0] < STEP
-    assert np.diff(np.log(found)) == pytest.approx(np.log(STEP))
+from benchmarks.own_bandwidth import Trial, choose, rows_of, settled_error, table_of
 
 
 def test_error_of_a_trial_is_that_of_the_loop_with_the_bandwidth():

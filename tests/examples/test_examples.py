@@ -10,6 +10,7 @@ EXAMPLES = Path(__file__).resolve().parent.parent.parent / "examples"
 PRINTED = {
     "first_comparison": "estimates at the end:",
     "design_a_loop": "friction slope",
+    "choose_a_bandwidth": "largest difference, rad/s: 0.0",
     "in_your_own_loop": "36 to 40 s: rms error",
     "position_loop": "rms position error: PI",
     "identify_a_log": "Identifiable from the log: inertia",

@@ -1,0 +1,106 @@
+"""A controller as a discrete-time system of python-control."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import control
+import numpy as np
+
+from adaptive_ff.blocks.state_vector import Vector, rebuilt, state_names, state_vector
+from controllers import Controller, Inputs, write_estimates
+from controllers.native import single_step
+
+SIGNALS = ("reference", "velocity", "next_reference", "realised_torque")
+"""Inputs of a controller's block by default."""
+
+KNOWN = tuple(name for name in Inputs._fields if name != "dt")
+"""Inputs that a controller's block may have."""
+
+ABSENT = {"correction": 0.0, "feedforward": 0.0}
+"""What an input is where the block does not have it; the others then are not known."""
+
+
+def controller_block(
+    controller: Controller, *, name: str = "controller", inputs: Sequence[str] = SIGNALS
+) -> "control.NonlinearIOSystem":
+    """Return a controller as a ``control.NonlinearIOSystem`` in discrete time, with the controller's period.
+
+    The whole state of the controller, estimates included, is the state of the system: update and output are functions
+    of state and inputs, so that python-control may evaluate them as often as it likes. The controller that is given
+    is not changed by a simulation.
+
+    Parameters
+    ----------
+    controller : Controller
+        ``PI``, ``AdaptiveController`` or any other controller of the package; its present state is the default one.
+    name : str, optional
+        Name of the system.
+    inputs : sequence of str, optional
+        Signals that it takes, some of ``reference``, ``velocity``, ``next_reference`` (rad/s), ``correction``,
+        ``position`` (rad), ``realised_torque``, ``feedforward`` (N m) and ``inertia`` (kg m^2); the first two must be
+        there. What is not there is not known to the controller.
+
+    Returns
+    -------
+    control.NonlinearIOSystem
+        Outputs are ``torque`` and ``feedforward_torque`` (N m) and ``estimated_NAME`` for each estimate, as they are
+        when the step is done. Its attribute ``initial_state`` (ndarray) is the state that the controller has now.
+
+    Raises
+    ------
+    ValueError
+        The controller is of another kind, whose steps have effects that cannot be repeated, or a signal is not known.
+
+    Examples
+    --------
+    >>> from controllers import PI
+    >>> from adaptive_ff.blocks import controller_block
+    >>> controller_block(PI(100.0, 500.0, 0.01)).output_labels
+    ['torque', 'feedforward_torque']
+    """
+    if not isinstance(controller, Controller):
+        raise ValueError(
+            f"controller = {type(controller).__name__} is not allowed: a solver evaluates a block several times a "
+            "sample, and a step of this object changes the object; it must be a controller of this package, whose "
+            "state is explicit"
+        )
+    _check_inputs(inputs)
+    block, template, estimates = controller.parameters, controller.state, controller.estimate_names
+
+    def advanced(x: Vector, u: Vector) -> tuple[Any, Any]:
+        given = dict(zip(inputs, np.asarray(u, dtype=np.float64).tolist(), strict=True))
+        signals = {key: given.get(key, ABSENT.get(key, math.nan)) for key in KNOWN}
+        return single_step(block, rebuilt(template, x), Inputs(**signals, dt=controller.period))
+
+    def update(t: float, x: Vector, u: Vector, params: Any) -> Vector:
+        return state_vector(advanced(x, u)[1])
+
+    def outputs(t: float, x: Vector, u: Vector, params: Any) -> Vector:
+        output, state = advanced(x, u)
+        row = np.zeros(len(estimates))
+        write_estimates(block, state, row)
+        return np.concatenate([[output.torque, output.feedforward], row])
+
+    system = control.NonlinearIOSystem(
+        update,
+        outputs,
+        name=name,
+        inputs=list(inputs),
+        outputs=["torque", "feedforward_torque", *(f"estimated_{estimate}" for estimate in estimates)],
+        states=state_names(template),
+        dt=controller.period,
+    )
+    system.initial_state = state_vector(template)
+    return system
+
+
+def _check_inputs(inputs: Sequence[str]) -> None:
+    for signal in inputs:
+        if signal not in KNOWN:
+            raise ValueError(f"inputs = {signal!r} is not known; there are {', '.join(KNOWN)}")
+    for signal in ("reference", "velocity"):
+        if signal not in inputs:
+            raise ValueError(f"inputs = {list(inputs)} is not allowed: {signal} is missing")
+    if len(set(inputs)) < len(inputs):
+        raise ValueError(f"inputs = {list(inputs)} is not allowed: a signal is there twice")

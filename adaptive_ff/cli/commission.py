@@ -1,0 +1,109 @@
+"""Command ``adaptive-ff commission``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from adaptive_ff.cli.options import Formats, JsonCopy, ScenarioFile, picture_formats
+from adaptive_ff.cli.places import places
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
+
+if TYPE_CHECKING:
+    from adaptive_ff.design_studies.commissioning import Gain
+
+
+def commission_command(
+    scenario: ScenarioFile = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(help="Log of a real joint (CSV: time, velocity, torque) instead of a simulated recording."),
+    ] = None,
+    period: Annotated[float, typer.Option(help="Period of the exciting motion, s.")] = 10.0,
+    position: Annotated[float | None, typer.Option(help="Largest distance of the motion from its start, rad.")] = None,
+    velocity: Annotated[float | None, typer.Option(help="Largest velocity, rad/s; chosen if not given.")] = None,
+    acceleration: Annotated[float | None, typer.Option(help="Largest acceleration, rad/s^2.")] = None,
+    torque: Annotated[float | None, typer.Option(help="Largest torque, N m; 0.7 of the drive's if not given.")] = None,
+    out: Annotated[Path, typer.Option(help="Folder for all that is found.")] = Path("commissioned"),
+    json: JsonCopy = None,
+    formats: Formats = "png",
+) -> None:
+    """Excite, identify, tune the bandwidth and write the scenario, in one go: the recipe for a real joint."""
+    from adaptive_ff.design_studies.commissioning import gain_on_the_true_joint, identified_scenario, record, tuned
+    from adaptive_ff.design_studies.exciting_motion import default_limits
+    from adaptive_ff.files import write_csv, write_result
+    from adaptive_ff.identify.identification import identify_log
+    from adaptive_ff.logs.log import read_log
+    from adaptive_ff.report.bandwidth_tables import best_table
+    from adaptive_ff.report.drawing import stamp, write_figures
+    from adaptive_ff.report.excitation_plot import plot_excitation
+    from adaptive_ff.report.parameter_tables import parameters_table
+    from adaptive_ff.scenario.file import to_toml, toml_text
+    from adaptive_ff.scenario.scenario import load_scenario
+    from adaptive_ff.simulation.loop import run_in_memory
+
+    drawn, errors = picture_formats(formats), error_console()
+    loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
+    linear = loaded.joint.axis == "linear"
+    with places(out, json) as (stage, beside):
+        announce_compilation(errors, run_in_memory)
+        with progress_bars(errors) as progress:
+            pictures, gain = {}, None
+            if log is None:
+                task = progress.add_task("motion", total=1.0)
+                limits = default_limits(
+                    loaded, position=position, velocity=velocity, acceleration=acceleration, torque=torque
+                )
+                recorded = record(
+                    loaded, limits, period=period, progress=lambda share: progress.update(task, completed=share)
+                )
+                write_csv(stage / "excitation.csv", recorded.motion.columns(loaded.sampling.period))
+                table = toml_text({"reference": recorded.motion.reference.model_dump()})
+                (stage / "excitation.toml").write_text(table, encoding="utf-8")
+                pictures["excitation"] = plot_excitation(recorded.motion, linear=linear)
+                write_csv(stage / "log.csv", recorded.columns)
+            file = stage / "log.csv" if log is None else log
+            given = read_log(file, time="time", velocity="velocity", torque="torque")
+            found = identify_log(given, torque_delay=0.5 * loaded.sampling.period, linear=linear)
+            work = progress.add_task("bandwidth", total=2.0)
+            shares: dict[str, float] = {}
+
+            def advance(name: str, share: float) -> None:
+                shares[name] = share
+                progress.update(work, completed=sum(shares.values()))
+
+            result, study = tuned(identified_scenario(loaded, found), advance)
+            if log is None:
+                gain = gain_on_the_true_joint(loaded, result, study)
+        pictures |= found.plot(None) | {"tune": study.plot()}
+        stamp(pictures.values(), source if log is None else str(log))
+        write_figures(pictures, stage, drawn)
+        (stage / "scenario.toml").write_text(to_toml(result), encoding="utf-8")
+        summary = {
+            "identification": found.to_dict(),
+            "bandwidth": study.to_dict()["controllers"],
+            "gain": None if gain is None else vars(gain),
+            "scenario": result.model_dump(mode="json", exclude_none=True),
+        }
+        for target in (stage / "commission.json", *beside.values()):
+            write_result(target, summary)
+    warn(errors, found.cautions)
+    console = Printer()
+    for one in (parameters_table(found), best_table(study)):
+        console.print(one)
+    for sentence in (*found.verdict, *_said(gain)):
+        console.say(sentence)
+    console.say(f"scenario.toml, ready for compare and export, commission.json and the pictures are in {out}")
+
+
+def _said(gain: "Gain | None") -> list[str]:
+    """Return what was gained, and what to do on a real joint."""
+    if gain is None:
+        return []
+    return [
+        f"On the simulated joint: settled rms error {gain.before:.3g} with the PI loop as given "
+        f"({gain.before_bandwidth:.3g} Hz), {gain.best_pi:.3g} with the bandwidth that suits PI "
+        f"({gain.best_pi_bandwidth:.3g} Hz), {gain.after:.3g} commissioned ({gain.after_bandwidth:.3g} Hz).",
+        "On a real joint: run excitation.csv several times in a row under its own loop, record time, velocity and "
+        "torque, and give the log with --log.",
+    ]

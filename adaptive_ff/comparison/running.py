@@ -1,0 +1,64 @@
+"""A controller of any kind driven over a course: compiled where it has kernels, else in plain Python."""
+
+from collections.abc import Callable
+from typing import Any
+
+from adaptive_ff.comparison.own import own_controller
+from adaptive_ff.simulation.experiment import Course, Record, empty_record
+from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from controllers import Controller
+
+PART = 20_000
+"""Samples between two reports of progress."""
+
+MARKS = 120
+"""Times in a run at which the uncertainty of the estimates is noted."""
+
+Marks = list[tuple[int, dict[str, float]]]
+"""Samples, and the uncertainty of each estimate there."""
+
+
+def drive_over(
+    controller: Any, course: Course, progress: Callable[[float], None] | None = None
+) -> tuple[Record, tuple[str, ...], tuple[str, ...], Marks]:
+    """Run a controller over a course.
+
+    Parameters
+    ----------
+    controller : Controller or any object with a method ``step``
+        It ends in the state at the end of the run.
+    course : Course
+        Joint, drive, reference and noise.
+    progress : callable, optional
+        Is called with the share done, from 0 to 1.
+
+    Returns
+    -------
+    record : Record
+        The series.
+    names, watched : tuple of str
+        Names of the estimates and of the monitors in it.
+    marks : list of tuple
+        Uncertainty of the estimates on the way; empty for a controller that states none.
+    """
+    own = not isinstance(controller, Controller)
+    block, state = (own_controller(controller), None) if own else (controller.parameters, controller.state)
+    names = block.estimate_names if own else controller.estimate_names
+    watched = () if own else controller.monitor_names
+    record = empty_record(course, len(names), len(watched))
+    run = run_plain if own else run_compiled
+    position = start_position(course)
+    count = course.noise.size
+    unsure = not own and hasattr(controller, "uncertainties")
+    part = min(PART, max(1, count // MARKS)) if unsure else PART
+    marks: Marks = []
+    while position.sample < count:
+        stop = min(position.sample + part, count)
+        state, position = run(block, state, course, position, stop, record)
+        if not own:
+            controller.state = state
+        if unsure:
+            marks.append((stop - 1, controller.uncertainties))
+        if progress is not None:
+            progress(stop / count)
+    return record, names, watched, marks

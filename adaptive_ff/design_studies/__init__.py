@@ -1,0 +1,1 @@
+"""Studies that help to design a loop: bandwidth, exciting motions, commissioning."""

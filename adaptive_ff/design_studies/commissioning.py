@@ -1,0 +1,165 @@
+"""A joint put into operation in one go: excite, identify, choose the bandwidth, and a scenario of what was found.
+
+On a simulated joint the truth is known, so that a last step can show what was gained: the loop as it was given, beside
+the adaptive controller with what was identified. On a real joint the log takes the place of the first two steps.
+"""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, settled_error, with_bandwidth
+from adaptive_ff.comparison.registry import CONTROLLERS, loop_of
+from adaptive_ff.comparison.run import simulate
+from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy, study_bandwidths
+from adaptive_ff.design_studies.excitation import Excitation, MotionLimits
+from adaptive_ff.design_studies.exciting_motion import exciting_motion, with_motion
+from adaptive_ff.design_studies.information import Array
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.scenario_text import scenario_text
+from adaptive_ff.scenario.scenario import Scenario
+
+PERIODS = 6
+"""Periods of the motion that are recorded: identification chooses among models, and holds a quarter out."""
+
+RECORDED_SEED = 100
+"""Seed of the noise of the recording: neither one that is tuned on nor one that is reported."""
+
+REPORTED_SEEDS = tuple(range(1, 6))
+"""Seeds of the errors that are reported."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A recorded motion of a simulated joint.
+
+    Attributes
+    ----------
+    motion : Excitation
+        The motion.
+    columns : dict of ndarray
+        ``time`` (s), ``velocity`` as it is measured (rad/s) and ``torque`` of the drive (N m).
+    """
+
+    motion: Excitation
+    columns: dict[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Gain:
+    """What commissioning gains on a simulated joint: settled rms errors, rad/s, the median over seeds.
+
+    Attributes
+    ----------
+    before, before_bandwidth : float
+        PI loop as it was given, and its bandwidth, Hz.
+    best_pi, best_pi_bandwidth : float
+        PI loop with the bandwidth that suits it.
+    after, after_bandwidth : float
+        Adaptive controller with what was identified, and the bandwidth that was chosen.
+    """
+
+    before: float
+    before_bandwidth: float
+    best_pi: float
+    best_pi_bandwidth: float
+    after: float
+    after_bandwidth: float
+
+
+def record(
+    scenario: Scenario,
+    limits: MotionLimits,
+    *,
+    period: float = 10.0,
+    periods: int = PERIODS,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Find an exciting motion and record it on the simulated joint, under the PI loop.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The joint, and what is assumed of it.
+    limits : MotionLimits
+        Limits of the motion.
+    period : float, optional
+        Period of the motion, s.
+    periods : int, optional
+        Number of periods to record.
+    progress : callable, optional
+        Is called with the share done.
+    """
+    motion = exciting_motion(scenario, limits, period=period, progress=progress)
+    plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), periods * period)
+    run = simulate(plan.modified(seed=RECORDED_SEED), "pi")
+    return Recording(motion, {"time": run.time, "velocity": run.measured, "torque": run.torque})
+
+
+def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenario:
+    """Return the scenario with the joint that was identified, and with what the controllers now assume of it.
+
+    Sensor, drive and reference stay as they are; changes of the joint and what is assumed of its sweep do, too.
+
+    Raises
+    ------
+    InputError
+        The log does not determine a joint that can be simulated.
+    """
+    joint = tomllib.loads(scenario_text(found, "reference.csv"))["joint"]
+    joint["solver_period"] = scenario.joint.solver_period
+    content = scenario.model_dump(exclude_unset=True)
+    told = {name: joint[name] for name in ("inertia", "coulomb", "viscous")}
+    try:
+        return Scenario.model_validate(
+            {
+                **content,
+                "joint": {**joint, "axis": scenario.joint.axis},
+                "feedback": {**content["feedback"], "inertia": joint["inertia"]},
+                "adaptation": {**content["adaptation"], "stribeck_velocity": joint["stribeck_velocity"]},
+                "fixed": told,
+            }
+        )
+    except ValueError as error:
+        raise InputError(f"{found.name}: what was identified makes no scenario: {error}") from error
+
+
+def tuned(
+    identified: Scenario, progress: Callable[[str, float], None] | None = None
+) -> tuple[Scenario, BandwidthStudy]:
+    """Return a scenario with the bandwidth that suits the adaptive controller, and the study that found it."""
+    study = study_bandwidths(identified, ["adaptive"], tuning_seeds=TUNING_SEEDS, progress=progress)
+    best = float(f"{study.own['adaptive'].best:.4g}")
+    return with_bandwidth(identified, min(best, study.own["adaptive"].bandwidths[-1])), study
+
+
+def gain_on_the_true_joint(scenario: Scenario, result: Scenario, study: BandwidthStudy) -> Gain:
+    """Return what the commissioned controller gains on the simulated joint of the scenario that it began with.
+
+    Parameters
+    ----------
+    scenario, result : Scenario
+        The scenario as it was given, and the one that was made.
+    study : BandwidthStudy
+        The study that found the bandwidths.
+    """
+    given = loop_of(scenario, "pi")
+    content = result.model_dump(exclude_unset=True)
+    after = Scenario.model_validate({**content, "joint": scenario.joint.model_dump(exclude_unset=True)})
+
+    def error(one: Scenario, name: str) -> float:
+        return float(np.median([settled_error(one.modified(seed=seed), CONTROLLERS[name]) for seed in REPORTED_SEEDS]))
+
+    crossover = given.feedback.gains[0] / (2.0 * np.pi * given.feedback.inertia)
+    suits_pi = study.own["pi"].best
+    return Gain(
+        error(given, "pi"),
+        float(crossover),
+        error(with_bandwidth(after, suits_pi), "pi"),
+        suits_pi,
+        error(after, "adaptive"),
+        after.feedback.hertz,
+    )

@@ -1,0 +1,115 @@
+"""How much a motion tells of a joint: the intervals that its parameters would have, up to a common factor.
+
+The rows are those of the joint's equation while it slides, ``u = J w' + F(w) - tau dF/dw w'``, of a periodic motion
+that is followed exactly. Each counts by how far its sample passes the gate that identification has: the joint must
+have slid one way, faster than a share of the Stribeck velocity, for a while. What a reversal itself would tell of the
+lag is left out, as the gate leaves it out. Everything is smooth in the motion, so that a motion can be optimised.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
+"""Parameters whose intervals are told."""
+
+GATE_SHARE = 0.4
+"""Speed of the gate over the Stribeck velocity, as in ``comparison.calibration``."""
+
+GATE_WIDTH = 0.1
+"""Width of its smooth edge, in Stribeck velocities."""
+
+SIGN_SHARE = 0.1
+"""Speed over the Stribeck velocity at which a smooth sign turns."""
+
+SMALLEST = 1e-12
+"""Added to the scaled information, so that a motion that does not tell a parameter has a finite, huge interval."""
+
+
+class AssumedJoint(NamedTuple):
+    """What is assumed of a joint before it is identified; a motion is planned with it.
+
+    Attributes
+    ----------
+    inertia : float
+        Inertia, kg m^2.
+    coulomb, stiction : float
+        Coulomb friction and stiction, N m.
+    viscous : float
+        Viscous coefficient, N m s/rad.
+    stribeck_velocity : float
+        Stribeck velocity, rad/s.
+    hold : float
+        For how long the joint must have slid before identification uses a sample, s.
+    """
+
+    inertia: float
+    coulomb: float
+    stiction: float
+    viscous: float
+    stribeck_velocity: float
+    hold: float
+
+
+def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
+    """Return the information matrices of motions.
+
+    Parameters
+    ----------
+    joint : AssumedJoint
+        The joint.
+    velocity : ndarray, shape (m, n)
+        ``m`` periodic motions on a grid of times, rad/s.
+    step : float
+        Step of the grid, s.
+
+    Returns
+    -------
+    ndarray, shape (m, 5, 5)
+        Of the parameters ``NAMES``, each over a size of its own, for noise of unit density.
+    """
+    bend = joint.stribeck_velocity
+    sign, falling = np.tanh(velocity / (SIGN_SHARE * bend)), np.exp(-np.abs(velocity) / bend)
+    derive = 2j * np.pi * np.fft.rfftfreq(velocity.shape[-1], step)
+    spectrum = np.fft.rfft(velocity, axis=-1)
+    acceleration = np.fft.irfft(derive * spectrum, velocity.shape[-1], axis=-1)
+    slope = joint.viscous - (joint.stiction - joint.coulomb) / bend * falling
+    unit = max(joint.stiction, joint.inertia * bend / joint.hold)
+    rows = np.stack(
+        [
+            joint.inertia * acceleration,
+            unit * sign * (1.0 - falling),
+            unit * sign * falling,
+            unit / bend * velocity,
+            joint.hold * slope * acceleration,
+        ],
+        axis=-1,
+    )
+    weighted = rows * _passing(joint, velocity, step)[..., None]
+    found: Array = np.swapaxes(weighted, -1, -2) @ rows * step
+    return found
+
+
+def interval_sizes(found: Array) -> Array:
+    """Return the sizes of the intervals of the parameters, shape (m, 5), from information matrices, shape (m, 5, 5)."""
+    trace = np.trace(found, axis1=-2, axis2=-1)[..., None, None]
+    inverse = np.linalg.inv(found + SMALLEST * trace * np.eye(len(NAMES)))
+    sizes: Array = np.sqrt(np.diagonal(inverse, axis1=-2, axis2=-1))
+    return sizes
+
+
+def _passing(joint: AssumedJoint, velocity: Array, step: float) -> Array:
+    """Return by how much each sample passes the gate, from 0 to 1, shape (m, n)."""
+    bend = joint.stribeck_velocity
+    fast = 1.0 / (1.0 + np.exp(-(np.abs(velocity) / bend - GATE_SHARE) / GATE_WIDTH))
+    passing = fast
+    longest = max(1, round(joint.hold / step))
+    for back in sorted({max(1, longest // 3), max(1, 2 * longest // 3), longest}):
+        before = np.roll(velocity, back, axis=-1)
+        one_way = 0.5 + 0.5 * np.tanh(velocity * before / (0.5 * SIGN_SHARE * bend**2))
+        passing = passing * np.roll(fast, back, axis=-1) * one_way
+    found: Array = passing
+    return found

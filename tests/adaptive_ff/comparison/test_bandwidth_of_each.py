@@ -1,0 +1,135 @@
+"""The bandwidth that suits a controller: where the error is least, on seeds of its own; and ``auto`` uses it."""
+
+import math
+
+import numpy as np
+import pytest
+from command_line import run_command_line
+from scenario_files import short, write_scenario
+
+from adaptive_ff import InputError, Scenario, compare, load_scenario, simulate
+from adaptive_ff.comparison import own_bandwidth
+from adaptive_ff.comparison.drawn_joints import sweep
+from adaptive_ff.comparison.own_bandwidth import (
+    STEP,
+    TUNING_SEEDS,
+    find_own_bandwidth,
+    in_own_loop,
+    settled_error,
+    tried_bandwidths,
+    with_bandwidth,
+)
+from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+from controllers import PI, fastest_bandwidth, pi_gains
+
+SHORT = load_scenario().modified(duration=4.0, controllers=["pi", "adaptive"])
+AUTO = SHORT.modified(feedback={"bandwidth": "auto"})
+
+
+def test_bandwidths_end_at_the_fastest_that_the_margin_allows():
+    found = tried_bandwidths(load_scenario())
+    assert found[-1] == pytest.approx(fastest_bandwidth(0.01), rel=1e-12)
+    assert 1.0 <= found[0] < STEP
+    assert np.diff(np.log(found)) == pytest.approx(np.log(STEP))
+    slow = load_scenario().modified(
+        sampling={"period": 0.2}, feedback={"bandwidth": 0.1}, reference={"frequencies": [0.01], "amplitudes": [1.0]}
+    )
+    assert len(tried_bandwidths(slow)) == 5
+
+
+def test_best_bandwidth_is_chosen_on_its_own_seeds(monkeypatch):
+    """A made-up error, least at 3 Hz; the seed of the scenario is not among those that it is asked for."""
+    seen = set()
+
+    def made_up(scenario, maker, course=None):
+        seen.add(scenario.seed)
+        return abs(math.log(scenario.feedback.hertz / 3.0)) if scenario.feedback.hertz < 12.0 else math.inf
+
+    monkeypatch.setattr(own_bandwidth, "settled_error", made_up)
+    found = find_own_bandwidth(SHORT.modified(seed=7), CONTROLLERS["pi"])
+    assert seen == set(TUNING_SEEDS)
+    assert abs(math.log(found.best / 3.0)) <= 0.5 * math.log(STEP)
+    assert not found.at_an_end
+    assert found.error == min(found.errors)
+    assert found.errors[-1] == math.inf
+    monkeypatch.setattr(own_bandwidth, "settled_error", lambda *_: math.inf)
+    with pytest.raises(ArithmeticError, match="fails at every bandwidth"):
+        find_own_bandwidth(SHORT, CONTROLLERS["pi"])
+
+
+@pytest.mark.parametrize("position", [None, {}], ids=["velocity", "position loop"])
+def test_error_at_a_bandwidth_is_that_of_a_run(position):
+    scenario = SHORT if position is None else SHORT.modified(position=position)
+    given = scenario.modified(feedback={"bandwidth": 4.0})
+    expected = simulate(given, "pi").metrics.rms_error_settled
+    found = find_own_bandwidth(scenario, CONTROLLERS["pi"], seeds=[1])
+    assert settled_error(with_bandwidth(scenario, 4.0), CONTROLLERS["pi"]) == expected
+    place = 2
+    at = simulate(scenario.modified(feedback={"bandwidth": found.bandwidths[place]}), "pi")
+    assert found.errors[place] == at.metrics.rms_error_settled
+
+
+def test_gains_give_way_to_a_bandwidth():
+    content = SHORT.model_dump(exclude_unset=True)
+    gains = Scenario.model_validate({**content, "feedback": {"inertia": 20.0, "proportional": 1e3, "integral": 1e3}})
+    assert with_bandwidth(gains, 3.0).feedback.gains == pi_gains(20.0, 3.0)
+
+
+def test_auto_gives_each_controller_its_own_best_bandwidth():
+    found = compare(AUTO)
+    expected = {name: find_own_bandwidth(SHORT, CONTROLLERS[name]).best for name in ("pi", "adaptive")}
+    assert found.bandwidths == expected
+    assert found.to_dict()["bandwidths"] == expected
+    assert found.to_dict()["scenario"]["feedback"]["bandwidth"] == "auto"
+    alone = simulate(AUTO, "pi")
+    assert alone.metrics == found.runs["pi"].metrics
+    assert alone.metrics == simulate(with_bandwidth(SHORT, expected["pi"]), "pi").metrics
+    assert make_controller(AUTO, "pi").parameters.proportional == pi_gains(20.0, expected["pi"])[0]
+    assert compare(SHORT.modified(controllers=["pi"])).bandwidths == {}
+    assert in_own_loop(SHORT, CONTROLLERS["pi"]) is SHORT
+
+
+def test_own_controllers_are_given_the_loop_that_suits_pi():
+    def mine(proportional, integral, period):
+        return PI(proportional, integral, period)
+
+    found = compare(AUTO.modified(controllers=["pi"]), own={"mine": mine})
+    assert found.bandwidths["mine"] == found.bandwidths["pi"]
+    assert found.runs["mine"].metrics == found.runs["pi"].metrics
+
+
+@pytest.mark.parametrize(
+    ("feedback", "said"),
+    [
+        (
+            {"bandwidth": "fast"},
+            "bandwidth = 'fast' is not allowed: it must be a positive and finite number of Hz, or 'auto'",
+        ),
+        ({"bandwidth": -1.0}, "feedback.bandwidth = -1.0 is not allowed: it must be positive"),
+        ({"bandwidth": True}, "feedback.bandwidth = True is not allowed: it must be a finite number"),
+    ],
+)
+def test_other_words_and_values_are_refused(feedback, said):
+    with pytest.raises(InputError) as refused:
+        SHORT.modified(feedback=feedback)
+    assert said in str(refused.value)
+
+
+def test_where_one_bandwidth_is_needed_auto_is_refused():
+    with pytest.raises(InputError, match=r"feedback.bandwidth = 'auto' is not allowed here"):
+        _ = AUTO.feedback.gains
+    with pytest.raises(InputError, match="'auto' is not allowed for a sweep"):
+        sweep(AUTO, 1)
+    with pytest.raises(InputError, match=r"position.gain is missing; it must be given where feedback.bandwidth is"):
+        AUTO.modified(position={})
+    assert AUTO.modified(position={"gain": 5.0}).position_loop.gain == 5.0
+    with pytest.raises(InputError, match="bandwidth = auto is given beside gains"):
+        AUTO.modified(feedback={"proportional": 1.0})
+
+
+def test_compare_says_which_bandwidths_it_took(tmp_path):
+    content = {**short(), "duration": 2.0}
+    content["feedback"] = {"inertia": 20.0, "bandwidth": "auto"}
+    outcome = run_command_line("compare", write_scenario(tmp_path, content), "--out", tmp_path / "out")
+    assert outcome.status == 0, outcome.err
+    assert "Each controller in the loop that suits it, chosen on other seeds: pi " in outcome.out

@@ -1,0 +1,122 @@
+"""Study of bandwidths: the loop at each, the errors, its table and picture, and the command."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from command_line import refusal, run_command_line
+from scenario_files import short, write_scenario
+
+from adaptive_ff import InputError, load_scenario, simulate
+from adaptive_ff.design_studies.bandwidth_study import study_bandwidths
+from adaptive_ff.design_studies.loop_at_bandwidth import loop_at, noise_response
+from adaptive_ff.report.bandwidth_tables import best_table, errors_table, loops_table
+from adaptive_ff.scenario.scenario import Scenario
+from controllers import design_pi
+
+SHORT = load_scenario().modified(duration=4.0)
+
+
+@pytest.fixture(scope="module")
+def study():
+    return study_bandwidths(SHORT, ["disturbance_observer"], tuning_seeds=[101], reported_seeds=[1])
+
+
+def test_errors_are_those_of_runs_on_the_reported_seeds(study):
+    best = study.own["disturbance_observer"].best
+    run = simulate(SHORT.modified(seed=1, feedback={"bandwidth": best}), "disturbance_observer")
+    assert study.own_errors["disturbance_observer"] == run.metrics.rms_error_settled
+    assert study.common_errors["pi"] == simulate(SHORT, "pi").metrics.rms_error_settled
+    assert set(study.own) == {"pi", "disturbance_observer"}
+
+
+def test_margins_are_those_of_the_design(study):
+    for loop in study.loops:
+        design = design_pi(20.0, 0.01, loop.bandwidth)
+        assert (loop.maximum_sensitivity, loop.phase_margin) == (design.maximum_sensitivity, design.phase_margin)
+    # friction falls by 600 N m s/rad at most: what Kp = 2 pi f J must hold, near 5 Hz
+    hunts = {loop.bandwidth: loop.hunts for loop in study.loops}
+    assert [hunts[bandwidth] for bandwidth in sorted(hunts)] == sorted(hunts.values(), reverse=True)
+    assert 2.0 < max(bandwidth for bandwidth, hunting in hunts.items() if hunting) < 8.0
+
+
+@pytest.mark.parametrize(
+    "sensor",
+    [{"velocity_noise": 0.002}, {"encoder_resolution": 1e-5}],
+    ids=["velocity sensor", "encoder"],
+)
+def test_noise_is_that_of_a_run_without_friction(sensor):
+    content = load_scenario().model_dump(exclude_unset=True)
+    joint = {**content["joint"], "coulomb": 0.0, "stiction": 0.0, "viscous": 0.0, "friction_lag": 0.0}
+    scenario = Scenario.model_validate(
+        {
+            **content,
+            "joint": joint,
+            "sensor": sensor,
+            "velocity": {"method": "low_pass", "cutoff": 200.0},
+            "sampling": {"period": 0.001},
+            "actuator": {},
+            # slow and smooth: what is left of the error is noise
+            "reference": {"kind": "multisine", "frequencies": [0.05], "amplitudes": [1.0], "peak": 0.1},
+        }
+    )
+    loop = loop_at(scenario, 10.0)
+    run = simulate(scenario, "pi_inertia")
+    error = (run.reference - run.velocity)[20_000:]
+    smooth = np.convolve(error, np.ones(2001) / 2001.0, "same")[2000:-2000]  # what is left of the motion itself
+    assert float(np.std(error[2000:-2000] - smooth)) == pytest.approx(loop.noise_velocity, rel=0.15)
+
+
+def test_response_to_noise_sums_to_nothing_behind_an_encoder():
+    assert noise_response(SHORT).tolist() == [1.0]
+    for method in ("difference", "low_pass", "kalman"):
+        encoder = SHORT.modified(
+            sensor={"encoder_resolution": 1e-5, "velocity_noise": 0.0}, velocity={"method": method}
+        )
+        response = noise_response(encoder)
+        assert response[0] > 0.0
+        assert float(np.sum(response)) == pytest.approx(0.0, abs=1e-4 * response[0])
+
+
+def test_tables_name_the_best(study):
+    tables = [loops_table(study), errors_table(study), best_table(study)]
+    assert [table.row_count for table in tables] == [len(study.loops), len(study.loops), 2]
+    marked = [cell for cell in tables[1].columns[1].cells if cell.endswith("*")]
+    assert len(marked) == 1
+    assert "1.00" in list(tables[2].columns[3].cells)
+    assert study.plot().axes[0].get_yscale() == "log"
+    assert set(study.columns()) >= {"bandwidth", "maximum_sensitivity", "error_pi"}
+    json.dumps(study.to_dict(), allow_nan=False)
+
+
+def test_study_without_a_bandwidth_of_its_own():
+    scenario = SHORT.modified(feedback={"bandwidth": "auto"}, sensor={"velocity_noise": 0.0})
+    found = study_bandwidths(scenario, ["pi"], tuning_seeds=[101], reported_seeds=[1])
+    assert found.common_errors == {}
+    assert [loop.noise_torque for loop in found.loops] == [0.0] * len(found.loops)
+    assert len(best_table(found).columns) == 4
+    assert found.plot().axes[0].get_lines()
+
+
+def test_wrong_arguments_are_refused():
+    with pytest.raises(InputError, match="controller = 'none' is not known; there are pi,"):
+        study_bandwidths(SHORT, ["none"])
+    for tuning, reported in (([1, 2], [2]), ([], [1]), ([1], [])):
+        with pytest.raises(InputError, match="seeds"):
+            study_bandwidths(SHORT, ["pi"], tuning_seeds=tuning, reported_seeds=reported)
+
+
+def test_command_prints_tables_and_writes_files(tmp_path):
+    scenario = write_scenario(tmp_path, {**short(), "duration": 2.0})
+    options = ("--controller", "pi", "--seeds", 1, "--tuning-seeds", 1, "--out", tmp_path / "out")
+    outcome = run_command_line("tune", scenario, *options)
+    assert outcome.status == 0, outcome.err
+    assert "sensitivity" in outcome.out
+    assert "own, Hz" in outcome.out
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"tune.png", "tune.csv", "tune.json"}
+    content = json.loads((tmp_path / "out" / "tune.json").read_text())
+    best = content["controllers"]["pi"]["best_bandwidth"]
+    assert best in [loop["bandwidth"] for loop in content["loops"]]
+    assert math.isfinite(content["controllers"]["pi"]["own_error"])
+    assert "controller = 'mine' is not known" in refusal("tune", scenario, "--controller", "mine", "--out", tmp_path)

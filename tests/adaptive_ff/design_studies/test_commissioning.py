@@ -1,0 +1,73 @@
+"""Commissioning: from a simulated recording, or a log of a real joint, to a scenario with a bandwidth that suits."""
+
+import functools
+import json
+
+import pytest
+from command_line import refusal, run_command_line
+from scenario_files import built_in, write_scenario
+
+from adaptive_ff import load_scenario, simulate
+from adaptive_ff.design_studies import exciting_motion
+from adaptive_ff.design_studies.excitation import find_excitations
+
+
+@pytest.fixture(scope="module")
+def commissioned(tmp_path_factory):
+    """Run the command once, with a search that is short: the folder, what it printed, and the scenario."""
+    folder = tmp_path_factory.mktemp("commissioned")
+    content = {**built_in(), "duration": 10.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
+    scenario = write_scenario(folder, content)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1))
+        outcome = run_command_line("commission", scenario, "--out", folder / "out")
+    return folder / "out", outcome, scenario
+
+
+def test_everything_is_written_and_said(commissioned):
+    folder, outcome, _ = commissioned
+    assert outcome.status == 0, outcome.err
+    names = {path.name for path in folder.iterdir()}
+    assert names >= {"excitation.csv", "excitation.toml", "log.csv", "scenario.toml", "commission.json", "tune.png"}
+    assert "On the simulated joint: settled rms error" in outcome.out
+    assert "give the log with --log" in outcome.out
+
+
+def test_identified_joint_is_near_the_true_one(commissioned):
+    found = load_scenario(commissioned[0] / "scenario.toml")
+    assert found.joint.inertia == pytest.approx(20.0, rel=0.1)
+    assert found.joint.coulomb == pytest.approx(60.0, rel=0.15)
+    assert found.joint.viscous == pytest.approx(80.0, rel=0.2)
+    assert found.feedback.inertia == found.fixed.inertia == found.joint.inertia
+    assert found.sampling.period == 0.002
+
+
+def test_gain_is_that_of_runs_on_the_true_joint(commissioned):
+    folder, _, given = commissioned
+    summary = json.loads((folder / "commission.json").read_text())
+    gain, result = summary["gain"], load_scenario(folder / "scenario.toml")
+    assert gain["after_bandwidth"] == result.feedback.hertz
+    assert gain["after_bandwidth"] == pytest.approx(summary["bandwidth"]["adaptive"]["best_bandwidth"], rel=1e-3)
+    assert gain["after"] < gain["before"]
+    before = sorted(
+        simulate(load_scenario(given).modified(seed=seed), "pi").metrics.rms_error_settled for seed in range(1, 6)
+    )
+    assert gain["before"] == before[2]
+
+
+def test_log_takes_the_place_of_the_recording(commissioned, tmp_path):
+    folder, _, scenario = commissioned
+    outcome = run_command_line("commission", scenario, "--log", folder / "log.csv", "--out", tmp_path / "again")
+    assert outcome.status == 0, outcome.err
+    assert "On the simulated joint" not in outcome.out
+    assert not (tmp_path / "again" / "excitation.csv").exists()
+    again, first = (load_scenario(path / "scenario.toml") for path in (tmp_path / "again", folder))
+    assert again == first
+
+
+def test_log_that_tells_nothing_is_refused(commissioned, tmp_path):
+    rows = "\n".join(f"{0.002 * k:g},0,1" for k in range(2000))
+    (tmp_path / "log.csv").write_text(f"time,velocity,torque\n{rows}\n")
+    line = refusal("commission", commissioned[2], "--log", tmp_path / "log.csv", "--out", tmp_path / "out")
+    assert "log.csv" in line
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,143 @@
+"""Exciting motions: they keep their limits, begin at rest, tell more than others, and read back as they are."""
+
+import dataclasses
+import functools
+import json
+import tomllib
+
+import numpy as np
+import pytest
+from command_line import run_command_line
+
+from adaptive_ff import InputError, load_scenario
+from adaptive_ff.design_studies import exciting_motion as glue
+from adaptive_ff.design_studies.excitation import MotionLimits, find_excitations
+from adaptive_ff.design_studies.exciting_motion import (
+    assumed_joint,
+    default_limits,
+    exciting_motion,
+    interval_widths,
+    with_motion,
+    yardstick,
+)
+from adaptive_ff.design_studies.information import NAMES, AssumedJoint, information, interval_sizes
+from adaptive_ff.scenario.fourier import Fourier
+
+JOINT = AssumedJoint(20.0, 60.0, 90.0, 80.0, 0.05, 0.1)
+ONES = np.ones(len(NAMES))
+SCENARIO = load_scenario()
+
+
+@pytest.mark.parametrize(
+    ("limits", "reached"),
+    [
+        (MotionLimits(0.2), "velocity"),
+        (MotionLimits(1.0, position=0.05), "position"),
+        (MotionLimits(1.0, acceleration=0.5), "acceleration"),
+        (MotionLimits(2.0, torque=120.0), "torque"),
+    ],
+)
+def test_motion_keeps_its_limits_and_reaches_one(limits, reached):
+    (motion,) = find_excitations(JOINT, limits, ONES, period=4.0, starts=1)
+    columns = motion.columns(0.0005)
+    sizes = {name: float(np.max(np.abs(columns[name]))) for name in ("position", "velocity", "acceleration")}
+    torque = np.abs(20.0 * columns["acceleration"] + 80.0 * columns["velocity"]) + 90.0
+    sizes["torque"] = float(np.max(torque))
+    for name, size in sizes.items():
+        limit = getattr(limits, name)
+        assert limit is None or size <= limit
+        assert size == pytest.approx(motion.largest[name], rel=1e-3)
+    assert sizes[reached] == pytest.approx(getattr(limits, reached), rel=1e-2)
+
+
+def test_motion_begins_and_ends_at_rest_where_it_began():
+    (motion,) = find_excitations(JOINT, MotionLimits(1.0), ONES, period=4.0, starts=1)
+    columns = motion.columns(0.001)
+    for name in ("position", "velocity", "acceleration"):
+        assert columns[name][[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-6)
+    velocity = np.gradient(columns["position"], 0.001)
+    assert velocity[1:-1] == pytest.approx(columns["velocity"][1:-1], abs=1e-4)
+    drawn = motion.reference.velocity(columns["time"], np.random.default_rng(0))
+    assert columns["velocity"] == pytest.approx(drawn, abs=1e-12)
+
+
+def test_search_finds_more_than_chance():
+    motions = find_excitations(JOINT, MotionLimits(1.0), ONES, period=6.0, starts=1)
+    best = max(motions[0].sizes.values())
+    grid = np.arange(600) * 0.01
+    generator = np.random.default_rng(0)
+    for _ in range(20):
+        cosines, sines = generator.standard_normal((2, 12))
+        one = Fourier(kind="fourier", period=6.0, cosines=cosines.tolist(), sines=sines.tolist())
+        velocity = one.velocity(grid, generator)
+        velocity /= np.max(np.abs(velocity))
+        assert np.max(interval_sizes(information(JOINT, velocity[None, :], 0.01))) > best
+
+
+def test_information_of_a_motion_that_never_slides_is_none():
+    still = np.full((1, 100), 1e-4)
+    assert np.min(interval_sizes(information(JOINT, still, 0.01))) > 1e3 * np.min(
+        interval_sizes(information(JOINT, np.sin(0.1 * np.arange(630))[None, :], 0.01))
+    )
+
+
+def test_best_candidate_in_simulation_is_taken_and_its_sizes_told(monkeypatch):
+    monkeypatch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=2))
+    motion = exciting_motion(SCENARIO, default_limits(SCENARIO), period=5.0, fastest=1.0)
+    base = interval_widths(yardstick(SCENARIO), [101, 102, 103])
+    widths = interval_widths(with_motion(SCENARIO, motion.reference.model_dump(), 5.0), [101, 102, 103])
+    assert motion.sizes == {name: widths[name] / base[name] for name in NAMES}
+    assert max(motion.sizes.values()) < 20.0
+
+
+def test_default_limits_follow_the_drive():
+    limits = default_limits(SCENARIO)
+    assert limits == MotionLimits(pytest.approx(1.4), None, None, pytest.approx(280.0))
+    assert default_limits(SCENARIO, torque=150.0).velocity == pytest.approx((150.0 - 90.0) / 80.0)
+    assert default_limits(SCENARIO, velocity=0.2, position=1.0) == MotionLimits(0.2, 1.0, None, pytest.approx(280.0))
+    with pytest.raises(InputError, match="torque = 80 N m is not allowed: it must be more than the stiction, 90 N m"):
+        default_limits(SCENARIO, torque=80.0)
+    assert assumed_joint(SCENARIO).stiction == 90.0
+
+
+@pytest.mark.parametrize(
+    ("limits", "arguments", "said"),
+    [
+        (MotionLimits(-1.0), {}, "velocity = -1.0 is not allowed: it must be positive and finite"),
+        (MotionLimits(1.0, position=float("nan")), {}, "position = nan is not allowed"),
+        (MotionLimits(1.0, torque=90.0), {}, "torque = 90 N m is not allowed: it must be more than the stiction"),
+        (MotionLimits(1.0), {"period": 1.0}, "make 2 harmonics; there must be from 3 to 60"),
+    ],
+)
+def test_wrong_limits_are_refused(limits, arguments, said):
+    with pytest.raises(InputError) as refused:
+        find_excitations(JOINT, limits, ONES, **arguments)
+    assert said in str(refused.value)
+
+
+def test_wrong_series_are_refused():
+    table = {"kind": "fourier", "period": 2.0, "cosines": [1.0], "sines": [1.0, 2.0]}
+    with pytest.raises(InputError, match="sines has 2 values, cosines has 1; there must be as many"):
+        SCENARIO.modified(reference=table)
+    with pytest.raises(InputError, match="all zero"):
+        SCENARIO.modified(reference={**table, "cosines": [0.0], "sines": [0.0]})
+
+
+def test_command_writes_a_motion_that_reads_back(tmp_path, monkeypatch):
+    monkeypatch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=1))
+    outcome = run_command_line("excite", "--period", 5, "--fastest", 1, "--velocity", 0.5, "--out", tmp_path / "out")
+    assert outcome.status == 0, outcome.err
+    assert "95 % intervals over those of 60 s of multisine" in outcome.out
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {f"excitation.{ending}" for ending in ("csv", "toml", "json", "png")}
+    table = tomllib.loads((tmp_path / "out" / "excitation.toml").read_text())["reference"]
+    series = SCENARIO.modified(duration=5.0, reference=table).reference_velocity()
+    recorded = {"kind": "csv", "path": str(tmp_path / "out" / "excitation.csv")}
+    again = SCENARIO.modified(duration=5.0, reference=recorded).reference_velocity()
+    assert again == pytest.approx(series, abs=2e-4)
+    assert np.max(np.abs(series)) <= 0.5
+    content = json.loads((tmp_path / "out" / "excitation.json").read_text())
+    assert set(content["intervals_over_multisine"]) == set(NAMES)
+    assert content["limits"] == dataclasses.asdict(MotionLimits(0.5, None, None, 280.0)) | {
+        "torque": pytest.approx(280.0)
+    }
