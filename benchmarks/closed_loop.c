@@ -120,9 +120,12 @@ static double model_friction(const struct model *m, double speed) {
     return m->friction.coulomb * (1.0 - share) + m->friction.stiction * share + m->friction.viscous * speed;
 }
 
+#define HELD 0.8 /* share of the Coulomb friction that is held at rest */
+
 /* Integral of the lagged friction over a motion that does not reverse. */
 static double one_way_friction(const struct model *m, double *friction, double start, double end, double duration) {
-    double direction = start + end, first = 0.0, last = 0.0, lag = m->friction_lag;
+    double direction = start + end, held = HELD * m->friction.coulomb, lag = m->friction_lag;
+    double first = fmin(fmax(*friction, -held), held), last = first; /* of the last direction, while the plan rests */
     if (direction != 0.0) {
         first = copysign(model_friction(m, fabs(start)), direction);
         last = copysign(model_friction(m, fabs(end)), direction);

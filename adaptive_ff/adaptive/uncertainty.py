@@ -90,7 +90,9 @@ def assess(estimator: EstimatorParameters, state: EstimatorState, period: float)
     own = start + max(floor, 0.0) * np.eye(size)
     data = state.recursion.information - own
     level = max(mean_squared_error(estimator, state) * period * (1.0 + missing) / (2.0 * memory), SMALLEST_LEVEL)
-    together = np.sqrt(np.diag(level * np.linalg.inv(data + level * np.diag(prior))))
+    values, vectors = np.linalg.eigh(data + level * np.diag(prior))
+    values = np.maximum(values, level * float(np.min(prior)))  # the prior alone gives that; data lose it by rounding
+    together = np.sqrt(level * (vectors**2 @ (1.0 / values)))
     alone = np.sqrt(level / (np.maximum(np.diag(data), 0.0) + level * prior))
     errors = together * estimator.scale
     errors[FRICTION_LAG] = math.hypot(errors[FRICTION_LAG], period / math.sqrt(12.0))

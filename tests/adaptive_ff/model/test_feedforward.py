@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.model.feedforward import FeedforwardState, exchange_model, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.feedforward import (
+    HELD,
+    FeedforwardState,
+    exchange_model,
+    initial_feedforward_state,
+    step_feedforward,
+)
 from adaptive_ff.model.friction import TorqueModel, directed_friction, model_friction
 from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.scenario.truth import true_model
@@ -112,13 +118,18 @@ def test_short_lag_tends_to_none(start, end, lag):
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.02])
-def test_at_rest_nothing_is_fed_forward_and_friction_fades(lag):
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
     model = MODEL._replace(friction_lag=lag)
+    held = HELD * model.coulomb
     assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True))
-    torque, state = step_feedforward(model, FeedforwardState(60.0, 0.0, True), 0.0, 0.0, PERIOD)
+    begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
+    torque, state = step_feedforward(model, begin, 0.0, 0.0, PERIOD)
     decay = math.exp(-PERIOD / lag) if lag else 0.0
-    assert state.friction == pytest.approx(60.0 * decay, abs=1e-12)
-    assert torque == pytest.approx(60.0 * lag * (1.0 - decay) / PERIOD, abs=1e-12)
+    assert direction * state.friction == pytest.approx(held + 12.0 * decay, abs=1e-12)
+    assert direction * torque == pytest.approx(held + 12.0 * lag * (1.0 - decay) / PERIOD, abs=1e-12)
+    little = step_feedforward(model, FeedforwardState(direction * 5.0, 0.0, True), 0.0, 0.0, PERIOD)
+    assert little[0] == pytest.approx(direction * 5.0)  # no more than there was
 
 
 def test_without_preview_the_last_slope_of_the_reference_is_continued():
