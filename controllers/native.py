@@ -15,9 +15,8 @@ import numpy as np
 from numba import types
 from numba.core.ccallback import CFunc
 from numba.extending import overload, register_jitable
-from numpy.typing import NDArray
 
-from controllers.arrays import MutableArray
+from controllers.arrays import MutableArray, NDArray
 from controllers.compiled import cached, compiled_in_place
 from controllers.kernel_compiler import EntryCompiler
 from controllers.kernels import (
