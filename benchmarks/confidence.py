@@ -1,8 +1,8 @@
 """How honest the uncertainties of the adaptive controller are: ``python -m benchmarks.confidence``.
 
 On the built-in joint the truth is known. For each parameter: root of the mean square, over seeds, of its error in units
-of the uncertainty that the controller tells. One would be perfect, less is on the safe side. Last, the share of all
-parameters within twice the uncertainty; normal errors would give 95 %.
+of the standard deviation that the controller states. One would be perfect, less is on the safe side. Last, the share of
+all parameters within twice the uncertainty; normal errors would give 95 %.
 """
 
 from typing import Annotated, NamedTuple

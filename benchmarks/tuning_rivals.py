@@ -1,8 +1,8 @@
 """What the sources of the rivals leave open, as candidates of a search; the rules found are their defaults.
 
-``adaptive_paper``: memory. ``canudas``: dead zone, as a share of the told Stribeck velocity, and share of the friction
-that is compensated, along the reference and at the measured velocity. ``feedback_error``: learning rate, as a share of
-the crossover ``Kp/J``, and the friction lags of its features, in time constants ``J/Kp``.
+``adaptive_paper``: memory. ``canudas``: dead zone, as a share of the assumed Stribeck velocity, and share of the
+friction that is compensated, along the reference and at the measured velocity. ``feedback_error``: learning rate, as a
+share of the crossover ``Kp/J``, and the friction lags of its features, in time constants ``J/Kp``.
 """
 
 from typing import Any
@@ -25,13 +25,13 @@ def paper(memory: float) -> Maker:
     """Return the maker of ``adaptive_paper`` with a memory (s)."""
 
     def make(scenario: Scenario) -> PaperController:
-        told = scenario.adaptation
+        assumed = scenario.adaptation
         return PaperController(
             *scenario.feedback.gains,
             scenario.sampling.period,
             inertia=scenario.feedback.inertia,
-            stribeck_velocity=told.stribeck_velocity,
-            stribeck_shape=told.stribeck_shape,
+            stribeck_velocity=assumed.stribeck_velocity,
+            stribeck_shape=assumed.stribeck_shape,
             memory=memory,
         )
 
@@ -57,13 +57,13 @@ def feedback_error(rate: float, lags: tuple[float, ...]) -> Maker:
     """Return the maker of ``feedback_error`` with a learning rate and lags in units of the feedback's time constant."""
 
     def make(scenario: Scenario) -> FeedbackErrorLearning:
-        told, response = scenario.adaptation, scenario.feedback.inertia / scenario.feedback.gains[0]
+        assumed, response = scenario.adaptation, scenario.feedback.inertia / scenario.feedback.gains[0]
         return FeedbackErrorLearning(
             *scenario.feedback.gains,
             scenario.sampling.period,
             inertia=scenario.feedback.inertia,
-            stribeck_velocity=told.stribeck_velocity,
-            stribeck_shape=told.stribeck_shape,
+            stribeck_velocity=assumed.stribeck_velocity,
+            stribeck_shape=assumed.stribeck_shape,
             rate=rate / response,
             lags=[lag * response for lag in lags],
         )

@@ -22,6 +22,7 @@ import numba
 from numba.extending import overload
 
 from controllers.kernel_cache import EntryCache
+from controllers.kernel_compiler import EntryCompiler
 from controllers.kernel_sources import source_key
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -42,7 +43,7 @@ def compiled(function: Function) -> Function:
     numba dispatcher
         The plain function stays available as its attribute ``py_func``.
     """
-    entry: Function = _cached(numba.njit(error_model="numpy")(function))
+    entry: Function = cached(numba.njit(error_model="numpy", pipeline_class=EntryCompiler)(function))
     return entry
 
 
@@ -52,12 +53,15 @@ def compiled_in_place(function: Function) -> Function:
     Numba then need not count references to the arrays in parameters and states, which would double the time of a step
     (``python -m benchmarks.speed`` measures it). What a step needs is held as scratch by its state.
     """
-    entry: Function = _cached(numba.njit(error_model="numpy", _nrt=False)(function))  # type: ignore[call-overload]
+    options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "pipeline_class": EntryCompiler}
+    entry: Function = cached(numba.njit(**options)(function))
     return entry
 
 
-def _cached(dispatcher: Any) -> Any:
-    dispatcher._cache = EntryCache(dispatcher.py_func, _cache_directory())
+def cached(dispatcher: Any) -> Any:
+    """Make a dispatcher, or a function for C, keep its machine code on disk; return it."""
+    plain = dispatcher.py_func if hasattr(dispatcher, "py_func") else dispatcher._pyfunc
+    dispatcher._cache = EntryCache(plain, _cache_directory())
     return dispatcher
 
 

@@ -5,18 +5,22 @@ for a period. With ``d = m + r``, ``m`` whole and ``0 <= r < 1``, the period tha
 torque of ``k - 2 - m``, for the share ``r`` of it, and went on with that of ``k - 1 - m``. What is known of a period is
 the mean over it.
 
-What has been computed is kept in a tuple, the newest first, as long as the delay needs: its length is part of the type,
-so without a delay it costs no more than a number.
+What has been computed is kept in a tuple, the newest first. Its length is part of the type, so without a delay it costs
+no more than a number, and kernels are compiled anew for a length: there are few.
 """
 
 import math
 
 from numba.extending import register_jitable
 
+LENGTHS = (1, 3, 11)
+"""Lengths of lines: for no delay, for delays that drives have, and for the longest that is accepted."""
+
 
 def delay_line(delay: float) -> tuple[float, ...]:
     """Return a line for a delay in periods, as if zero had been computed before the first sample."""
-    return (0.0,) * (math.ceil(delay) + 1)
+    needed = math.ceil(delay) + 1
+    return (0.0,) * min(length for length in LENGTHS if length >= needed)
 
 
 @register_jitable(forceinline=True)

@@ -1,184 +1,20 @@
-"""What every controller has in common: its kernel's inputs and output, and the thin class around it."""
+"""The class around the kernels of a velocity controller: to be called once a sample."""
 
 import copy
 import json
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Self
+from functools import partial
+from math import isfinite
+from typing import Any, Self
 
 import numpy as np
-from numba.extending import register_jitable
 
+from controllers.bridging import BRIDGED
 from controllers.checks import check_positive
-from controllers.compiled import compiled_in_place, dispatched
+from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
+from controllers.native import Native, NativeParameters, step_at
 from controllers.saving import plain_state, rebuilt_state
-
-
-class Inputs(NamedTuple):
-    """What a controller is given at a sample.
-
-    Feedback acts on ``reference + correction - velocity``. Feedforward, preview and instruments see the plan alone,
-    ``reference`` and ``next_reference``: a correction contains the measurement, and friction fed forward along it
-    would close a loop of its own. Identification sees the true velocity and torque.
-
-    Attributes
-    ----------
-    reference : float
-        Planned velocity now, rad/s.
-    velocity : float
-        Measured velocity now, rad/s; not finite where the measurement failed.
-    next_reference : float
-        Planned velocity at the next sample, rad/s; not a number where it is not known.
-    correction : float
-        What an outer loop adds to the plan, rad/s.
-    position : float
-        Measured position now, rad; not a number where it is not known.
-    realised_torque : float
-        Mean torque that the drive gave over the last period, N m; not a number where it is not known.
-    feedforward : float
-        Torque known from elsewhere, such as gravity, N m.
-    inertia : float
-        Inertia in the present configuration, kg m^2; not a number where the controller's own holds.
-    dt : float
-        Time since the last sample, s.
-    """
-
-    reference: float
-    velocity: float
-    next_reference: float
-    correction: float
-    position: float
-    realised_torque: float
-    feedforward: float
-    inertia: float
-    dt: float
-
-
-@register_jitable
-def planned_inputs(
-    reference: float, velocity: float, next_reference: float, realised_torque: float, dt: float
-) -> Inputs:
-    """Return the inputs along a plan without an outer loop, with no position, known torque or given inertia.
-
-    Parameters
-    ----------
-    reference, velocity, next_reference : float
-        Planned velocity now, measured velocity, planned velocity at the next sample, rad/s.
-    realised_torque : float
-        Mean torque that the drive gave over the last period, N m.
-    dt : float
-        Time since the last sample, s.
-    """
-    return Inputs(reference, velocity, next_reference, 0.0, math.nan, realised_torque, 0.0, math.nan, dt)
-
-
-@register_jitable
-def _changed(inputs: Inputs, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
-    # the one place that lists all fields: compiled code knows no ``_replace``
-    return Inputs(
-        inputs.reference,
-        velocity,
-        inputs.next_reference,
-        inputs.correction,
-        inputs.position,
-        realised_torque,
-        feedforward,
-        inputs.inertia,
-        inputs.dt,
-    )
-
-
-@register_jitable
-def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
-    """Return the inputs with a torque (N m) added to their feedforward."""
-    return _changed(inputs, inputs.velocity, inputs.realised_torque, inputs.feedforward + torque)
-
-
-@register_jitable
-def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
-    """Return the inputs with another velocity (rad/s) in the place of the measured one."""
-    return _changed(inputs, velocity, inputs.realised_torque, inputs.feedforward)
-
-
-@register_jitable
-def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
-    """Return the inputs with a mean torque (N m) that the drive gave over the last period."""
-    return _changed(inputs, inputs.velocity, torque, inputs.feedforward)
-
-
-@register_jitable
-def present_inertia(inputs: Inputs, inertia: float) -> float:
-    """Return the inertia (kg m^2) of the present configuration, or the controller's own where none is given."""
-    return inputs.inertia if math.isfinite(inputs.inertia) else inertia
-
-
-class Output(NamedTuple):
-    """What a controller gives at a sample.
-
-    Attributes
-    ----------
-    torque : float
-        Commanded torque, N m.
-    feedforward : float
-        The part of it that is not feedback, N m.
-    """
-
-    torque: float
-    feedforward: float
-
-
-STEPS: dict[type, Callable[..., Any]] = {}
-"""Step kernel of each class of controller parameters: ``step(parameters, state, inputs) -> (output, state)``."""
-
-ESTIMATES: dict[type, Callable[..., Any]] = {}
-"""Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
-
-
-class _Monitors(dict[type, Callable[..., Any]]):
-    """Kernels of the classes that have any; the others write nothing."""
-
-    def get(self, block: type, default: Any = None) -> Any:
-        """Return the kernel of a class of parameters."""
-        return super().get(block, without_estimates)
-
-
-MONITORS: dict[type, Callable[..., Any]] = _Monitors()
-"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
-
-
-def _step(block: Any, state: Any, inputs: Inputs) -> Any:
-    return STEPS[type(block)](block, state, inputs)
-
-
-def _write_estimates(block: Any, state: Any, row: Any) -> Any:
-    return ESTIMATES[type(block)](block, state, row)
-
-
-def _write_monitors(block: Any, state: Any, row: Any) -> Any:
-    return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
-
-
-step = dispatched(STEPS, _step)
-"""One sample of any controller, compiled or not."""
-
-write_estimates = dispatched(ESTIMATES, _write_estimates)
-"""Write the physical estimates of any controller into a row of floats."""
-
-
-write_monitors = dispatched(MONITORS, _write_monitors)
-"""Write what any controller watches itself by into a row of floats."""
-
-
-@register_jitable
-def without_estimates(block: Any, state: Any, row: Any) -> None:
-    """Write nothing: for controllers that estimate nothing."""
-
-
-def _single_step(block: Any, state: Any, inputs: Inputs) -> Any:
-    return step(block, state, inputs)
-
-
-single_step = compiled_in_place(_single_step)
 
 
 class Controller:
@@ -199,6 +35,8 @@ class Controller:
 
     estimate_names: tuple[str, ...] = ()
     monitor_names: tuple[str, ...] = ()
+    needs_double: str = ""
+    """Why it cannot be exported in single precision; empty where it can."""
 
     def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
         if not (math.isfinite(period) and period > 0.0):
@@ -206,8 +44,54 @@ class Controller:
         self.parameters = parameters
         self.period = float(period)
         self._initial_state = initial_state
-        self.state: Any = initial_state(parameters)
-        self._step: Callable[..., Any] = single_step
+        self._state: Any = initial_state(parameters)
+        self._native: Native | None = None
+        self._compute: Callable[..., float] = self._first_compiled_step
+
+    @property
+    def state(self) -> Any:
+        """State of the kernel, a named tuple; the arrays in it are those that the next step changes."""
+        return self._state if self._native is None else self._native.state
+
+    @state.setter
+    def state(self, value: Any) -> None:
+        self._state = value  # keeps the arrays alive, too, whose addresses compiled code has
+        if self._native is not None:
+            self._native.state = value
+
+    @property
+    def native(self) -> NativeParameters:
+        """What compiled code takes for this controller; its state stays where it is. Compiles or loads at first."""
+        if self._native is None:
+            self._native = Native(self.parameters, self._state)
+        return self._native.block
+
+    def _first_compiled_step(self, *inputs: float) -> float:
+        block = self.native
+        self._compute = partial(step_at, block.step, block.parameters, block.state, block.exchange)
+        return self._compute(*inputs)
+
+    def step_plain(self, inputs: Inputs) -> Output:
+        """Do one sample in plain Python, with inputs as they are; return torque and feedforward, N m."""
+        output: Output
+        output, self.state = step(self.parameters, self.state, inputs)
+        return output
+
+    def _plain_step(self, *inputs: float) -> float:
+        return self.step_plain(Inputs(*inputs)).torque
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy is made of: no addresses."""
+        content = {**self.__dict__, "_state": self.state, "_native": None}
+        plain = getattr(content.pop("_compute"), "__func__", None) is Controller._plain_step
+        return {**content, "_is_plain": plain}
+
+    def __setstate__(self, content: dict[str, Any]) -> None:
+        """Make a copy; it steps as the original did, compiled or in plain Python."""
+        content = dict(content)
+        plain = content.pop("_is_plain")
+        self.__dict__.update(content)
+        self._compute = self._plain_step if plain else self._first_compiled_step
 
     def step(
         self,
@@ -230,8 +114,9 @@ class Controller:
         reference : float
             Planned velocity now, rad/s, without what an outer loop adds.
         velocity : float
-            Measured velocity now, rad/s. A value that is not finite is skipped: the controller goes on with the
-            last valid one, adds nothing to its integral, keeps its estimates, and counts it in ``rejected``.
+            Measured velocity now, rad/s. A value that is not finite, or that no machine can have, is skipped and
+            counted in ``rejected``: the controller takes the error for zero, keeps its integral and its estimates and
+            goes on with its feedforward for two seconds; then ``fault`` is set and the torque fades to zero.
         next_reference : float, optional
             Planned velocity at the next sample, rad/s (preview).
         correction : float, optional
@@ -256,7 +141,7 @@ class Controller:
         Returns
         -------
         float
-            Torque, N m, always finite.
+            Torque, N m, always finite. Other inputs that no machine can have are not used, and counted in ``faults``.
 
         Raises
         ------
@@ -266,24 +151,29 @@ class Controller:
         """
         if inertia is not None:
             check_positive(inertia=inertia)
+        if dt is None:
+            dt = self.period
+        elif not 0.0 < dt < math.inf:
+            raise ValueError(f"dt = {dt} is not allowed: it must be a positive number of seconds")
+        if not (isfinite(reference) and isfinite(correction) and isfinite(feedforward)):
+            _refuse(reference=reference, correction=correction, feedforward=feedforward)
+        if next_reference is None:
+            next_reference = math.nan
+        elif not isfinite(next_reference):
+            _refuse(next_reference=next_reference)
         if regressors is not None:
             self._take_regressors(regressors)
-        inputs = Inputs(
-            _finite("reference", reference),
+        return self._compute(
+            float(reference),
             float(velocity),
-            math.nan if next_reference is None else _finite("next_reference", next_reference),
-            _finite("correction", correction),
+            float(next_reference),
+            float(correction),
             math.nan if position is None else float(position),
             math.nan if realised_torque is None else float(realised_torque),
-            _finite("feedforward", feedforward),
+            float(feedforward),
             math.nan if inertia is None else float(inertia),
-            self.period if dt is None else _finite("dt", dt),
+            float(dt),
         )
-        if inputs.dt <= 0.0:
-            raise ValueError(f"dt = {dt} is not allowed: it must be a positive number of seconds")
-        output, self.state = self._step(self.parameters, self.state, inputs)
-        torque: float = output.torque
-        return torque
 
     def _take_regressors(self, regressors: Sequence[float]) -> None:
         """Take further known regressors for the coming step; a controller that knows none refuses them."""
@@ -310,7 +200,7 @@ class Controller:
         ValueError
             The torque or the velocity is not finite, or the controller has no integral.
         """
-        torque, velocity = _finite("torque", torque), _finite("velocity", velocity)
+        _refuse(torque=torque, velocity=velocity)
         if not feedback_state(self.parameters).integral > 0.0:
             raise ValueError("integral = 0 is not allowed for a takeover: it must be positive to hold the torque")
         self._prepare(float(reference), torque)
@@ -331,8 +221,18 @@ class Controller:
 
     @property
     def rejected(self) -> int:
-        """Number of measurements that were not finite and so were skipped."""
+        """Number of measured velocities that were not finite, or not plausible, and so were skipped."""
         return int(feedback_state(self.state).rejected)
+
+    @property
+    def faults(self) -> int:
+        """Number of samples at which another input was not plausible and so was not used; see ``plausibility``."""
+        return int(feedback_state(self.state).guard.faults)
+
+    @property
+    def fault(self) -> bool:
+        """Whether the measurement has been lost for longer than can be bridged, so that the torque fades to zero."""
+        return bool(feedback_state(self.state).guard.lost > BRIDGED)
 
     @property
     def estimates(self) -> dict[str, float]:
@@ -343,11 +243,11 @@ class Controller:
 
     def warm_up(self) -> None:
         """Compile or load the step before real-time use; the state is left as it is."""
-        single_step(
-            self.parameters,
-            self._initial_state(self.parameters),
-            planned_inputs(0.0, 0.0, 0.0, 0.0, self.period),
-        )
+        at_rest = self._initial_state(self.parameters)
+        native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
+        block = native.block
+        numbers = planned_inputs(0.0, 0.0, 0.0, 0.0, self.period)
+        step_at(block.step, block.parameters, block.state, block.exchange, *numbers)
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly."""
@@ -373,7 +273,8 @@ class Controller:
 
     def run_uncompiled(self) -> Self:
         """Make this controller step in plain Python, for debugging; returns itself."""
-        self._step = _single_step
+        self.state, self._native = self.state, None
+        self._compute = self._plain_step
         return self
 
 
@@ -391,8 +292,8 @@ def with_feedback_state(state: Any, feedback: Any) -> Any:
     return state._replace(feedback=with_feedback_state(state.feedback, feedback))
 
 
-def _finite(name: str, value: float) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")
-    return number
+def _refuse(**values: float) -> None:
+    """Raise ``ValueError`` for the first value that is not finite."""
+    for name, value in values.items():
+        if not isfinite(value):
+            raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")

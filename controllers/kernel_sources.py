@@ -9,6 +9,7 @@ logs) can be edited without compiling anything anew.
 import hashlib
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 import numba
@@ -73,8 +74,7 @@ def _module_name(path: Path) -> str:
 def _imported(importer: str, text: str, modules: dict[str, Path]) -> set[str]:
     """Return the modules of the packages that a file imports when it is loaded, the packages around them included."""
     found = set()
-    for match in IMPORT.finditer(text):
-        package, names, plain = match.groups()
+    for package, names, plain in _import_statements(text):
         if package:
             package = _absolute(package, importer, modules)
             asked = {_defining_module(package, name, modules) for name in _names(names)}
@@ -86,6 +86,17 @@ def _imported(importer: str, text: str, modules: dict[str, Path]) -> set[str]:
                     found.add(module)
                 module = module.rpartition(".")[0]
     return found
+
+
+@cache
+def _import_statements(text: str) -> list[tuple[str, str, str]]:
+    return IMPORT.findall(text)
+
+
+@cache
+def _lazy_names(stub: str) -> dict[str, str]:
+    """Return the module that each lazy name of a stub stands in."""
+    return {name: module for module, name in LAZY_NAME.findall(stub)}
 
 
 def _absolute(package: str, importer: str, modules: dict[str, Path]) -> str:
@@ -109,7 +120,7 @@ def _defining_module(package: str, name: str, modules: dict[str, Path]) -> str:
     if package in modules:
         stub = modules[package].with_suffix(".pyi")
         if modules[package].name == "__init__.py" and stub.exists():
-            for module, lazy in LAZY_NAME.findall(stub.read_text()):
-                if lazy == name:
-                    return f"{package}.{module}" if module else f"{package}.{name}"
+            module = _lazy_names(stub.read_text()).get(name)
+            if module is not None:
+                return f"{package}.{module}" if module else f"{package}.{name}"
     return package

@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from numba.extending import register_jitable
 
+from controllers.bridging import bridging_share
 from controllers.delay import delay_line, delayed, remember
-from controllers.interface import ESTIMATES, STEPS, Controller, Inputs, Output, without_estimates
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, without_estimates
+from controllers.plausibility import Guard, checked_inputs, initial_guard
 from controllers.sensitivity import PI_SENSITIVITY
 
 if TYPE_CHECKING:
@@ -28,11 +31,14 @@ class PIParameters(NamedTuple):
         Integral gain ``Ki``, N m/rad.
     delay : float
         Computation delay of the drive, sampling periods; see ``delay``.
+    period : float
+        Nominal sampling period, s; it stands in for a time between samples that is not plausible.
     """
 
     proportional: float
     integral: float
     delay: float
+    period: float
 
 
 class PIState(NamedTuple):
@@ -49,7 +55,9 @@ class PIState(NamedTuple):
     samples : int
         Samples so far.
     rejected : int
-        Measurements that were not finite.
+        Measurements that were not finite or not plausible.
+    guard : Guard
+        Memory of the check of the inputs.
     """
 
     integral: float
@@ -57,11 +65,12 @@ class PIState(NamedTuple):
     commands: tuple[float, ...]
     samples: int
     rejected: int
+    guard: Guard
 
 
 def initial_pi_state(parameters: PIParameters) -> PIState:
     """Return the state of a loop at rest."""
-    return PIState(0.0, 0.0, delay_line(parameters.delay), 0, 0)
+    return PIState(0.0, 0.0, delay_line(parameters.delay), 0, 0, initial_guard())
 
 
 @register_jitable
@@ -71,26 +80,47 @@ def asked_torque(pi: PIParameters, state: PIState) -> float:
 
 
 @register_jitable
-def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, PIState]:
-    """Do one sample of ``u = Kp e + I + u_ff`` with ``e = reference + correction - velocity``.
+def plausible_inputs(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Inputs, Guard]:
+    """Return the inputs that a step can rely on; every controller begins with it, and feeds back with the guard."""
+    return checked_inputs(inputs, state.guard, pi.proportional, pi.integral, pi.period)
+
+
+@register_jitable
+def feed_back(pi: PIParameters, state: PIState, inputs: Inputs, guard: Guard) -> tuple[Output, PIState]:
+    """Do one sample of ``u = Kp e + I + u_ff`` with ``e = reference + correction - velocity``, of checked inputs.
 
     The integral is a backward Euler sum, ``I(k) = I(k-1) + Ki dt e(k)``: it uses the newest error and so adds no
     delay. Anti-windup is back-calculation: what the drive did not give, of what it was asked for in that period, is
     taken out of the integral with the time constant ``Kp/Ki``.
+
+    Where the measurement is lost nobody knows the error, and the last one would grow with the plan on top of a
+    feedforward that follows it already: it is taken for zero. After a while the torque fades to zero; see ``bridging``.
     """
     valid = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if valid else state.velocity
-    error = inputs.reference + inputs.correction - velocity
+    error = inputs.reference + inputs.correction - velocity if valid else 0.0
     integral = state.integral
     if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
         share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
         integral += share * (inputs.realised_torque - asked_torque(pi, state))
     if valid:
         integral += pi.integral * inputs.dt * error
-    command = pi.proportional * error + integral + inputs.feedforward
+    command, fed = pi.proportional * error + integral + inputs.feedforward, inputs.feedforward
+    if not valid:
+        command *= bridging_share(guard.lost)
+    if not (math.isfinite(command) and math.isfinite(integral)):
+        integral, command, fed = 0.0, 0.0, 0.0
+        guard = Guard(guard.reference, guard.feedforward, guard.lost, guard.faults + 1)
     commands = remember(state.commands, command)
     rejected = state.rejected if valid else state.rejected + 1
-    return Output(command, inputs.feedforward), PIState(integral, velocity, commands, state.samples + 1, rejected)
+    return Output(command, fed), PIState(integral, velocity, commands, state.samples + 1, rejected, guard)
+
+
+@register_jitable
+def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, PIState]:
+    """Do one sample of the PI loop alone; see ``feed_back``."""
+    inputs, guard = plausible_inputs(pi, state, inputs)
+    return feed_back(pi, state, inputs, guard)
 
 
 @register_jitable
@@ -101,21 +131,21 @@ def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
     """
     if pi.integral <= 0.0:
         return state
-    return PIState(state.integral - torque, state.velocity, state.commands, state.samples, state.rejected)
+    return PIState(state.integral - torque, state.velocity, state.commands, state.samples, state.rejected, state.guard)
 
 
 STEPS[PIParameters] = step_pi
 ESTIMATES[PIParameters] = without_estimates
 
 
-def check_gains(proportional: float, integral: float, delay: float = 0.0) -> PIParameters:
+def check_gains(proportional: float, integral: float, delay: float = 0.0, period: float = 0.01) -> PIParameters:
     """Return the parameters of a PI loop, or raise ``ValueError`` where one is negative or not finite."""
     for name, gain in (("proportional", proportional), ("integral", integral)):
         if not (math.isfinite(gain) and gain >= 0.0):
             raise ValueError(f"{name} = {gain} is not allowed: a gain must be finite and not negative")
     if not 0.0 <= delay <= LONGEST_DELAY:
         raise ValueError(f"delay = {delay} is not allowed: it must be from 0 to {LONGEST_DELAY:g} sampling periods")
-    return PIParameters(float(proportional), float(integral), float(delay))
+    return PIParameters(float(proportional), float(integral), float(delay), float(period))
 
 
 class PI(Controller):
@@ -142,7 +172,7 @@ class PI(Controller):
     """
 
     def __init__(self, proportional: float, integral: float, period: float, *, delay: float = 0.0) -> None:
-        super().__init__(check_gains(proportional, integral, delay), period, initial_pi_state)
+        super().__init__(check_gains(proportional, integral, delay, period), period, initial_pi_state)
 
     @staticmethod
     def design(

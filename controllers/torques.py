@@ -4,7 +4,7 @@ import math
 
 from numba.extending import register_jitable
 
-from controllers.interface import Inputs, present_inertia
+from controllers.kernels import Inputs, present_inertia
 
 
 @register_jitable

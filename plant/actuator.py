@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple, Self
 
 from numba.extending import register_jitable
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import ConfigDict, model_validator
 
-from plant.fields import NonNegative, Positive
+from plant.fields import NonNegative, Positive, Table
 
 
 class ActuatorParameters(NamedTuple):
@@ -107,7 +107,7 @@ def lagged_torque(actuator: ActuatorParameters, torque: float, lagging: float, p
     return torque + (lagging - torque) * gone * actuator.lag / period, torque + (lagging - torque) * (1.0 - gone)
 
 
-class Actuator(BaseModel):
+class Actuator(Table):
     """A drive.
 
     Parameters

@@ -1,9 +1,77 @@
-"""Kinds of numbers that the fields of a scenario may hold: checked, and no text that looks like a number."""
+"""Kinds of numbers that the fields of a scenario may hold, and the base of its tables, whose ``help()`` can be read."""
 
-from typing import Annotated
+import inspect
+from collections.abc import Callable
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import Field
+from pydantic import BaseModel, Field
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)  # it has no public name
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False, strict=True)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False, strict=True)]
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
+
+
+class _Shown(str):
+    """A text that a signature shows as it is, without quotes."""
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+class _Quiet(ModelMetaclass):
+    """Lists of a table what is its own: pydantic's machinery works as ever, but drowns no ``help()``."""
+
+    def __dir__(cls) -> list[str]:
+        hidden = {*dir(BaseModel), "model_config"}
+        return [name for name in super().__dir__() if name not in hidden and not name.startswith("_")]
+
+
+class Table(BaseModel, metaclass=_Quiet):
+    """A table of a scenario: its fields are checked when it is made, and cannot be changed afterwards."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Give a table a signature with the plain names of types; ranges are told where a value is refused."""
+        cls.__signature__ = _signature(cls)
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the fields and of what is computed from them."""
+        return sorted({*dir(type(self)), *type(self).model_fields})
+
+
+def _signature(table: type[BaseModel]) -> inspect.Signature:
+    return inspect.Signature(
+        [
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=inspect.Parameter.empty if field.is_required() else _Shown(_default(field.get_default())),
+                annotation=_Shown(_name(field.annotation)),
+            )
+            for name, field in table.model_fields.items()
+        ]
+    )
+
+
+def _default(value: Any) -> str:
+    return f"{type(value).__name__}()" if isinstance(value, BaseModel) else repr(value)
+
+
+def _name(kind: Any) -> str:
+    """Return a type as people write it: without modules, ranges and discriminators."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return _name(parts[0])
+    if origin in (Union, UnionType):
+        return " | ".join(dict.fromkeys(map(_name, parts)))
+    if origin is Literal:
+        return " | ".join(map(repr, parts))
+    if origin is not None and origin is not Callable:
+        return f"{origin.__name__}[{', '.join(map(_name, parts))}]"
+    return "None" if kind is type(None) else getattr(kind, "__name__", str(kind))

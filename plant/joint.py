@@ -3,9 +3,9 @@
 import math
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import ConfigDict, model_validator
 
-from plant.fields import Finite, NonNegative, Positive
+from plant.fields import Finite, NonNegative, Positive, Table
 from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
 from plant.step import JointParameters
@@ -14,7 +14,7 @@ LARGEST_BREAKAWAY_JUMP = 0.01
 """Largest velocity jump at breakaway, relative to Vs, that is accepted for a shape factor below one."""
 
 
-class FrictionFields(BaseModel):
+class FrictionFields(Table):
     """What every kind of joint has: an inertia, a friction curve per direction and a constant torque.
 
     Parameters

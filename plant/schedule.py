@@ -13,14 +13,14 @@ from typing import Annotated, Any, NamedTuple, Self
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from plant.change import UNCHANGED, JointChange
-from plant.fields import Finite, NonNegative, Positive
+from plant.fields import Finite, NonNegative, Positive, Table
 from plant.kinds import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
 
-class FrictionChange(BaseModel):
+class FrictionChange(Table):
     """A sudden change of friction, inertia or load; the velocity does not jump.
 
     All factors are on the joint's original parameters, not on those before the change, and what is not given is as
@@ -74,7 +74,7 @@ class FrictionChange(BaseModel):
         return ", ".join([*parts, *([f"load {self.load:.3g} N m"] if "load" in given else [])])
 
 
-class FrictionVariation(BaseModel):
+class FrictionVariation(Table):
     """Friction that drifts as the joint warms up, and varies with its position.
 
     Parameters

@@ -6,9 +6,9 @@ from typing import Self
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import ConfigDict, model_validator
 
-from plant.fields import NonNegative, Positive
+from plant.fields import NonNegative, Positive, Table
 
 
 @register_jitable
@@ -17,7 +17,7 @@ def encoder_reading(resolution: float, position: float) -> float:
     return resolution * math.floor(position / resolution + 0.5)
 
 
-class Sensor(BaseModel):
+class Sensor(Table):
     """A velocity sensor with white Gaussian noise, or an encoder.
 
     Parameters

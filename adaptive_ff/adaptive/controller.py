@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
@@ -86,7 +87,7 @@ def adaptive_parameters(
     ValueError
         A value is out of range.
     """
-    feedback = check_gains(proportional, integral, delay)
+    feedback = check_gains(proportional, integral, delay, period)
     names = check_parameters(parameters, ALL_CHOICES)
     named = (*names, *further_names(regressors))
     check_positive(
@@ -170,8 +171,14 @@ class AdaptiveBase(IdentifyingController):
             command=state.command._replace(share=0.0),  # the integral holds the torque; what is fed fades in
         )
 
+    @property
+    def regressors(self) -> NDArray[np.float64]:
+        """Further known regressors that hold now; what is written here, the next step sees."""
+        held: NDArray[np.float64] = self._state.estimator.regressors  # arrays are shared with compiled code
+        return held
+
     def _take_regressors(self, regressors: Sequence[float]) -> None:
-        place = self.state.estimator.regressors
+        place = self.regressors
         values = np.asarray(regressors, dtype=float)
         if values.shape != place.shape:
             raise ValueError(
@@ -282,7 +289,7 @@ class AdaptiveController(AdaptiveBase):
         positions plus the time constant of a low-pass behind it.
     tunes_lag : bool, optional
         Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
-        :mod:`timing`. For a controller that only watches another one's motion it must be false.
+        :mod:`adaptive_ff.adaptive.lag_tuning`. It must be false for a controller that only watches another's motion.
     regressors : int, optional
         How many further known regressors there are, for instance sines of summed angles in a coupled arm: the joint
         carries the torque ``sum_i a_i x_i`` beside gravity, and the ``a_i`` are identified. Their values, of the size

@@ -41,6 +41,7 @@ from adaptive_ff.adaptive.change_detection import (
     note_surprise,
 )
 from adaptive_ff.adaptive.estimator_state import (
+    PRIOR,
     EstimatorParameters,
     EstimatorState,
     Levels,
@@ -82,6 +83,9 @@ STILL = 0.1
 
 CLAMPED = 1.0
 """Time without following, s, from which the joint is taken for clamped."""
+
+PEAK_MEMORIES = 10.0
+"""Time constant with which peaks fade, and time learnt from which they do, in memories."""
 
 PEAK_FACTOR = 2.0
 """Friction, and an error of its prediction, is assumed to be at most this many times the largest torque seen."""
@@ -228,6 +232,50 @@ def guess_friction_in_place(
 
 
 @register_jitable(forceinline=True)
+def faded(levels: Levels, keep: float, memory: float) -> Levels:
+    """Return the levels with peaks that fade, once there is so much behind them that the present can speak for itself.
+
+    One false value must not widen for ever what is thought possible; in the first memories peaks are all there is.
+
+    Parameters
+    ----------
+    levels : Levels
+        The levels.
+    keep : float
+        What a memory keeps over a period.
+    memory : float
+        The memory, s.
+    """
+    if levels.learnt <= PEAK_MEMORIES * memory:
+        return levels
+    fading = 1.0 - (1.0 - keep) / PEAK_MEMORIES
+    return Levels(levels.squared_error, fading * levels.torque, fading * levels.speed, levels.learnt, levels.stuck)
+
+
+@register_jitable(forceinline=True)
+def recover_in_place(estimator: EstimatorParameters, state: EstimatorState) -> bool:
+    """Begin anew with the estimate as it is, where the gain is not finite; tell whether that was so.
+
+    The information matrix is positive definite by construction, but rounding, or a state from elsewhere, can spoil it;
+    without this all estimates would be lost.
+    """
+    recursion, total = state.recursion, 0.0
+    for i in range(recursion.gain.size):
+        total += recursion.gain[i]
+    if math.isfinite(total):
+        return False
+    for i in range(recursion.gain.size):
+        recursion.gain[i] = 0.0
+        state.agreement[i, 0] = 0.0
+        state.agreement[i, 1] = 0.0
+        for j in range(recursion.gain.size):
+            recursion.information[i, j] = 0.0
+        ratio = estimator.scale[i] / estimator.deviation[i]
+        recursion.information[i, i] = PRIOR * ratio * ratio
+    return True
+
+
+@register_jitable(forceinline=True)
 def forget_in_place(
     estimator: EstimatorParameters, recursion: ResettingState, mean: float, alarm: Alarm, share: float
 ) -> None:
@@ -295,6 +343,8 @@ def learn_in_place(
     write_loads(state.loads, row)
     scale_inertia_in_place(row, ratio)
     write_gradient(estimator, estimate, row, gradient)
+    keep = math.exp(-duration / estimator.memory)
+    levels = faded(levels, keep, estimator.memory)
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
         return with_levels(
@@ -306,7 +356,6 @@ def learn_in_place(
     largest_torque, learnt = max(levels.torque, abs(torque)), levels.learnt + duration
     peak = PEAK_FACTOR * largest_torque
     largest = peak / estimator.torque_scale
-    keep = math.exp(-duration / estimator.memory)
     floor = min(FLOOR * levels.squared_error + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     choose_instrument_in_place(state.agreement, scratch.model_gradient, gradient, keep, floor, recursion.instrument)
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
@@ -330,6 +379,8 @@ def learn_in_place(
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
     levels = Levels(squared_error, largest_torque, speed, learnt, levels.stuck)
     update_resetting_in_place(recursion, floor, keep, error)
+    if recover_in_place(estimator, state):
+        return with_levels(state, levels, surprise, alarm)
     write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
     correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
     return with_levels(state, levels, surprise, alarm)

@@ -11,6 +11,7 @@ from adaptive_ff.estimation.resetting import ResettingState, initial_resetting_s
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
 from adaptive_ff.regression.known_loads import initial_loads
 from adaptive_ff.regression.torque_form import TorqueForm
+from controllers.arrays import MutableArray
 
 PRIOR = 6e-4
 """Information at the start, in the same units."""
@@ -99,10 +100,10 @@ class Scratch(NamedTuple):
         Least and largest possible value of each parameter, with what the data say of friction.
     """
 
-    row: NDArray[np.float64]
-    model_gradient: NDArray[np.float64]
-    measured_gradient: NDArray[np.float64]
-    ranges: NDArray[np.float64]
+    row: MutableArray
+    model_gradient: MutableArray
+    measured_gradient: MutableArray
+    ranges: MutableArray
 
 
 class EstimatorState(NamedTuple):
@@ -129,12 +130,12 @@ class EstimatorState(NamedTuple):
     """
 
     recursion: ResettingState
-    agreement: NDArray[np.float64]
+    agreement: MutableArray
     levels: Levels
     surprise: Surprise
     alarm: Alarm
-    loads: NDArray[np.float64]
-    regressors: NDArray[np.float64]
+    loads: MutableArray
+    regressors: MutableArray
     scratch: Scratch
 
 

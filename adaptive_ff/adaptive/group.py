@@ -8,16 +8,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.adaptive.group_step import COLUMNS, step_group, step_joints
+from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.model.friction import IDENTIFIED
+from controllers import Inputs, Output
+from controllers.arrays import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis
 
 Array = NDArray[np.float64]
+
+COLUMNS = Inputs._fields
+"""Columns of what is handed over, a row for each joint; torque and feedforward follow."""
 
 MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
 """Inputs that need not be finite, joint by joint: then they are not known."""
@@ -177,21 +181,21 @@ class JointGroup:
             "inertia": math.nan if inertia is None else inertia,
             "dt": self.period if dt is None else dt,
         }
-        rows = np.empty((len(self._controllers), len(COLUMNS)))
+        rows = np.empty((len(self._controllers), len(COLUMNS) + len(Output._fields)))
         for place, name in enumerate(COLUMNS):
             rows[:, place] = self._checked(name, given[name], name == "inertia" and inertia is None)
         if self._forms_regressors:
             self._form_regressors(rows[:, COLUMNS.index("position")])
-        blocks = tuple(controller.parameters for controller in self._controllers)
-        states = tuple(controller.state for controller in self._controllers)
-        torques = np.empty(len(blocks))
         if self._compiled:
-            states = step_group(blocks, states, rows, torques)
-        else:
-            states = step_joints(blocks, states, rows, 0, torques)
-        for controller, state in zip(self._controllers, states, strict=True):
-            controller.state = state
-        return torques
+            step_group(self._addresses(), rows)
+            return rows[:, len(COLUMNS)].copy()
+        given = rows[:, : len(COLUMNS)].tolist()
+        pairs = zip(self._controllers, given, strict=True)
+        return np.array([controller.step_plain(Inputs(*row)).torque for controller, row in pairs])
+
+    def _addresses(self) -> NDArray[np.intp]:
+        blocks = [controller.native for controller in self._controllers]
+        return np.array([(block.step, block.parameters, block.state) for block in blocks], dtype=np.intp)
 
     def _checked(self, name: str, values: ArrayLike, absent: bool) -> Array:
         array = np.asarray(values, dtype=float)
@@ -215,7 +219,7 @@ class JointGroup:
         """
         angles = np.array([np.sum(position[row != 0.0]) for row in self._angles])
         for controller, carried in zip(self._controllers, self._carried, strict=True):
-            place = controller.state.estimator.regressors
+            place = controller.regressors
             with np.errstate(invalid="ignore"):
                 place[0::2], place[1::2] = np.sin(angles[carried]), np.cos(angles[carried])
         position[:] = angles
@@ -261,11 +265,9 @@ class JointGroup:
 
     def warm_up(self) -> None:
         """Compile or load the step before real-time use; the states are left as they are."""
-        blocks = tuple(controller.parameters for controller in self._controllers)
-        states = tuple(controller._initial_state(controller.parameters) for controller in self._controllers)
-        rows = np.zeros((len(blocks), len(COLUMNS)))
-        rows[:, COLUMNS.index("dt")] = self.period
-        step_group(blocks, states, rows, np.empty(len(blocks)))
+        for controller in self._controllers:
+            controller.warm_up()
+        step_group(np.empty((0, 3), dtype=np.intp), np.empty((0, 0)))
 
     def state_to_json(self) -> str:
         """Return the states of all joints as one JSON text that restores them exactly."""

@@ -140,9 +140,13 @@ def observe(
     inertia: float,
     reference: float,
     velocity: float,
+    rests: bool,
     duration: float,
 ) -> ObserverState:
     """Return the state after a period, before the gates are set.
+
+    While the plan rests the disturbance is held: a stuck joint answers to no torque, and an observer would take what
+    the feedback asks for as a disturbance, feed it back and wind up, until the joint jumps, again and again.
 
     Parameters
     ----------
@@ -158,6 +162,8 @@ def observe(
         Identified inertia, kg m^2.
     reference, velocity : float
         Plan without the correction of an outer loop, and measured velocity, now, rad/s.
+    rests : bool
+        Whether the plan has been at rest over the period.
     duration : float
         Length of the period, s.
     """
@@ -168,13 +174,13 @@ def observe(
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
     change = (velocity - state.velocity) - (seen - state.reference)
     residual = lacking - min(inertia, observer.inertia) * change / duration
-    share = -math.expm1(-observer.pole * duration)
+    share = 0.0 if rests else -math.expm1(-observer.pole * duration)
     disturbance = state.disturbance + share * (residual - state.disturbance)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
     # the residual is behind the low-pass of the velocity already
     response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
-    weight = duration / (WINDOW + duration)
+    weight = 0.0 if rests else duration / (WINDOW + duration)
     squared = state.squared + weight * (disturbance * disturbance - state.squared)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
     return ObserverState(

@@ -21,6 +21,7 @@ from adaptive_ff.adaptive.command import (
     limited,
     machine_inputs,
 )
+from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, initial_doubt, undoubted_inputs
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     estimated_load,
@@ -75,11 +76,12 @@ from controllers import (
     asked_torque,
     delay_line,
     delayed,
+    feed_back,
     hand_over,
     initial_pi_state,
+    plausible_inputs,
     present_inertia,
     remember,
-    step_pi,
     with_feedforward,
 )
 
@@ -152,6 +154,8 @@ class AdaptiveState(NamedTuple):
         Whether the estimates adapt.
     command : CommandState
         How much of the feedforward is fed.
+    doubt : Doubt
+        Doubt about what is measured.
     """
 
     feedback: PIState
@@ -166,6 +170,7 @@ class AdaptiveState(NamedTuple):
     timing: TimingState
     enabled: bool
     command: CommandState
+    doubt: Doubt
 
 
 def initial_adaptive_state(block: Block) -> AdaptiveState:
@@ -184,6 +189,7 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
         initial_timing_state(block.feedback, float(block.estimator.first[FRICTION_LAG])),
         True,
         initial_command_state(),
+        initial_doubt(),
     )
 
 
@@ -233,11 +239,11 @@ def identified_model(block: Block, state: Block) -> TorqueModel:
 
 
 @register_jitable(forceinline=True)
-def tune_lag(block: Block, state: Block, inputs: Inputs) -> TimingState:
-    """Return the state of the lag's tuning after the period that has ended."""
+def tune_lag(block: Block, state: Block, inputs: Inputs, seen: float) -> TimingState:
+    """Return the state of the lag's tuning after the period that has ended; the feedback sees a plan (rad/s)."""
     timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
-    error = inputs.reference + inputs.correction - inputs.velocity  # what the feedback sees
+    error = seen + inputs.correction - inputs.velocity  # what the feedback sees
     possible = abs(error) < SPEED_FACTOR * levels.speed  # else a fault of the measurement
     if state.enabled and possible and levels.learnt > FIRST * estimator.memory:
         return learn_timing(timing, error, levels.learnt, estimator.memory, inputs.dt)
@@ -257,6 +263,8 @@ class Period(NamedTuple):
         For how long the joint has been sliding, s.
     timing : TimingState
         State of the tuning of the feedforward's lag.
+    clear : bool
+        Whether there is no doubt, so that it may be learnt from.
     """
 
     measured: Signals
@@ -264,6 +272,7 @@ class Period(NamedTuple):
     lagged_torque: float
     sliding: float
     timing: TimingState
+    clear: bool
 
 
 class Fed(NamedTuple):
@@ -293,10 +302,13 @@ class Fed(NamedTuple):
 
 
 @register_jitable(forceinline=True)
-def end_period_in_place(block: Block, state: Block, inputs: Inputs) -> Period:
-    """Advance the filters, in place, and what else follows the signals over the period that has ended."""
-    valid, delay = math.isfinite(inputs.velocity), block.feedback.delay
-    velocity = inputs.velocity if valid else state.feedback.velocity
+def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float, doubt: Doubt) -> Period:
+    """Advance the filters, in place, and what else follows the signals over the period that has ended.
+
+    ``seen`` is the plan that the feedback compares the measured velocity with, rad/s.
+    """
+    valid, delay, clear = math.isfinite(inputs.velocity), block.feedback.delay, doubt.left <= 0.0
+    velocity = inputs.velocity if valid else state.measured.velocity
     form = block.estimator.form
     measured, model = state.measured, state.model
     if state.feedback.samples == 0:
@@ -309,11 +321,11 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs) -> Period:
     measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
     follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
-    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid, block.slowest, inputs.dt)
+    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid and clear, block.slowest, inputs.dt)
     timing = state.timing
-    if block.tunes_lag and state.command.share == 1.0:
-        timing = tune_lag(block, state, inputs)
-    return Period(measured, model, lagged_torque, sliding, timing)
+    if block.tunes_lag and state.command.share == 1.0 and clear:
+        timing = tune_lag(block, state, inputs, seen)
+    return Period(measured, model, lagged_torque, sliding, timing, clear)
 
 
 @register_jitable(forceinline=True)
@@ -333,7 +345,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     carries = block.estimator.regressors > 0 or (load_count(block.estimator) > 0 and math.isfinite(inputs.position))
     moves = not carries or period.sliding > GUESS_HOLD * block.hold
     guesses = moves and may_guess(block.estimator, estimator)
-    if not (state.enabled and (learns or (math.isfinite(inputs.velocity) and guesses))):
+    if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
     if learns:
@@ -365,14 +377,17 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
 
     The integral holds what the feedforward did not give so far. Without the hand-over both would give it for a while.
     """
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
+    doubt, told = advance_doubt(block, state, inputs, guard), inputs
+    inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
-    period = end_period_in_place(block, state, inputs)
+    period = end_period_in_place(block, state, inputs, inputs.reference, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
     torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade
-    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque))
+    output, feedback = feed_back(block.feedback, feedback, with_feedforward(told, torque), guard)
     return Output(limited(output.torque, block.command.torque_limit), output.feedforward), AdaptiveState(
         feedback,
         fed.feedforward,
@@ -386,6 +401,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
         note_friction(fed.timing, state.feedforward.friction, fed.feedforward.friction, fed.timing.lag, block.period),
         state.enabled,
         command,
+        doubt,
     )
 
 

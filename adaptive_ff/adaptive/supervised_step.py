@@ -15,6 +15,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
+from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.observer import (
@@ -47,10 +48,12 @@ from controllers import (
     PIParameters,
     PIState,
     asked_torque,
+    feed_back,
     hand_over,
+    plausible_inputs,
     remember,
-    step_pi,
     with_feedforward,
+    with_reference,
 )
 
 LEAST_TRUST = 0.02
@@ -58,7 +61,7 @@ LEAST_TRUST = 0.02
 
 
 class SupervisedParameters(NamedTuple):
-    """Parameters of the supervised controller: those of :class:`AdaptiveParameters`, and the observer's.
+    """Parameters of the supervised controller: those of the one without supervision, and the observer's.
 
     Attributes
     ----------
@@ -94,7 +97,7 @@ class SupervisedParameters(NamedTuple):
 
 
 class SupervisedState(NamedTuple):
-    """State of the supervised controller: that of :class:`AdaptiveState`, the observer's and the trust.
+    """State of the supervised controller: that of the one without supervision, the observer's and the trust.
 
     Attributes
     ----------
@@ -118,6 +121,8 @@ class SupervisedState(NamedTuple):
         Whether the estimates adapt.
     command : CommandState
         How much of the feedforward is fed, and of the observer.
+    doubt : Doubt
+        Doubt about what is measured.
     observer : ObserverState
         State of the observer.
     trust : TrustState
@@ -136,6 +141,7 @@ class SupervisedState(NamedTuple):
     timing: TimingState
     enabled: bool
     command: CommandState
+    doubt: Doubt
     observer: ObserverState
     trust: TrustState
 
@@ -148,19 +154,22 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
 
 
 @register_jitable(forceinline=True)
-def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -> tuple[ObserverState, TrustState]:
+def watch(
+    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt
+) -> tuple[ObserverState, TrustState]:
     """Return observer and trust after the period that has ended."""
     feedback, observer = block.feedback, state.observer
     valid = math.isfinite(inputs.velocity)
     started = state.feedback.samples > state.feedback.rejected
-    if valid and started:
+    if valid and started and state.feedback.guard.lost == 0.0 and not state.doubt.doubted:
         torque = inputs.realised_torque
         if not math.isfinite(torque):
             torque = asked_torque(feedback, state.feedback)
         inertia = state.estimator.recursion.estimate[INERTIA]
         plan, velocity = inputs.reference, inputs.velocity  # an outer loop's correction is the feedback's alone
-        observer = observe(block.observer, observer, feedback, torque, inertia, plan, velocity, inputs.dt)
-    elif valid:
+        rests = plan == 0.0 and state.feedforward.reference == 0.0
+        observer = observe(block.observer, observer, feedback, torque, inertia, plan, velocity, rests, inputs.dt)
+    elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
     trust = advance_trust(
         state.trust,
@@ -169,7 +178,7 @@ def watch(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -
         block.velocity_lag,
         observer.response.velocity,
         inputs.reference,
-        valid and started and state.command.share == 1.0,  # what is not fed tells nothing
+        valid and started and state.command.share == 1.0 and doubt.left <= 0.0,  # what is not fed tells nothing
         inputs.dt,
     )
     return observer, trust
@@ -186,11 +195,16 @@ def step_supervised(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs
 ) -> tuple[Output, SupervisedState]:
     """Do one sample: observe, learn, feed forward what is trusted and what is observed; then feedback."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
+    doubt, told = advance_doubt(block, state, inputs, guard), inputs
+    inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
-    observer, trust = watch(block, state, inputs)
-    period = end_period_in_place(block, state, inputs)
+    observer, trust = watch(block, state, inputs, doubt)
+    # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
+    seen = inputs.reference + command.share * (observer.reference - inputs.reference)
+    period = end_period_in_place(block, state, inputs, seen, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory)
@@ -204,7 +218,9 @@ def step_supervised(
         observer, change, gain, torque + inputs.feedforward, state.feedback.integral
     )
     feedback = hand_over(block.feedback, state.feedback, leaves)
-    output, feedback = step_pi(block.feedback, feedback, with_feedforward(inputs, torque + gain * observer.disturbance))
+    compared = with_reference(told, seen)
+    fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
+    output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned = max(share, LEAST_TRUST)
     return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
         feedback,
@@ -225,6 +241,7 @@ def step_supervised(
         ),
         state.enabled,
         command,
+        doubt,
         observer,
         with_friction(trust, share, fed.friction),
     )

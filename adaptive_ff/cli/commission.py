@@ -35,18 +35,18 @@ def commission_command(
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.log import read_log
     from adaptive_ff.report.bandwidth_tables import best_table
-    from adaptive_ff.report.drawing import write_figures
+    from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.excitation_plot import plot_excitation
     from adaptive_ff.report.parameter_tables import parameters_table
     from adaptive_ff.scenario.file import to_toml, toml_text
     from adaptive_ff.scenario.scenario import load_scenario
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
     drawn, errors = picture_formats(formats), error_console()
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
     linear = loaded.joint.axis == "linear"
     with places(out, json) as (stage, beside):
-        announce_compilation(errors, run_compiled)
+        announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
             pictures, gain = {}, None
             if log is None:
@@ -76,7 +76,7 @@ def commission_command(
             if log is None:
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
-        write_figures(pictures, stage, drawn, source=source if log is None else str(log))
+        write_stamped(pictures, stage, drawn, source if log is None else str(log))
         (stage / "scenario.toml").write_text(to_toml(result), encoding="utf-8")
         summary = {
             "identification": found.to_dict(),

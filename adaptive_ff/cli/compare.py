@@ -9,12 +9,14 @@ from rich.console import Console
 
 from adaptive_ff.cli.common import SETTINGS
 from adaptive_ff.cli.gate import Gate
-from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, ScenarioFile, picture_formats
+from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, Report, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from adaptive_ff.comparison.comparison import Comparison
     from adaptive_ff.comparison.own import Own
     from adaptive_ff.scenario.scenario import Scenario
@@ -30,6 +32,7 @@ def compare_command(
     out: Annotated[Path, typer.Option(help="Folder for plots (PNG), time series (CSV) and result.json.")] = OUT,
     json: JsonCopy = None,
     formats: Formats = "png",
+    report: Report = False,
     baseline: Annotated[
         Path | None, typer.Option(help="Earlier result (JSON); status 1 where tracking got worse than it.")
     ] = None,
@@ -51,6 +54,8 @@ def compare_command(
     from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.drawing import write_figures
+    from adaptive_ff.report.html_page import NAME, write_report
+    from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
 
     drawn = picture_formats(formats)
@@ -77,32 +82,35 @@ def compare_command(
             raise InputError(f"{source}: the simulation fails: {error}") from error
         for name, run in comparison.runs.items():
             write_csv(stage / f"{name}.csv", run.columns())
-        write_figures(comparison.plot(None), stage, drawn, source=f"{source}, seed {loaded.seed}")
+        figures, shown = comparison.plot(None), _tables(comparison)
+        write_figures(figures, stage, drawn)
+        if report:
+            title = f"Controllers on {source}, seed {loaded.seed}"
+            write_report(stage / NAME, title, shown, figures, {"Scenario": to_toml(loaded)})
         for file in (stage / "result.json", *beside.values()):
             write_result(file, comparison.to_dict())
-    _print(comparison, out)
+    console = Printer()
+    console.show(shown)
+    console.say(f"Plots, time series and result.json are in {out}")
     return 0 if gate is None else gate.judge(comparison, errors)
 
 
 def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console) -> "Comparison":
     from adaptive_ff.comparison.comparison import compare
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
-    announce_compilation(errors, run_compiled)
+    announce_compilation(errors, run_in_memory)
     with progress_bars(errors) as progress:
         tasks = {name: progress.add_task(name, total=1.0) for name in (*scenario.controllers, *own)}
         return compare(scenario, own=own, progress=lambda name, share: progress.update(tasks[name], completed=share))
 
 
-def _print(comparison: "Comparison", out: Path) -> None:
+def _tables(comparison: "Comparison") -> "list[Table | str]":
     from adaptive_ff.report.comparison_tables import estimates_table, position_table, tracking_table
 
-    console = Printer()
-    console.print(tracking_table(comparison))
-    for table in (position_table(comparison), estimates_table(comparison)):
-        if table is not None:
-            console.print(table)
+    tables = [tracking_table(comparison), position_table(comparison), estimates_table(comparison)]
+    shown: list[Table | str] = [table for table in tables if table is not None]
     if comparison.bandwidths:
         best = ", ".join(f"{name} {hertz:.3g} Hz" for name, hertz in comparison.bandwidths.items())
-        console.say(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
-    console.say(f"Plots, time series and result.json are in {out}")
+        shown.append(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
+    return shown

@@ -31,19 +31,19 @@ def excite_command(
     """Find a motion that tells the parameters of a joint, within its limits, to record and identify."""
     from adaptive_ff.design_studies.exciting_motion import default_limits, exciting_motion
     from adaptive_ff.files import write_csv, write_result
-    from adaptive_ff.report.drawing import write_figures
+    from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.excitation_plot import plot_excitation
     from adaptive_ff.report.excitation_table import intervals_table, motion_table
     from adaptive_ff.scenario.file import toml_text
     from adaptive_ff.scenario.scenario import load_scenario
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
     drawn = picture_formats(formats)
     loaded, errors = load_scenario(scenario), error_console()
     linear = loaded.joint.axis == "linear"
     with places(out, json) as (stage, beside):
         limits = default_limits(loaded, position=position, velocity=velocity, acceleration=acceleration, torque=torque)
-        announce_compilation(errors, run_compiled)
+        announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
             task = progress.add_task("motions", total=1.0)
             motion = exciting_motion(
@@ -57,7 +57,7 @@ def excite_command(
         content = {"reference": motion.reference.model_dump()}
         (stage / "excitation.toml").write_text(toml_text(content), encoding="utf-8")
         pictures = {"excitation": plot_excitation(motion, linear=linear)}
-        write_figures(pictures, stage, drawn, source=str(scenario or "built-in scenario"))
+        write_stamped(pictures, stage, drawn, str(scenario or "built-in scenario"))
         for file in (stage / "excitation.json", *beside.values()):
             write_result(file, motion.to_dict())
     console = Printer()

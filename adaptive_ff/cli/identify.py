@@ -17,6 +17,7 @@ from adaptive_ff.cli.options import (
     LogFile,
     Period,
     Position,
+    Report,
     Scale,
     Time,
     Torque,
@@ -28,6 +29,8 @@ from adaptive_ff.cli.terminal import Printer, error_console, warn, warn_of_skips
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from adaptive_ff.identify.result import LogIdentification
 
 SCENARIO, REFERENCE = "scenario.toml", "reference.csv"
@@ -69,12 +72,14 @@ def identify_command(
     out: Annotated[Path, typer.Option(help="Folder for plots, identification.json and a scenario.")] = OUT,
     json: JsonCopy = None,
     formats: Formats = "png",
+    report: Report = False,
 ) -> None:
     """Identify inertia and friction of a joint from a recorded log."""
     from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.columns import read_scales
     from adaptive_ff.report.drawing import write_figures
+    from adaptive_ff.report.html_page import NAME, write_report
 
     drawn = picture_formats(formats)
     scales = read_scales(scale or [])
@@ -96,11 +101,15 @@ def identify_command(
             model=model,
         )
         refused = _write_scenario(found, stage)
-        write_figures(found.plot(None), stage, drawn, source=str(log))
+        figures, shown = found.plot(None), _shown(found, columns, refused)
+        write_figures(figures, stage, drawn)
+        if report:
+            scenario = {} if refused else {SCENARIO: (stage / SCENARIO).read_text(encoding="utf-8")}
+            write_report(stage / NAME, f"Joint identified from {log}", shown, figures, scenario)
         result = {**found.to_dict(), "columns": columns, "scenario": SCENARIO if refused is None else None}
         for file in (stage / "identification.json", *beside.values()):
             write_result(file, result)
-    _print(found, columns, out, refused)
+    _print(found, shown, out, refused)
 
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
@@ -123,18 +132,18 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     return None
 
 
-def _print(found: "LogIdentification", columns: dict[str, str], out: Path, refused: str | None) -> None:
+def _shown(found: "LogIdentification", columns: dict[str, str], refused: str | None) -> "list[Table | str]":
     from adaptive_ff.report.parameter_tables import parameters_table
 
+    unwritten = [] if refused is None else [f"No scenario is written: {refused}"]
+    return [parameters_table(found), columns_taken(columns), *found.verdict, *unwritten]
+
+
+def _print(found: "LogIdentification", shown: "list[Table | str]", out: Path, refused: str | None) -> None:
     errors = error_console()
     warn(errors, found.cautions)
     warn_of_skips(errors, found.skipped, "identification.json")
     console = Printer()
-    console.print(parameters_table(found))
-    console.say(columns_taken(columns))
-    for sentence in found.verdict:
-        console.print(sentence, highlight=False, markup=False)
-    if refused is not None:
-        console.print(f"No scenario is written: {refused}", highlight=False, markup=False)
+    console.show(shown)
     scenario = "" if refused else f", {SCENARIO} and {REFERENCE}"
     console.say(f"Plots, identification.json{scenario} are in {out}")

@@ -4,6 +4,7 @@ Every command imports what it needs inside itself, so that ``--help`` answers be
 """
 
 import sys
+import traceback
 import warnings
 from io import TextIOWrapper
 from typing import Annotated, TextIO
@@ -87,14 +88,27 @@ def main() -> None:
         except (InputError, ArithmeticError, MemoryError, OSError) as error:
             status = _refuse(str(error) or type(error).__name__)
         except Exception as error:
-            # a usage error of typer has a message for one line, after help an empty one; anything else is a defect
-            message = getattr(error, "format_message", None)
-            if message is None:
+            explained = _explained(error)
+            if explained is None:
                 raise
-            context = getattr(error, "ctx", None)
-            hint = "" if context is None else f"; {context.command_path} --help shows what is allowed"
-            status = _refuse(message().rstrip(".") + hint) if message() else BAD_INPUT
+            status = _refuse(explained) if explained else BAD_INPUT
     sys.exit(status)
+
+
+def _explained(error: Exception) -> str | None:
+    """Return one line about a usage error (empty after help) or an own controller that fails; None for a defect."""
+    message = getattr(error, "format_message", None)
+    if message is not None:
+        context = getattr(error, "ctx", None)
+        hint = "" if context is None else f"; {context.command_path} --help shows what is allowed"
+        return message().rstrip(".") + hint if message() else ""
+    from adaptive_ff.comparison.own import MODULE
+
+    for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
+        if frame.f_globals.get("__name__", "").startswith(MODULE):
+            place = f"{frame.f_code.co_filename}, line {line}, in {frame.f_code.co_name}"
+            return f"{place}: {type(error).__name__}: {error}"
+    return None
 
 
 def _refuse(message: str) -> int:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.cli.options import JsonCopy, OwnControllers
+from adaptive_ff.cli.options import Formats, JsonCopy, OwnControllers, Report, picture_formats
+from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
 from adaptive_ff.errors import InputError
 
@@ -38,9 +39,11 @@ def matrix_command(
         "results/matrix"
     ),
     json: JsonCopy = None,
+    formats: Formats = "png",
+    report: Report = False,
 ) -> None:
     """Run controllers on all scenarios of the package over several seeds, and say who wins where."""
-    run_and_print(own, only, controller or list(SHOWN), seeds, fastest, out, json, Printer())
+    run_and_print(own, only, controller or list(SHOWN), seeds, fastest, out, json, None, formats=formats, report=report)
 
 
 def run_and_print(
@@ -51,7 +54,10 @@ def run_and_print(
     fastest: bool,
     out: Path,
     json: Path | None,
-    console: Console,
+    console: Console | None,
+    *,
+    formats: str = "png",
+    report: bool = False,
 ) -> "Results":
     """Run the matrix, print its tables, write its files, and return all figures."""
     from adaptive_ff.comparison.comparison import BASELINE
@@ -62,10 +68,12 @@ def run_and_print(
     from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
     from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.files import write_result
+    from adaptive_ff.report.html_page import NAME, write_report
     from adaptive_ff.report.matrix_files import TITLES, by_loop, matrix_rows, write_matrix
     from adaptive_ff.report.matrix_tables import gains_table, ranking_table, standstill_table
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
+    drawn = picture_formats(formats)
     mine = named_own(own or [])
     check_own_names(mine, CONTROLLERS)
     known = [*(name for name in CONTROLLERS if name not in LEFT_OUT), NOISE_FLOOR]
@@ -74,7 +82,7 @@ def run_and_print(
     loops = [False, True] if fastest else [False]
     jobs = [Job(scenario, seed, fast) for fast in loops for scenario in scenarios for seed in range(1, seeds + 1)]
     errors = error_console()
-    announce_compilation(errors, run_compiled)
+    announce_compilation(errors, run_in_memory)
     with progress_bars(errors) as progress:
         task = progress.add_task("runs", total=1.0)
         results = run_matrix(
@@ -85,15 +93,19 @@ def run_and_print(
             progress=lambda share: progress.update(task, completed=share),
         )
     parts = by_loop(results)
-    for fast, part in parts.items():
-        wide = len(chosen) + len(mine) > MOST_COLUMNS
-        console.print((ranking_table if wide else gains_table)(collect(part), TITLES[fast]))
+    table = ranking_table if len(chosen) + len(mine) > MOST_COLUMNS else gains_table
+    shown = [table(collect(part), TITLES[fast]) for fast, part in parts.items()]
     standstill = standstill_table(parts[False])
-    if standstill is not None:
-        console.print(standstill)
-    write_matrix(results, out)
-    if json is not None:
-        write_result(json, {"runs": matrix_rows(results)})
+    shown += [] if standstill is None else [standstill]
+    figures = write_matrix(results, out, drawn)
+    with places(out, json) as (stage, beside):
+        for file in beside.values():
+            write_result(file, {"runs": matrix_rows(results)})
+        if report:
+            write_report(stage / NAME, f"{len(scenarios)} scenarios, seeds 1 to {seeds}", shown, figures)
+    console = Printer() if console is None else console  # places decides whether it is quiet
+    for one in shown:
+        console.print(one)
     console.print(f"Tables, pictures and the runs behind them are in {out}", highlight=False, soft_wrap=True)
     return results
 

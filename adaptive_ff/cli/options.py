@@ -27,6 +27,13 @@ JsonCopy = Annotated[
 Formats = Annotated[str, typer.Option("--format", help="Formats of the pictures: png, pdf, svg, or several: png,pdf.")]
 """Parsed by ``picture_formats``."""
 
+Report = Annotated[
+    bool,
+    typer.Option(
+        "--report", help="Also write report.html: tables, pictures that zoom, input and versions in one file."
+    ),
+]
+
 KNOWN_FORMATS = ("png", "pdf", "svg")
 
 

@@ -16,6 +16,7 @@ from adaptive_ff.cli.options import (
     LogFile,
     Period,
     Position,
+    Report,
     Scale,
     Time,
     Torque,
@@ -27,6 +28,8 @@ from adaptive_ff.cli.terminal import Printer, announce_compilation, error_consol
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from adaptive_ff.logs.log import Log
     from adaptive_ff.replay.result import Replay
 
@@ -81,6 +84,7 @@ def replay_command(
     out: Annotated[Path, typer.Option(help="Folder for plots and replay.json.")] = OUT,
     json: JsonCopy = None,
     formats: Formats = "png",
+    report: Report = False,
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
     from adaptive_ff.files import write_result
@@ -88,6 +92,7 @@ def replay_command(
     from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
     from adaptive_ff.replay.state import read_state
     from adaptive_ff.report.drawing import write_figures
+    from adaptive_ff.report.html_page import NAME, write_report
 
     drawn = picture_formats(formats)
     if reference_velocity is not None and reference_position is not None:
@@ -119,12 +124,18 @@ def replay_command(
             state=saved,
             linear=linear,
         )
-        write_figures(found.plot(None), stage, drawn, source=str(log))
+        figures, shown = found.plot(None), _shown(found, columns)
+        write_figures(figures, stage, drawn)
+        if report:
+            write_report(stage / NAME, f"Replay of {log}", shown, figures)
         for file in (stage / "replay.json", *([beside[json]] if json is not None else [])):
             write_result(file, {**found.to_dict(), "columns": columns})
         if save_state is not None:
             beside[save_state].write_text(found.state_to_json(), encoding="utf-8")
-    _print(found, columns, errors, out)
+    warn_of_skips(errors, found.skipped, "replay.json")
+    console = Printer()
+    console.show(shown)
+    console.say(f"Plots and replay.json are in {out}")
 
 
 def _run(log: "Log", errors: Console, **options: object) -> "Replay":
@@ -137,16 +148,11 @@ def _run(log: "Log", errors: Console, **options: object) -> "Replay":
         return replay_log(log, progress=lambda share: progress.update(task, completed=share), **options)  # type: ignore[arg-type]
 
 
-def _print(found: "Replay", columns: dict[str, str], errors: Console, out: Path) -> None:
+def _shown(found: "Replay", columns: dict[str, str]) -> "list[Table | str]":
     from adaptive_ff.report.replay_table import left_table
 
-    warn_of_skips(errors, found.skipped, "replay.json")
-    console = Printer()
-    console.print(left_table(found))
-    console.say(columns_taken(columns))
-    for note in found.notes:
-        console.print(note, highlight=False, markup=False)
+    sentences = [columns_taken(columns), *found.notes]
     for name, estimates in found.estimates.items():
-        shown = ", ".join(f"{key} {value:.4g}" for key, value in estimates.items())
-        console.print(f"Estimates at the end, {name}: {shown}", highlight=False, markup=False)
-    console.say(f"Plots and replay.json are in {out}")
+        values = ", ".join(f"{key} {value:.4g}" for key, value in estimates.items())
+        sentences.append(f"Estimates at the end, {name}: {values}")
+    return [left_table(found), *sentences]

@@ -1,14 +1,31 @@
 """Command ``adaptive-ff score``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
-from adaptive_ff.cli.options import OUT, JsonCopy, KnownTorque, Linear, LogFile, Period, Position, Scale, Time, Torque
+from adaptive_ff.cli.options import (
+    OUT,
+    Formats,
+    JsonCopy,
+    KnownTorque,
+    Linear,
+    LogFile,
+    Period,
+    Position,
+    Report,
+    Scale,
+    Time,
+    Torque,
+    picture_formats,
+)
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
+
+if TYPE_CHECKING:
+    from adaptive_ff.identify.score import Score
 
 
 def score_command(
@@ -23,13 +40,18 @@ def score_command(
     linear: Linear = False,
     out: Annotated[Path, typer.Option(help="Folder for score.json and score.png.")] = OUT,
     json: JsonCopy = None,
+    formats: Formats = "png",
+    report: Report = False,
 ) -> None:
     """Train a model on one log and simulate another one from its torque alone, in open loop."""
     from adaptive_ff.files import write_result
     from adaptive_ff.identify.open_loop import follow
     from adaptive_ff.identify.score import score_log
     from adaptive_ff.logs.columns import read_scales
+    from adaptive_ff.report.drawing import write_figures
+    from adaptive_ff.report.html_page import NAME, write_report
 
+    drawn = picture_formats(formats)
     columns = chosen_columns(train, time, period, position, None, torque, known_torque)
     scales = read_scales(scale or [])
     logs = [read_columns(path, columns, period, scales) for path in (train, test)]
@@ -39,17 +61,24 @@ def score_command(
         with progress_bars(errors) as progress:
             task = progress.add_task("score", total=1.0)
             score = score_log(*logs, linear=linear, progress=lambda share: progress.update(task, completed=share))
-        score.plot(stage)
+        figures, shown = score.plot(None), _sentences(score, columns, train, test, linear)
+        write_figures(figures, stage, drawn)
+        if report:
+            write_report(stage / NAME, f"Model of {train}, simulated on {test}", shown, figures)
         for file in (stage / "score.json", *beside.values()):
             write_result(file, {**score.to_dict(), "columns": columns})
     console = Printer()
+    console.show(shown)
+    console.say(f"score.json and its picture are in {out}")
+
+
+def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path, linear: bool) -> list[str]:
     unit = "mm" if linear else "mrad"
     best = score.choices[0]
     sides = "by direction" if best.by_direction else "the same both ways"
-    console.say(columns_taken(columns))
-    console.say(f"Chosen on {train}: {best.knots} knots of force over position, viscous friction {sides}.")
-    console.say(
+    return [
+        columns_taken(columns),
+        f"Chosen on {train}: {best.knots} knots of force over position, viscous friction {sides}.",
         f"Open loop on {test}: {1e3 * score.rms:.3g} {unit} rms, fit {score.fit:.4g} %; in windows of 1 s "
-        f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}."
-    )
-    console.say(f"score.json and score.png are in {out}")
+        f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}.",
+    ]

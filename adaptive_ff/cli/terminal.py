@@ -4,7 +4,7 @@ import csv
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -15,6 +15,9 @@ from rich.text import Text
 from adaptive_ff.cli.common import SETTINGS, TableForm
 
 COMPILES = "First run on this machine: the controllers are compiled, once (some 15 to 30 s)."
+
+LONGEST_LINE = 10_000
+"""Characters of a line that no table comes to."""
 
 LONGEST_LIST = 10
 """Most skipped pieces of a log that are printed; the JSON holds all."""
@@ -28,11 +31,31 @@ class Printer(Console):
         if SETTINGS.quiet:
             return
         if SETTINGS.tables is TableForm.TEXT:
+            before = self.width
+            self.width = max([before, *(self._width_of(item) for item in objects if isinstance(item, Table))])
             super().print(*objects, **options)
+            self.width = before
             return
         for item in objects:
             if isinstance(item, Table):
                 super().print(plain_table(item, SETTINGS.tables), markup=False, highlight=False, soft_wrap=True)
+
+    def _width_of(self, table: Table) -> int:
+        """Return how wide a table is printed, so that nothing is cut; on a terminal headings may take several lines."""
+        for column in table.columns:
+            words = [word for cell in (column.header, *column.cells) for word in _plain(cell).split()]
+            column.min_width = max(map(len, words), default=0)
+            column.no_wrap = False
+        least, most = self.measure(table, options=self.options.update(width=LONGEST_LINE))
+        return least if self.is_terminal else most
+
+    def show(self, items: Iterable[Table | str]) -> None:
+        """Print tables and sentences in their order."""
+        for item in items:
+            if isinstance(item, str):
+                self.say(item)
+            else:
+                self.print(item)
 
     def on_broken_pipe(self) -> None:
         """End the program quietly."""
@@ -46,10 +69,10 @@ class Printer(Console):
 
 def plain_table(table: Table, form: TableForm) -> str:
     """Return a table as Markdown or CSV, with an empty line after it."""
-    title = Text.from_markup(str(table.title or "")).plain
+    title = _plain(table.title or "")
     heads = [str(column.header) for column in table.columns]
     cells = zip(*(column.cells for column in table.columns), strict=True)
-    rows = [[Text.from_markup(str(cell)).plain for cell in row] for row in cells]
+    rows = [[_plain(cell) for cell in row] for row in cells]
     if form is TableForm.CSV:
         stream = io.StringIO()
         csv.writer(stream, lineterminator="\n").writerows([heads, *rows])
@@ -58,6 +81,10 @@ def plain_table(table: Table, form: TableForm) -> str:
     lines = [[cell.replace("|", r"\|") for cell in row] for row in (heads, rules, *rows)]
     body = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     return f"**{title}**\n\n{body}\n" if title else f"{body}\n"
+
+
+def _plain(cell: Any) -> str:
+    return Text.from_markup(str(cell)).plain
 
 
 def error_console() -> Console:

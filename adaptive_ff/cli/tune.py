@@ -27,14 +27,14 @@ def tune_command(
     from adaptive_ff.design_studies.bandwidth_study import STUDIED, study_bandwidths
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.bandwidth_tables import best_table, errors_table, loops_table
-    from adaptive_ff.report.drawing import write_figures
+    from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.scenario.scenario import load_scenario
-    from adaptive_ff.simulation.loop import run_compiled
+    from adaptive_ff.simulation.loop import run_in_memory
 
     drawn = picture_formats(formats)
     loaded, errors = load_scenario(scenario), error_console()
     with places(out, json) as (stage, beside):
-        announce_compilation(errors, run_compiled)
+        announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
             tasks: dict[str, int] = {}
 
@@ -51,7 +51,7 @@ def tune_command(
                 progress=advance,
             )
         write_csv(stage / "tune.csv", study.columns())
-        write_figures({"tune": study.plot()}, stage, drawn, source=str(scenario or "built-in scenario"))
+        write_stamped({"tune": study.plot()}, stage, drawn, str(scenario or "built-in scenario"))
         for file in (stage / "tune.json", *beside.values()):
             write_result(file, study.to_dict())
     console = Printer()

@@ -21,7 +21,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear, minimize_scalar
 
 from adaptive_ff.errors import InputError
@@ -33,6 +32,7 @@ from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from controllers import PI
+from controllers.arrays import NDArray
 from plant import Gravity, JointModel, schedule
 
 Array = NDArray[np.float64]

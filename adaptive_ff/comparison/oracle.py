@@ -3,7 +3,7 @@
 The true friction lag is not the best one for a torque that is held over a sampling period: on the built-in joint at
 100 Hz some 23 ms do better than the true 20 ms. An oracle with the true lag is therefore no bound on what can be
 reached. ``oracle_tuned`` adds to the lag what is best for the scenario on other references and other noise, one number
-for all seeds. What knows the truth and is tuned to the loop as well cannot be told from a bound; what remains of its
+for all seeds. What knows the truth and is tuned to the loop as well is as good as a bound; what remains of its
 error is mostly that of the loop without friction, see :mod:`adaptive_ff.comparison.reference_lines`.
 """
 

@@ -20,7 +20,7 @@ class Outcome:
     Attributes
     ----------
     draw : int
-        Number of the draw; with the seed of the sweep it gives the joint, see :func:`draw_scenario`.
+        Number of the draw; with the seed of the sweep it gives the joint.
     metrics : dict of Metrics
         Figures of merit by controller; empty where the draw was refused.
     refused : str

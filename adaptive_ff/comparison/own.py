@@ -17,6 +17,9 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from controllers import ESTIMATES, STEPS, Inputs, Output
 
+MODULE = "own_controller_"
+"""Begins the names of the modules that own controllers are loaded as."""
+
 OFFERED = ("scenario", "proportional", "integral", "period", "inertia")
 """Arguments that a factory may take, by name; a single one of another name is given the scenario."""
 
@@ -109,20 +112,20 @@ def own_controller(controller: Any) -> Foreign:
 
 
 def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, None]:
-    reference, following = inputs.reference, inputs.next_reference
+    reference, following = float(inputs.reference), float(inputs.next_reference)  # numpy's do not behave like a float
     if "correction" not in block.accepted:  # one velocity is all it can follow: that of plan and outer loop together
         reference, following = reference + inputs.correction, following + inputs.correction
     others = {
         "next_reference": following,
-        "correction": inputs.correction,
+        "correction": float(inputs.correction),
         "position": _known(inputs.position),
         "realised_torque": _known(inputs.realised_torque),
-        "feedforward": inputs.feedforward,
+        "feedforward": float(inputs.feedforward),
         "inertia": _known(inputs.inertia),
-        "dt": inputs.dt,
+        "dt": float(inputs.dt),
     }
     accepted = {name: value for name, value in others.items() if name in block.accepted}
-    torque = block.controller.step(reference, inputs.velocity, **accepted)
+    torque = block.controller.step(reference, float(inputs.velocity), **accepted)
     value = _number(torque)
     if not math.isfinite(value):
         raise ValueError(f"the controller {block.controller!r} returned a torque of {torque!r}; it must be finite")
@@ -140,7 +143,7 @@ def _write_foreign_estimates(block: Foreign, state: None, row: NDArray[Any]) -> 
 
 
 def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return float(value) if math.isfinite(value) else None
 
 
 def _number(value: Any) -> float:
@@ -228,7 +231,7 @@ def load_own(place: str) -> Any:
         raise InputError(f"own controller {place!r} is not allowed: it must be FILE.py:NAME, such as mine.py:Mine")
     if not path.is_file():
         raise InputError(f"{path}: cannot be read: there is no such file")
-    stem = f"own_controller_{path.stem}"
+    stem = f"{MODULE}{path.stem}"
     spec = importlib.util.spec_from_file_location(stem, path)
     assert spec is not None
     assert spec.loader is not None

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import drive_over
@@ -14,9 +13,14 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, lay_course
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
+from controllers import Controller
+from controllers.arrays import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+MARKS = 120
+"""Times in a run at which the uncertainty of the estimates is noted."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,6 +55,11 @@ class Run:
         Figures of merit of the position; None without a position loop.
     monitors : dict of ndarray, shape (samples,)
         What a controller watches itself by, by name: trust, observer gain and observed torque (N m) of ``adaptive``.
+    uncertainties : dict of ndarray, shape (marks,)
+        How far each estimate may be off, as a standard deviation, for controllers that say so; no confidence interval,
+        see :mod:`adaptive_ff.adaptive.uncertainty`.
+    uncertainty_time : ndarray, shape (marks,)
+        When, s.
     """
 
     name: str
@@ -68,6 +77,8 @@ class Run:
     position_error: NDArray[np.float64] | None = None
     position_metrics: PositionMetrics | None = None
     monitors: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    uncertainties: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    uncertainty_time: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     def __repr__(self) -> str:
         """Return what was run and its settled error in one line."""
@@ -152,12 +163,26 @@ def simulate(
             f"controller = {controller!r} is not allowed: it must be a name or an object with a method step"
         )
     course = lay_course(scenario) if course is None else course
-    record, names, watched = drive_over(controller, course, progress)
-    return _finished(name or type(controller).__name__, scenario, course, record, names, watched)
+    marks: list[tuple[int, dict[str, float]]] = []
+    if isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
+
+        def note(sample: int) -> None:
+            marks.append((sample, controller.uncertainties))
+
+        record, names, watched = drive_over(controller, course, progress, note=note, parts=MARKS)
+    else:
+        record, names, watched = drive_over(controller, course, progress)
+    return _finished(name or type(controller).__name__, scenario, course, record, names, watched, marks)
 
 
 def _finished(
-    name: str, scenario: Scenario, course: Course, record: Record, names: tuple[str, ...], watched: tuple[str, ...]
+    name: str,
+    scenario: Scenario,
+    course: Course,
+    record: Record,
+    names: tuple[str, ...],
+    watched: tuple[str, ...],
+    marks: list[tuple[int, dict[str, float]]],
 ) -> Run:
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
@@ -168,10 +193,11 @@ def _finished(
         )
     if not all(np.isfinite(list(vars(metrics).values()))):
         raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
+    sampled = time[course.samples[:-1]]
     return Run(
         name,
         scenario,
-        time[course.samples[:-1]],
+        sampled,
         time,
         course.reference,
         record.velocity,
@@ -184,4 +210,6 @@ def _finished(
         position_error,
         position_metrics,
         {key: record.monitors[:, i] for i, key in enumerate(watched)},
+        {key: np.array([known[key] for _, known in marks]) for key in (marks[0][1] if marks else ())},
+        sampled[[sample for sample, _ in marks]],
     )

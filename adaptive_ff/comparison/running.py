@@ -13,7 +13,12 @@ PART = 20_000
 
 
 def drive_over(
-    controller: Any, course: Course, progress: Callable[[float], None] | None = None
+    controller: Any,
+    course: Course,
+    progress: Callable[[float], None] | None = None,
+    *,
+    note: Callable[[int], None] | None = None,
+    parts: int = 1,
 ) -> tuple[Record, tuple[str, ...], tuple[str, ...]]:
     """Run a controller over a course.
 
@@ -25,6 +30,10 @@ def drive_over(
         Joint, drive, reference and noise.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
+    note : callable, optional
+        Is called with the number of the last sample after each part, when the controller is in the state of then.
+    parts : int, optional
+        Least number of parts of the run.
 
     Returns
     -------
@@ -41,11 +50,14 @@ def drive_over(
     run = run_plain if own else run_compiled
     position = start_position(course)
     count = course.noise.size
+    part = min(PART, max(1, count // parts))
     while position.sample < count:
-        stop = min(position.sample + PART, count)
+        stop = min(position.sample + part, count)
         state, position = run(block, state, course, position, stop, record)
+        if not own:
+            controller.state = state
+        if note is not None:
+            note(stop - 1)
         if progress is not None:
             progress(stop / count)
-    if not own:
-        controller.state = state
     return record, names, watched

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.registry import make_controller
@@ -23,6 +22,7 @@ from adaptive_ff.comparison.run import simulate
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, lay_course
 from adaptive_ff.simulation.metrics import START, settled_start
+from controllers.arrays import NDArray
 
 WINDOW = 5.0
 """Length of a window, s."""

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, stats
+
+from controllers.arrays import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 

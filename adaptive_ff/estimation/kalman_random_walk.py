@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from adaptive_ff.estimation.quadratic import quadratic_form
 from adaptive_ff.estimation.recursive_estimator import RecursiveEstimator, check_deviations, make_settings
 from adaptive_ff.estimation.updates import CORRECTIONS, EstimationState, Settings, initial_state
+from controllers.arrays import MutableArray
 
 
 class RandomWalkParameters(NamedTuple):
@@ -50,8 +51,8 @@ class RandomWalkState(NamedTuple):
         Kalman's gain of the last equation.
     """
 
-    estimate: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    estimate: MutableArray
+    gain: MutableArray
 
 
 def initial_random_walk_state(block: RandomWalkParameters) -> EstimationState:

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from adaptive_ff.estimation.updates import Settings, run_updates, single_update
 from controllers import check_positive, plain_state, rebuilt_state
+from controllers.arrays import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 

@@ -23,6 +23,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from controllers.arrays import MutableArray
+
 
 class ResettingState(NamedTuple):
     """State of the recursion; its arrays are changed in place.
@@ -41,11 +43,11 @@ class ResettingState(NamedTuple):
         Cholesky factor of the information matrix, in its lower triangle.
     """
 
-    estimate: NDArray[np.float64]
-    information: NDArray[np.float64]
-    instrument: NDArray[np.float64]
-    gain: NDArray[np.float64]
-    factor: NDArray[np.float64]
+    estimate: MutableArray
+    information: MutableArray
+    instrument: MutableArray
+    gain: MutableArray
+    factor: MutableArray
 
 
 def initial_resetting_state(first: NDArray[np.float64], information: NDArray[np.float64]) -> ResettingState:

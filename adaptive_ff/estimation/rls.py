@@ -20,6 +20,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from controllers.arrays import MutableArray
+
 
 class RLSState(NamedTuple):
     """State of the recursion; its arrays are changed in place.
@@ -34,9 +36,9 @@ class RLSState(NamedTuple):
         Gain ``gamma`` of the last equation, (12).
     """
 
-    estimate: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    estimate: MutableArray
+    covariance: MutableArray
+    gain: MutableArray
 
 
 def initial_rls_state(first: NDArray[np.float64], covariance: NDArray[np.float64]) -> RLSState:

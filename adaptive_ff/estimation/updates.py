@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from adaptive_ff.estimation.quadratic import quadratic_form
 from adaptive_ff.estimation.spread import update_spread_in_place
 from controllers import compiled_in_place, dispatched
+from controllers.arrays import MutableArray
 
 LARGEST_NUMBER = 1e100
 """What is larger is no measurement; its square may lie beyond what a floating-point number can hold."""
@@ -82,9 +83,9 @@ class EstimationState(NamedTuple):
     """
 
     recursion: Any
-    agreement: NDArray[np.float64]
-    spread: NDArray[np.float64]
-    projected: NDArray[np.float64]
+    agreement: MutableArray
+    spread: MutableArray
+    projected: MutableArray
     tally: Tally
 
 

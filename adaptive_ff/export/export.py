@@ -45,7 +45,7 @@ class Export:
     """
 
     def __init__(self, controller: Controller, prefix: str, single: bool = False) -> None:
-        check_exportable(controller)
+        check_exportable(controller, single)
         word = re.fullmatch(r"[a-z][a-z0-9_]{0,30}", prefix)
         if not word or keyword.iskeyword(prefix) or prefix in RESERVED:
             raise NotExportable(

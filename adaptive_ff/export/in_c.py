@@ -12,8 +12,7 @@ from adaptive_ff.export.compiler import compile_library
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.header import header
 from adaptive_ff.export.source import source
-from controllers import Controller, Inputs, Output
-from controllers.interface import single_step
+from controllers import Controller, Output
 
 PREFIX = "controller"
 
@@ -52,18 +51,23 @@ class InC:
         set_own("_single", single)
         self._library.controller_init(self._handle)
         set_own("step", controller.step)
-        controller._step = self._stepping()
+        controller._compute = self._computing()
 
-    def _stepping(self) -> Any:
+    def _computing(self) -> Any:
         handle, inputs, output = self._handle, self._inputs, self._output
         run = self._library.controller_step
 
-        def step(parameters: Any, state: Any, given: Inputs) -> tuple[Output, Any]:
+        def compute(*given: float) -> float:
             inputs[0] = given
             run(handle, inputs, output)
-            return Output(output.torque, output.feedforward), state
+            torque: float = output.torque
+            return torque
 
-        return step
+        return compute
+
+    def step_in_c(self, *inputs: float) -> Output:
+        """Do one sample with inputs as they are, in the order of ``Inputs``; return torque and feedforward, N m."""
+        return Output(self._controller._compute(*inputs), self._output.feedforward)
 
     def _fetch(self) -> None:
         """Give the controller in Python the state that C has."""
@@ -80,7 +84,6 @@ class InC:
         """Return a controller with the same settings and state that runs in Python, on its own."""
         self._fetch()
         own: Controller = copy.deepcopy(self._controller)
-        own._step = single_step
         return own
 
     def __getattr__(self, name: str) -> Any:

@@ -54,8 +54,8 @@ class Recording:
     outputs: NDArray[np.float64]
 
 
-def check_exportable(controller: Any) -> None:
-    """Raise ``NotExportable`` for what is no controller with kernels."""
+def check_exportable(controller: Any, single: bool) -> None:
+    """Raise ``NotExportable`` for what is no controller with kernels, or not in single precision."""
     known = [cls.__name__.removesuffix("Parameters") for cls in STEPS if cls.__name__.endswith("Parameters")]
     if not isinstance(controller, Controller) or type(controller.parameters) not in STEPS:
         name = type(controller).__name__
@@ -64,6 +64,9 @@ def check_exportable(controller: Any) -> None:
         raise NotExportable(
             f"controller = {type(controller).__name__} cannot be exported: no kernel gives its estimates"
         )
+    if single and controller.needs_double:
+        name, reason = type(controller).__name__, controller.needs_double
+        raise NotExportable(f"controller = {name} cannot be exported in single precision: {reason}")
 
 
 def new_one(controller: Controller) -> Controller:
@@ -128,8 +131,7 @@ def record(controller: Controller, samples: int = SAMPLES) -> Recording:
     inputs = made_up_inputs(own.period, samples)
     outputs = []
     for row in inputs:
-        output, own.state = own._step(own.parameters, own.state, Inputs(*row.tolist()))
-        outputs.append(list(output))
+        outputs.append(list(own.step_plain(Inputs(*row.tolist()))))
     for leaf, array in zip(arrays, held, strict=True):
         if value_at(own.state, leaf.path) is not array:
             raise NotExportable(f"state.{leaf.member} is replaced by another array in a step; change it in place")

@@ -12,7 +12,7 @@ TOLERANCE = {False: 1e-9, True: 7e-5}
 """Largest difference to the recorded run, as a share of its largest torque, in double and in single precision.
 
 In single precision 1.6e-6 was measured at most for the adaptive controllers and 6.4e-6 for the others, ten times less
-than allowed; the paper's own recursion (``adaptive_paper``) diverges there, and its self-test says so.
+than allowed.
 """
 
 SELF_TEST = """/* Test of {prefix}.c on a machine: a run recorded in Python in double precision, repeated here.

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from adaptive_ff.estimation.batch_least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
 from adaptive_ff.model.friction import ESTIMATED, TorqueModel
@@ -18,6 +17,7 @@ from adaptive_ff.regression.rows import Mask, series_rows, torque_form_rows
 from adaptive_ff.regression.series import COEFFICIENTS, write_physical
 from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
 from controllers import check_positive
+from controllers.arrays import ArrayLike
 
 FILTER_MEMORY = 6.0
 """Time constants of the filters after which they have forgotten an error: the equations are correlated that long."""

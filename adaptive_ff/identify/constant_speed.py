@@ -23,7 +23,7 @@ SHORTEST = 4.0
 
 
 class FrictionCurve(NamedTuple):
-    """What stretches at constant speed tell of friction.
+    """What stretches at constant speed show of friction.
 
     Attributes
     ----------

@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
+
+from controllers.arrays import NDArray
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.formats import Content, read_content
+from controllers.arrays import NDArray
 
 Array = NDArray[np.float64]
 

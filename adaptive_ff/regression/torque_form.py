@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, adhesion_share
 from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay, second_derivative
+from controllers.arrays import MutableArray
 
 FILTER_TORQUE, FILTER_VELOCITY, FILTER_COULOMB, FILTER_ADHESION, FILTER_SHARE, FILTER_SPEED = range(6)
 """Rows of the filters; the last two, ``|h|`` and ``|w|``, are there where friction differs by direction."""
@@ -66,7 +67,7 @@ class Signals(NamedTuple):
         Velocity at the last sample, rad/s.
     """
 
-    filters: NDArray[np.float64]
+    filters: MutableArray
     velocity: float
 
 

@@ -39,9 +39,8 @@ class Runner:
             self._restart(float(seen.measurement[0]), float(seen.reference[0]))
         feedforward = np.empty(part.time.size)
         estimates = np.empty((part.time.size, len(controller.estimate_names)))
-        controller.state, self._observed = watch(
-            controller.parameters, controller.state, self._observer, self._observed, seen, feedforward, estimates
-        )
+        observer, observed = self._observer, self._observed
+        _, self._observed = watch(controller.native, 0, observer, observed, seen, feedforward, estimates)
         return feedforward, estimates
 
     def _restart(self, measurement: float, reference: float) -> None:

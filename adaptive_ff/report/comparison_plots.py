@@ -3,25 +3,21 @@
 No ``pyplot``: figures open no window and leave no state behind. A curve that leaves its panel is named above it.
 """
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from itertools import cycle, product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import Run
-from adaptive_ff.model.friction import UNITS, TorqueModel, model_friction
+from adaptive_ff.model.friction import TorqueModel, model_friction
 from adaptive_ff.report.drawing import (
     INK,
-    LIFT,
     QUIET,
     STYLE,
     Look,
@@ -30,8 +26,12 @@ from adaptive_ff.report.drawing import (
     explain_looks,
     label_above,
     make_panels,
+    stamp,
     write_figure,
 )
+from adaptive_ff.report.estimates_picture import draw_estimates
+from adaptive_ff.report.framing import frame, make_logarithmic, peak_of, plain_name, typical_peak
+from adaptive_ff.report.marks import TRUTH, mark_changes
 from adaptive_ff.report.supervision_picture import SUPERVISED, draw_supervision
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.loop import joint_in_phase
@@ -61,10 +61,8 @@ OWN: Look = {"linewidth": 1.8, "zorder": 2.45}
 """What a user's own controllers have beside a colour of their own: they stand out."""
 
 REFERENCE: Look = {"color": INK, "linewidth": 0.7, "zorder": 2.6, "label": "reference"}
-TRUTH: Look = {"color": "#000000", "linestyle": (0, (3, 2)), "zorder": 2.6, "label": "true"}
 TORQUE: Look = {"linewidth": 0.7, "alpha": 0.5, "drawstyle": "steps-post", "label": "torque"}
 FEEDFORWARD: Look = {"linewidth": 1.2, "drawstyle": "steps-post", "label": "feedforward in it"}
-CHANGE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "zorder": 1.5}
 LIMIT: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "torque limit"}
 
 FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
@@ -98,15 +96,21 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
             draw_series(panels[2], run.solver_time, 1e3 * run.position_error, {**look, "linewidth": 0.8})
             label_above(panels[2], "position error (mrad)")
         keys += _draw_torques(torque, run, slice(None), look)
-        keys += _mark_changes(panels, run.scenario)
+        keys += mark_changes(panels, run.scenario)
         label_above(tracking, "velocity (rad/s)")
         label_above(error, "error (mrad/s)")
         label_above(torque, "torque (N m)")
         torque.set(xlabel="time (s)", xlim=(0.0, run.solver_time[-1]))
         explain_looks(figure, keys)
+        stamp([figure], origin(run.scenario))
         if path is not None:
             write_figure(figure, Path(path))
     return figure
+
+
+def origin(scenario: Scenario) -> str:
+    """Return what a picture says of where it comes from."""
+    return f"{scenario.name}, seed {scenario.seed}"
 
 
 def plot_comparison(comparison: Comparison, folder: str | Path | None = None) -> dict[str, Figure]:
@@ -138,12 +142,13 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
     with rc_context(STYLE):
         figures = {"tracking": _tracking(runs, looks), "torque": _torque(runs, looks)}
         if estimating:
-            figures["estimates"] = _estimates(estimating, looks)
+            figures["estimates"] = draw_estimates(estimating, looks)
         if any(run.estimates.keys() >= FRICTION for run in estimating.values()):
             figures["stribeck"] = _stribeck(comparison, looks)
         supervised = [run for run in runs.values() if run.monitors.keys() >= SUPERVISED]
         if supervised:
             figures["supervision"] = draw_supervision(supervised[-1])
+        stamp(figures.values(), origin(comparison.scenario))
         if folder is not None:
             for name, figure in figures.items():
                 write_figure(figure, Path(folder) / f"{name}.png")
@@ -169,12 +174,12 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
         draw_series(error, time, near[name], looks[name])
         *curve, window = _running_rms(first.solver_time, whole)
         rms.plot(*curve, **looks[name])
-    _frame([tracking], {"": reference, **shown}, 3.0 * _peak(reference) or 20.0 * _typical(shown))
-    _frame([error], near, 20.0 * _typical(near))
+    frame([tracking], {"": reference, **shown}, 3.0 * peak_of(reference) or 20.0 * typical_peak(shown))
+    frame([error], near, 20.0 * typical_peak(near))
     if positions:
         _draw_close_up(panels[2], time, {name: series[part] for name, series in positions.items()}, looks)
         label_above(panels[2], "position error (mrad), same close-up")
-    _make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
+    make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
     label_above(tracking, "velocity (rad/s), close-up")
     label_above(error, "error (mrad/s), same close-up")
     label_above(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
@@ -185,7 +190,7 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     panels[-2].set(xlim=(time[0], time[-1]), xlabel="time (s)")
     rms.set(xlim=(0.0, first.solver_time[-1]), xlabel="time (s)")
     rms.axvspan(time[0], time[-1], color="#f0f0f0", zorder=0.4)
-    explain_looks(figure, [REFERENCE, *looks.values(), *_mark_changes(panels, first.scenario)])
+    explain_looks(figure, [REFERENCE, *looks.values(), *mark_changes(panels, first.scenario)])
     return figure
 
 
@@ -193,7 +198,7 @@ def _draw_close_up(axes: Axes, time: Series, curves: Mapping[str, Series], looks
     """Draw a curve a controller and fit the limits to them."""
     for name, curve in curves.items():
         draw_series(axes, time, curve, looks[name])
-    _frame([axes], curves, 20.0 * _typical(curves))
+    frame([axes], curves, 20.0 * typical_peak(curves))
 
 
 def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
@@ -211,30 +216,9 @@ def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
         label_above(axes, f"torque (N m) with {looks[name]['label']}")
     torques = {name: run.torque[part] for name, run in shown.items()}
     parts = {f"feedforward of {name}": run.feedforward[part] for name, run in shown.items()}
-    _frame(panels, {**torques, **parts}, 3.0 * _typical(torques))
+    frame(panels, {**torques, **parts}, 3.0 * typical_peak(torques))
     panels[-1].set(xlim=(start, end), xlabel="time (s)")
     explain_looks(figure, keys.values())
-    return figure
-
-
-def _estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
-    names = list(dict.fromkeys(name for run in runs.values() for name in run.estimates))
-    figure, panels = make_panels(len(names), 0.8 + 1.2 * len(names))
-    first = next(iter(runs.values()))
-    plan, end = first.scenario.plan, float(first.solver_time[-1])
-    joints = [joint_in_phase(first.scenario.joint.parameters, plan, phase) for phase in range(plan.starts.size)]
-    starts = [*(plan.starts * first.scenario.joint.solver_period), end]
-    for axes, name in zip(panels, names, strict=True):
-        known = {key: run for key, run in runs.items() if name in run.estimates}
-        curves = {key: draw_series(axes, run.time, run.estimates[name], looks[key]) for key, run in known.items()}
-        true = [{**joint.friction._asdict(), **joint._asdict(), "friction": None}.get(name) for joint in joints]
-        truth = np.array([value for value in true if value is not None])
-        if truth.size:
-            axes.plot(starts, [*truth, truth[-1]], drawstyle="steps-post", **TRUTH)
-        _frame([axes], {"": np.append(truth, 0.0), **curves}, 2.0 * (_peak(truth) or _typical(curves)))
-        label_above(axes, _text(name.replace("_", " ")) + (f" ({UNITS[name]})" if name in UNITS else ""))
-    panels[-1].set(xlim=(0.0, end), xlabel="time (s)")
-    explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *_mark_changes(panels, first.scenario)])
     return figure
 
 
@@ -242,7 +226,7 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
     figure, (axes,) = make_panels(1, 3.8)
     scenario, runs = comparison.scenario, comparison.runs
     first = next(iter(runs.values()))
-    peak = _peak(first.reference) or 5.0 * scenario.joint.stribeck_velocity
+    peak = peak_of(first.reference) or 5.0 * scenario.joint.stribeck_velocity
     speeds = peak * np.linspace(0.0, 1.0, 200) ** 2  # denser where the curve bends
     models = {name: _identified(run) for name, run in runs.items() if run.estimates.keys() >= FRICTION}
     if "fixed" in runs:
@@ -253,7 +237,7 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
     for name, curve in curves.items():
         axes.plot(speeds, curve, **looks[name])
     axes.plot(speeds, truth, **TRUTH)
-    _frame([axes], {"": truth, **curves}, 2.0 * (_peak(truth) or _typical(curves)))
+    frame([axes], {"": truth, **curves}, 2.0 * (peak_of(truth) or typical_peak(curves)))
     label_above(axes, f"friction torque while sliding (N m), as identified after {first.solver_time[-1]:.4g} s")
     axes.set(xlabel="speed (rad/s)", xlim=(0.0, peak))
     explain_looks(figure, [TRUTH, *(looks[name] for name in curves)])
@@ -309,67 +293,11 @@ def _draw_torques(axes: Axes, run: Run, part: slice, look: Look) -> list[Look]:
         keys.append({"color": look["color"], **FEEDFORWARD})
         draw_series(axes, run.time[part], run.feedforward[part], keys[1])
     limit = run.scenario.actuator.torque_limit
-    if limit is not None and _peak(run.torque[part]) > NEAR * limit:
+    if limit is not None and peak_of(run.torque[part]) > NEAR * limit:
         keys.append(LIMIT)
         axes.axhline(limit, **LIMIT)
         axes.axhline(-limit, **LIMIT)
     return keys
-
-
-def _mark_changes(panels: Sequence[Axes], scenario: Scenario) -> list[Look]:
-    """Mark the changes of the joint; return what the legend shall explain."""
-    for axes in panels:
-        for change in scenario.change:
-            axes.axvline(change.time, **CHANGE)
-    if not scenario.change:
-        return []
-    kinds = {name for change in scenario.change for name in change.model_fields_set}
-    several = "friction changes" if kinds <= {"time", "friction_scale"} else "the joint changes"
-    return [{**CHANGE, "label": scenario.change[0].text if len(scenario.change) == 1 else several}]
-
-
-def _peak(values: Series) -> float:
-    return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
-
-
-def _typical(curves: Mapping[str, Series]) -> float:
-    """Return the median peak of some curves, of two the smaller."""
-    return sorted(map(_peak, curves.values()))[(len(curves) - 1) // 2]
-
-
-def _frame(panels: Sequence[Axes], curves: Mapping[str, Series], cap: float) -> None:
-    """Fit the limits of panels to curves, but not beyond a cap; name the curves that leave them."""
-    cap = cap or math.inf
-    values = np.concatenate(list(curves.values()))
-    values = np.clip(values[np.isfinite(values)], -cap, cap)
-    low, high = float(np.min(values)), float(np.max(values))
-    margin = 0.06 * (high - low) or 0.1 * abs(high) or 1.0
-    for axes in panels:
-        axes.set_ylim(low - margin, high + margin)
-    peaks = {name: _peak(curve) for name, curve in curves.items() if _peak(curve) > cap + margin}
-    gone = [f"{_text(name)} reaches {_number(peak)}" for name, peak in peaks.items()]
-    more = f" and {len(gone) - 2} more" if len(gone) > 2 else ""
-    place: Any = {"xycoords": "axes fraction", "xytext": (0.0, LIFT), "textcoords": "offset points"}
-    panels[0].annotate(", ".join(gone[:2]) + more, (1.0, 1.0), **place, ha="right", fontsize=8.0, color=QUIET)
-
-
-def _number(value: float) -> str:
-    return f"{value:,.0f}" if 1e3 <= value < 1e6 else f"{value:.3g}"
-
-
-def _make_logarithmic(axes: Axes, since: float) -> None:
-    """Make a panel logarithmic, one to four decades, down to what it shows since a time; leave it where all is zero."""
-    curves = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in axes.lines]
-    top = max(float(np.max(values)) for _, values in curves)
-    if top == 0.0:
-        return
-    low = min(float(np.min(values, where=(time >= since) & (values > 0.0), initial=top)) for time, values in curves)
-    low = min(max(low, 1e-4 * top) / 1.3, top / 5.0)
-    axes.set_yscale("log", nonpositive="mask")
-    axes.set_ylim(low, 1.3 * top)
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if top < 200.0 * low else (1.0,)))
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def looks_of(names: Iterable[str]) -> dict[str, Look]:
@@ -378,10 +306,5 @@ def looks_of(names: Iterable[str]) -> dict[str, Look]:
     looks: dict[str, Look] = {}
     for name in names:
         highlight = {} if name in CONTROLLERS else OWN
-        looks[name] = {**(LOOKS.get(name) or {**next(spare), **highlight}), "label": _text(name)}
+        looks[name] = {**(LOOKS.get(name) or {**next(spare), **highlight}), "label": plain_name(name)}
     return looks
-
-
-def _text(name: str) -> str:
-    """Return a name in which matplotlib sees no mathematics, and which it does not hide for a leading underscore."""
-    return (f" {name}" if name.startswith("_") else name).replace("$", r"\$")

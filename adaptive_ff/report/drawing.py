@@ -77,8 +77,14 @@ def make_panels(rows: int, height: float, *, shared: bool = True) -> tuple[Figur
     return figure, panels
 
 
-def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence[str], *, source: str) -> None:
-    """Write pictures in several formats, each with a line that says where it comes from.
+def stamp(figures: Iterable[Figure], source: str) -> None:
+    """Say below each picture where it comes from (scenario and seed, or the log) and which version drew it."""
+    for figure in figures:
+        figure.supxlabel(f"{_plain(source)}, adaptive-ff {__version__}", x=0.99, ha="right", size=6.5, color=QUIET)
+
+
+def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence[str]) -> None:
+    """Write pictures in several formats.
 
     Parameters
     ----------
@@ -88,13 +94,16 @@ def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence
         Where to write each as ``NAME.FORMAT``.
     formats : sequence of str
         Endings, such as png.
-    source : str
-        Scenario and seed, or the log.
     """
     for name, figure in figures.items():
-        figure.supxlabel(f"{_plain(source)}, adaptive-ff {__version__}", x=0.99, ha="right", size=6.5, color=QUIET)
         for ending in formats:
             write_figure(figure, folder / f"{name}.{ending}")
+
+
+def write_stamped(figures: Mapping[str, Figure], folder: Path, formats: Sequence[str], source: str) -> None:
+    """Write pictures as :func:`write_figures` does, each with a line that says where it comes from."""
+    stamp(figures.values(), source)
+    write_figures(figures, folder, formats)
 
 
 def _plain(text: str) -> str:

@@ -19,6 +19,7 @@ from adaptive_ff.report.drawing import (
     explain_looks,
     label_above,
     make_panels,
+    stamp,
     write_figure,
 )
 
@@ -57,6 +58,7 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
     """
     with rc_context(STYLE):
         figures = {"torque": _torque(found), "friction": _friction(found), "lag": _lag(found)}
+        stamp(figures.values(), found.name)
         if folder is not None:
             for name, figure in figures.items():
                 write_figure(figure, Path(folder) / f"{name}.png")

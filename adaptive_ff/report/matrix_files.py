@@ -1,12 +1,16 @@
 """The scenario matrix as files: tables, pictures, every run's figures, and every scenario for ``compare``."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+from matplotlib.figure import Figure
 
 from adaptive_ff.comparison.matrix.cells import cell_scenario
 from adaptive_ff.comparison.matrix.jobs import Results
 from adaptive_ff.comparison.matrix.summary import collect, ranking_markdown
+from adaptive_ff.report.drawing import write_figures
 from adaptive_ff.report.matrix_picture import draw_matrix
 from adaptive_ff.scenario.file import to_toml
 
@@ -23,15 +27,21 @@ def by_loop(results: Results) -> dict[bool, Results]:
     return {fast: {job: found for job, found in results.items() if job.fastest == fast} for fast in loops}
 
 
-def write_matrix(results: Results, folder: Path) -> None:
-    """Write ``matrix.md``, a picture a loop, ``runs.csv`` and the scenarios into a folder."""
+def write_matrix(results: Results, folder: Path, formats: Sequence[str] = ("png",)) -> dict[str, Figure]:
+    """Write ``matrix.md``, a picture a loop, ``runs.csv`` and the scenarios into a folder; return the pictures."""
+    seeds = sorted({job.seed for job in results})
+    source = f"scenarios of the package, seeds {seeds[0]} to {seeds[-1]}"
+    figures: dict[str, Figure] = {}
     folder.mkdir(parents=True, exist_ok=True)
     text = ""
     for fast, part in by_loop(results).items():
         cells = collect(part)
         text += f"{TITLES[fast]}\n\n{ranking_markdown(cells)}\n"
         controllers = list(dict.fromkeys(name for found in part.values() for name in found))
-        draw_matrix(cells, controllers, folder / f"matrix_{'fastest' if fast else 'own'}_loop.png", TITLES[fast])
+        figure = draw_matrix(cells, controllers, TITLES[fast], source)
+        if figure is not None:
+            figures[f"matrix_{'fastest' if fast else 'own'}_loop"] = figure
+    write_figures(figures, folder, formats)
     (folder / "matrix.md").write_text(text, encoding="utf-8")
     rows = matrix_rows(results)
     fields = list(dict.fromkeys(key for row in rows for key in row))
@@ -44,6 +54,7 @@ def write_matrix(results: Results, folder: Path) -> None:
     for job in results:
         name = f"{job.scenario}-{'fastest' if job.fastest else 'own'}-{job.seed}.toml"
         (scenarios / name).write_text(to_toml(cell_scenario(job.scenario, job.seed, job.fastest)), encoding="utf-8")
+    return figures
 
 
 def matrix_rows(results: Results) -> list[dict[str, Any]]:

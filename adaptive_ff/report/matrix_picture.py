@@ -1,7 +1,6 @@
 """Who wins where: a picture of the whole matrix, controllers by scenarios, both in groups."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
 from adaptive_ff.comparison.matrix.groups import grouped
 from adaptive_ff.comparison.matrix.summary import KNOWS_THE_TRUTH, OURS, Cell, Cells
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.report.drawing import INK, STYLE, write_figure
+from adaptive_ff.report.drawing import INK, STYLE, stamp
 
 WEAKEST, STRONGEST = -2.0, 6.0
 """Range of improvement over PI that the colours show, powers of two; PI itself is in the middle of the colours."""
@@ -57,8 +56,8 @@ def column_groups(controllers: list[str]) -> dict[str, list[str]]:
     return {group: names for group, names in found.items() if names}
 
 
-def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) -> None:
-    """Draw the improvement over PI of every controller on every scenario, and write the picture.
+def draw_matrix(cells: Cells, controllers: list[str], title: str, source: str) -> Figure | None:
+    """Draw the improvement over PI of every controller on every scenario; None where there is none but PI.
 
     Parameters
     ----------
@@ -66,16 +65,16 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
         The matrix.
     controllers : list of str
         Names of the controllers.
-    path : Path
-        Where to write the picture.
     title : str
         Heading.
+    source : str
+        Scenarios and seeds, for the line below the picture.
     """
     rows, columns = grouped(cells), column_groups(controllers)
     scenarios = [name for names in rows.values() for name in names]
     ordered = [name for names in columns.values() for name in names]
     if not ordered:
-        return
+        return None
     gains = np.array([[_gain(cells[scenario], name) for name in ordered] for scenario in scenarios])
     with rc_context(STYLE):
         figure = Figure(figsize=(3.2 + 0.46 * len(ordered), 2.4 + 0.3 * len(scenarios)), layout="constrained")
@@ -95,7 +94,8 @@ def draw_matrix(cells: Cells, controllers: list[str], path: Path, title: str) ->
         )
         bar.ax.set_yticklabels([f"{2.0**power:g}" for power in range(-2, 7, 2)])
         bar.set_label("error of pi / own")
-        write_figure(figure, path)
+        stamp([figure], source)
+    return figure
 
 
 def _write_gains(axes: Axes, gains: NDArray[np.float64], levels: NDArray[np.float64], rivals: list[bool]) -> None:

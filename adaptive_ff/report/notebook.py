@@ -4,7 +4,7 @@ import base64
 import io
 from html import escape
 
-from rich.table import Table
+from rich.table import Row, Table
 from rich.text import Text
 
 from adaptive_ff.comparison.comparison import Comparison
@@ -29,10 +29,17 @@ def table_html(table: Table) -> str:
         f"<th{look}>{_cell(column.header)}</th>" for look, column in zip(aligned, table.columns, strict=True)
     )
     rows = "".join(
-        f"<tr>{''.join(f'<td{look}>{_cell(cell)}</td>' for look, cell in zip(aligned, row, strict=True))}</tr>"
-        for row in zip(*(column.cells for column in table.columns), strict=True)
+        f"<tr{_marked(kind)}>"
+        + "".join(f"<td{look}>{_cell(cell)}</td>" for look, cell in zip(aligned, row, strict=True))
+        + "</tr>"
+        for kind, row in zip(table.rows, zip(*(column.cells for column in table.columns), strict=True), strict=True)
     )
     return f"<table><caption>{_cell(table.title or '')}</caption><tr>{heads}</tr>{rows}</table>"
+
+
+def _marked(row: Row) -> str:
+    """Return how a row that a terminal prints in bold letters shows here."""
+    return ' style="font-weight: bold"' if "bold" in str(row.style or "") else ""
 
 
 def _cell(content: object) -> str:

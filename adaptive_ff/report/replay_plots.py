@@ -19,6 +19,7 @@ from adaptive_ff.report.drawing import (
     explain_looks,
     label_above,
     make_panels,
+    stamp,
     write_figure,
 )
 
@@ -55,6 +56,7 @@ def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, F
     """
     with rc_context(STYLE):
         figures = {"replay": _torques(replay), "estimates": _estimates(replay)}
+        stamp(figures.values(), replay.name)
         if folder is not None:
             for name, figure in figures.items():
                 write_figure(figure, Path(folder) / f"{name}.png")

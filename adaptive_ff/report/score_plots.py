@@ -6,7 +6,16 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from adaptive_ff.identify.score import Score
-from adaptive_ff.report.drawing import STYLE, Look, draw_series, explain_looks, label_above, make_panels, write_figure
+from adaptive_ff.report.drawing import (
+    STYLE,
+    Look,
+    draw_series,
+    explain_looks,
+    label_above,
+    make_panels,
+    stamp,
+    write_figure,
+)
 
 MEASURED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "measured"}
 SIMULATED: Look = {"color": "#d55e00", "linewidth": 1.0, "label": "simulated from the torque alone"}
@@ -26,6 +35,7 @@ def plot_score(score: Score, folder: str | Path | None = None) -> dict[str, Figu
         error.set_xlim(float(score.time[0]), float(score.time[-1]))
         error.set_xlabel("time (s)")
         explain_looks(figure, [MEASURED, SIMULATED, ERROR])
+        stamp([figure], f"{score.tested}, trained on {score.trained}")
         if folder is not None:
             write_figure(figure, Path(folder) / "score.png")
     return {"score": figure}

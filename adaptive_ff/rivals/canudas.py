@@ -37,6 +37,7 @@ from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
     ESTIMATES,
     STEPS,
+    Guard,
     Inputs,
     Output,
     PIParameters,
@@ -45,11 +46,13 @@ from controllers import (
     asked_torque,
     check_gains,
     check_positive,
+    feed_back,
     initial_pi_state,
+    plausible_inputs,
     present_inertia,
-    step_pi,
     with_feedforward,
 )
+from controllers.arrays import MutableArray
 
 NAMES = ("inertia", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
 """What is estimated: kg m^2, N m for each direction, N m s/rad for each direction."""
@@ -134,13 +137,13 @@ class CanudasState(NamedTuple):
 
     feedback: PIState
     recursion: RLSState
-    physical: NDArray[np.float64]
+    physical: MutableArray
     velocity: float
     reference: float
     known_torque: float
     valid: int
     enabled: bool
-    row: NDArray[np.float64]
+    row: MutableArray
 
 
 def initial_canudas_state(block: CanudasParameters) -> CanudasState:
@@ -225,10 +228,10 @@ def step_identified(block: CanudasParameters, state: CanudasState, inputs: Input
 
 @register_jitable
 def finish_canudas(
-    block: CanudasParameters, state: CanudasState, inputs: Inputs, velocity: float, torque: float
+    block: CanudasParameters, state: CanudasState, inputs: Inputs, guard: Guard, velocity: float, torque: float
 ) -> tuple[Output, CanudasState]:
     """Do the feedback with a torque (N m) fed forward, and keep what the next sample needs."""
-    output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
+    output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, torque), guard)
     return output, CanudasState(
         feedback,
         state.recursion,
@@ -245,10 +248,11 @@ def finish_canudas(
 @register_jitable
 def step_canudas(block: CanudasParameters, state: CanudasState, inputs: Inputs) -> tuple[Output, CanudasState]:
     """Do one sample with friction fed forward along the reference."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     velocity, following, torque = step_identified(block, state, inputs)
     shift = block.feedback.delay * (following - inputs.reference)
     torque += block.share * friction_along(state.physical, inputs.reference + shift, following + shift)
-    return finish_canudas(block, state, inputs, velocity, torque)
+    return finish_canudas(block, state, inputs, guard, velocity, torque)
 
 
 @register_jitable
@@ -257,11 +261,12 @@ def step_canudas_measured(
 ) -> tuple[Output, CanudasState]:
     """Do one sample with friction compensated at the measured velocity."""
     adaptation = block.adaptation
+    inputs, guard = plausible_inputs(adaptation.feedback, state.feedback, inputs)
     velocity, _, torque = step_identified(adaptation, state, inputs)
     edge = max(abs(velocity), adaptation.dead_zone)
     friction = friction_along_one_way(state.physical, 2.0 * math.copysign(edge, velocity))
     torque += adaptation.share * abs(velocity) / edge * friction
-    return finish_canudas(adaptation, state, inputs, velocity, torque)
+    return finish_canudas(adaptation, state, inputs, guard, velocity, torque)
 
 
 @register_jitable
@@ -295,7 +300,7 @@ def check_canudas(
     delay: float,
 ) -> CanudasParameters:
     """Return the parameters, or raise ``ValueError`` for the first that is out of range."""
-    feedback = check_gains(proportional, integral, delay)
+    feedback = check_gains(proportional, integral, delay, period)
     check_positive(proportional=proportional, period=period, inertia=inertia, dead_zone=dead_zone, memory=memory)
     check_positive(forgetting_factor=math.exp(-period / memory))
     if not 0.0 <= share <= 1.0:

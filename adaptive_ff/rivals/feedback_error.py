@@ -47,11 +47,13 @@ from controllers import (
     asked_torque,
     check_gains,
     check_positive,
+    feed_back,
     initial_pi_state,
+    plausible_inputs,
     present_inertia,
-    step_pi,
     with_feedforward,
 )
+from controllers.arrays import MutableArray
 
 INERTIA, VISCOUS, OFFSET, FRICTION = range(4)
 """Places of the weights; from ``FRICTION`` on, Coulomb friction and stiction of each friction lag in turn."""
@@ -131,12 +133,12 @@ class FeedbackErrorState(NamedTuple):
     """
 
     feedback: PIState
-    weights: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    active: NDArray[np.float64]
+    weights: MutableArray
+    friction: MutableArray
+    active: MutableArray
     reference: float
     enabled: bool
-    row: NDArray[np.float64]
+    row: MutableArray
 
 
 def initial_feedback_error_state(block: FeedbackErrorParameters) -> FeedbackErrorState:
@@ -187,6 +189,7 @@ def step_feedback_error(
     block: FeedbackErrorParameters, state: FeedbackErrorState, inputs: Inputs
 ) -> tuple[Output, FeedbackErrorState]:
     """Do one sample: feed forward the inverse model, then feedback, then learn from it."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     asked = asked_torque(block.feedback, state.feedback)
     refused = abs(inputs.realised_torque - asked) > REFUSED_SHARE * block.torque_scale
     moving = abs(inputs.reference) >= block.slowest and abs(state.reference) >= block.slowest
@@ -195,7 +198,7 @@ def step_feedback_error(
     for i in range(block.scale.size):
         weight = present_inertia(inputs, state.weights[i]) if i == INERTIA else state.weights[i]
         torque += weight * state.row[i]
-    output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
+    output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, torque), guard)
     if state.enabled and state.feedback.samples > 0 and moving and not refused and math.isfinite(inputs.velocity):
         learn_from_feedback_in_place(block, state, output.torque - output.feedforward, inputs.dt)
     for i in range(block.scale.size):
@@ -275,7 +278,7 @@ class FeedbackErrorLearning(IdentifyingController):
         lags: Sequence[float] | None = None,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(
             proportional=proportional,
             inertia=inertia,

@@ -36,12 +36,14 @@ from controllers import (
     asked_torque,
     check_gains,
     check_positive,
+    feed_back,
     initial_pi_state,
+    plausible_inputs,
     present_inertia,
-    step_pi,
     with_feedforward,
     without_estimates,
 )
+from controllers.arrays import MutableArray
 
 INERTIA, VISCOUS, OFFSET, FIRST = 0, 1, 2, 3
 """Places of the features; friction begins at the last."""
@@ -116,8 +118,8 @@ class LearntState(NamedTuple):
     """
 
     feedback: PIState
-    weights: NDArray[np.float64]
-    features: NDArray[np.float64]
+    weights: MutableArray
+    features: MutableArray
     reference: float
     enabled: bool
 
@@ -167,6 +169,7 @@ def learn_in_place(block: LearntParameters, state: LearntState, feedback_torque:
 @register_jitable
 def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> tuple[Output, LearntState]:
     """Do one sample: learn from what the last features left over, feed the coming ones forward, then feedback."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last = state.feedback
     refused = abs(inputs.realised_torque - asked_torque(block.feedback, last)) > REFUSED_SHARE * block.torque_scale
     slowest = STANDSTILL_SHARE * block.velocity_scale
@@ -178,7 +181,7 @@ def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> 
     torque = present_inertia(inputs, state.weights[INERTIA]) * state.features[INERTIA]
     for i in range(VISCOUS, block.scale.size):
         torque += state.weights[i] * state.features[i]
-    output, feedback = step_pi(block.feedback, last, with_feedforward(inputs, torque))
+    output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, torque), guard)
     return output, LearntState(feedback, state.weights, state.features, inputs.reference, state.enabled)
 
 
@@ -232,7 +235,7 @@ class LearntFeedforward(Controller):
         rate: float = 1.0,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(proportional=proportional, inertia=inertia, stribeck_velocity=stribeck_velocity, rate=rate)
         if not 0.0 <= lag < math.inf:
             raise ValueError(f"lag = {lag} is not allowed: it must be finite and not negative")

@@ -28,9 +28,10 @@ from controllers import (
     PIState,
     check_gains,
     check_positive,
+    feed_back,
     initial_pi_state,
+    plausible_inputs,
     slope_torque,
-    step_pi,
     with_feedforward,
     without_estimates,
 )
@@ -104,6 +105,7 @@ def step_lugre_observer(
     block: LuGreObserverParameters, state: LuGreObserverState, inputs: Inputs
 ) -> tuple[Output, LuGreObserverState]:
     """Do one sample: advance the bristles over the coming period, feed their torque forward, then feedback."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last, model = state.feedback, block.model
     past = FeedforwardState(0.0, state.reference, last.samples > 0)
     start, end = ahead(past, inputs.reference, inputs.next_reference, block.feedback.delay)
@@ -119,7 +121,7 @@ def step_lugre_observer(
     after = bent(state.bristles, level, block.stiffness, velocity, push, block.period)
     friction = 0.5 * (state.bristles + after) + viscous + model.offset
     inertia = slope_torque(model.inertia, inputs, state.reference, last.samples > 0, block.period)
-    output, feedback = step_pi(block.feedback, last, with_feedforward(inputs, inertia + friction))
+    output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, inertia + friction), guard)
     return output, LuGreObserverState(feedback, after, inputs.reference)
 
 
@@ -162,7 +164,7 @@ class LuGreObserver(Controller):
         gain: float = 0.0,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(stiffness=stiffness, coulomb=model.coulomb)
         if not 0.0 <= gain < math.inf:
             raise ValueError(f"gain = {gain} is not allowed: it must be finite and not negative")

@@ -23,8 +23,9 @@ from controllers import (
     PIParameters,
     PIState,
     check_gains,
+    feed_back,
     initial_pi_state,
-    step_pi,
+    plausible_inputs,
     with_feedforward,
     without_estimates,
 )
@@ -109,6 +110,7 @@ def step_model_based(
     block: ModelBasedParameters, state: ModelBasedState, inputs: Inputs
 ) -> tuple[Output, ModelBasedState]:
     """Do one sample: feedforward of the model as it is now, then feedback."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     time = position = 0.0
     if state.feedback.samples > 0:
         time = state.time + inputs.dt
@@ -130,7 +132,7 @@ def step_model_based(
     if block.gravity > 0.0:
         middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference
         torque += block.gravity * math.sin(middle + block.gravity_phase)
-    output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, torque))
+    output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, torque), guard)
     return output, ModelBasedState(feedback, feedforward, time, position)
 
 
@@ -171,7 +173,7 @@ class ModelBased(Controller):
         delay: float = 0.0,
     ) -> None:
         parameters = ModelBasedParameters(
-            check_gains(proportional, integral, delay),
+            check_gains(proportional, integral, delay, period),
             TorqueModel(*(float(value) for value in model)),
             np.array([time for time, _ in changes], dtype=float),
             np.array([value for _, changed in changes for value in changed], dtype=float),

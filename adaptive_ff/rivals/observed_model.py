@@ -21,6 +21,7 @@ from controllers import (
     Output,
     delay_line,
     delayed,
+    plausible_inputs,
     remember,
     with_feedforward,
     without_estimates,
@@ -29,7 +30,7 @@ from controllers.observers.disturbance_observer import (
     DisturbanceObserverParameters,
     DisturbanceObserverState,
     initial_disturbance_observer_state,
-    step_disturbance_observer,
+    observe_and_feed_back,
 )
 
 
@@ -81,6 +82,7 @@ def step_observed_model(
 ) -> tuple[Output, ObservedModelState]:
     """Do one sample: feedforward of the friction, then the loop with its observer."""
     loop, delay = block.feedback, block.feedback.feedback.delay
+    inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
     torque, feedforward = step_feedforward(
         block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay
     )
@@ -94,7 +96,7 @@ def step_observed_model(
         last.reference,
     )
     known = with_feedforward(inputs, torque)
-    output, after = step_disturbance_observer(loop, aware, known)
+    output, after = observe_and_feed_back(loop, aware, known, guard)
     return output, ObservedModelState(after, feedforward, remember(state.line, known.feedforward))
 
 

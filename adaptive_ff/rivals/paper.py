@@ -39,11 +39,13 @@ from controllers import (
     check_positive,
     delay_line,
     delayed,
+    feed_back,
     initial_pi_state,
+    plausible_inputs,
     remember,
-    step_pi,
     with_feedforward,
 )
+from controllers.arrays import MutableArray
 
 INITIAL_COVARIANCE = 1e4
 LARGEST_COVARIANCE = 1e8
@@ -107,14 +109,14 @@ class PaperState(NamedTuple):
     feedback: PIState
     feedforward: FeedforwardState
     recursion: RLSState
-    physical: NDArray[np.float64]
+    physical: MutableArray
     last_velocity: float
     velocity_before: float
     torque: float
     known_torques: tuple[float, ...]
     valid: int
     enabled: bool
-    row: NDArray[np.float64]
+    row: MutableArray
 
 
 def initial_paper_state(block: PaperParameters) -> PaperState:
@@ -144,6 +146,7 @@ def identified_model(block: PaperParameters, state: PaperState) -> TorqueModel:
 @register_jitable
 def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tuple[Output, PaperState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
     delay = block.feedback.delay
@@ -166,7 +169,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
     model_torque, feedforward = step_feedforward(
         model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay, inputs.inertia
     )
-    output, feedback = step_pi(block.feedback, state.feedback, with_feedforward(inputs, model_torque))
+    output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, model_torque), guard)
     return output, PaperState(
         feedback,
         feedforward,
@@ -213,6 +216,8 @@ class PaperController(IdentifyingController):
         Computation delay of the drive, sampling periods.
     """
 
+    needs_double = "the covariance of its recursion does not stay positive definite, and the estimates diverge"
+
     def __init__(
         self,
         proportional: float,
@@ -225,7 +230,7 @@ class PaperController(IdentifyingController):
         memory: float = 5.0,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(
             proportional=proportional,
             period=period,

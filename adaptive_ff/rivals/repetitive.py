@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
 from controllers import (
     ESTIMATES,
@@ -27,12 +26,14 @@ from controllers import (
     PIState,
     check_gains,
     check_positive,
+    feed_back,
     initial_pi_state,
+    plausible_inputs,
     slope_torque,
-    step_pi,
     with_feedforward,
     without_estimates,
 )
+from controllers.arrays import MutableArray
 
 
 class RepetitiveParameters(NamedTuple):
@@ -82,7 +83,7 @@ class RepetitiveState(NamedTuple):
     """
 
     feedback: PIState
-    memory: NDArray[np.float64]
+    memory: MutableArray
     past: float
     older: float
     place: int
@@ -100,12 +101,13 @@ def step_repetitive(
     block: RepetitiveParameters, state: RepetitiveState, inputs: Inputs
 ) -> tuple[Output, RepetitiveState]:
     """Do one sample: feed the memory forward, then feedback, then learn from it for the next period."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last = state.feedback
     torque = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
     place = state.place
     if block.cycle > 0:
         torque += state.memory[place]
-    output, feedback = step_pi(block.feedback, last, with_feedforward(inputs, torque))
+    output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, torque), guard)
     asked = output.torque - output.feedforward
     if block.cycle > 0:
         if state.enabled and last.samples > 1 and math.isfinite(inputs.velocity):
@@ -158,7 +160,7 @@ class Repetitive(Controller):
         gain: float = 0.3,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(inertia=inertia)
         if cycle < 0 or (cycle > 0 and not 0 <= lead < cycle):
             raise ValueError(

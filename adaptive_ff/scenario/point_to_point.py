@@ -6,9 +6,9 @@ from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from plant.fields import Finite, NonNegative, Positive
+from plant.fields import Finite, NonNegative, Positive, Table
 
 
 class Move(NamedTuple):
@@ -74,7 +74,7 @@ def plan_move(distance: float, speed: float, acceleration: float, jerk: float | 
     return Move(distance, size / reached, reached / acceleration, rounding)
 
 
-class PointToPoint(BaseModel):
+class PointToPoint(Table):
     """Moves from point to point that come to rest between them.
 
     Parameters

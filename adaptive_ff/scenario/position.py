@@ -3,14 +3,12 @@
 import math
 from collections.abc import Callable
 
-from pydantic import BaseModel
-
 from adaptive_ff.scenario.tables import STRICT
 from controllers import PositionLoopParameters, default_position_gain
-from plant.fields import Positive
+from plant.fields import Positive, Table
 
 
-class PositionControl(BaseModel):
+class PositionControl(Table):
     """A proportional position loop; with it every controller stands in a cascade.
 
     Parameters

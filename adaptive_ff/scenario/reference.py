@@ -8,11 +8,11 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from adaptive_ff.errors import InputError
-from plant.fields import Finite, NonNegative, Positive
+from plant.fields import Finite, NonNegative, Positive, Table
 
 SHORTEST = 60.0
 """A recorded reference that is shorter than this (s) repeats until then."""
@@ -21,7 +21,7 @@ LARGEST_SEAM = 0.05
 """Jump between the end and the start of a repeated reference, relative to its peak, that goes without a warning."""
 
 
-class Multisine(BaseModel):
+class Multisine(Table):
     """A sum of sines with random phases.
 
     Parameters
@@ -83,7 +83,7 @@ class Multisine(BaseModel):
         return share * share * (3.0 - 2.0 * share)
 
 
-class Recorded(BaseModel):
+class Recorded(Table):
     """A recorded motion from a CSV file with a header line.
 
     Resampling: a velocity column is interpolated by a shape-preserving piecewise cubic (PCHIP, no overshoot), a

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.fourier import Fourier
@@ -20,6 +19,7 @@ from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel
 from adaptive_ff.scenario.validation import explain
 from adaptive_ff.scenario.waves import Staircase, Triangle
 from controllers import PositionLoopParameters, design_pi, direct_velocity
+from controllers.arrays import NDArray
 from plant import (
     Actuator,
     AnyJoint,
@@ -32,7 +32,7 @@ from plant import (
     steepest_fall,
     whole_multiple,
 )
-from plant.fields import Positive
+from plant.fields import Positive, Table
 
 MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
 """The controllers of the main job."""
@@ -47,11 +47,39 @@ BUILT_IN = Path(__file__).with_name("reference_joint.toml")
 """The built-in scenario."""
 
 
-class Scenario(BaseModel):
+class Scenario(Table):
     """A simulated joint, its sensor and drive, the reference, and what each controller assumes of them.
 
-    The fields are those of the scenario file; see README. Use :func:`load_scenario` to read one, and ``modified`` to
-    derive another.
+    Its fields are those of a scenario file. Use :func:`load_scenario` to read one, ``modified`` to derive another.
+
+    Parameters
+    ----------
+    duration : float, optional
+        Length of the run, s; by default 60, and no shorter than a recorded reference.
+    seed : int, optional
+        Seed of the reference's phases, the noise and the jitter.
+    controllers : list of str, optional
+        What is compared; by default the controllers of the main job.
+    joint : JointModel or another kind of joint
+        What is simulated: inertia, friction, and the period of the solver.
+    sampling, sensor, velocity : Sampling, Sensor, VelocityEstimate, optional
+        Period and jitter; noise or encoder; how a velocity is made of encoder positions.
+    actuator : Actuator, optional
+        Limits, delay, lag and ripple of the drive.
+    reference : Multisine, Recorded, PointToPoint, Triangle or Staircase, optional
+        The planned motion.
+    position : PositionControl, optional
+        A position loop around every controller; none by default.
+    feedback : Feedback
+        The PI loop: the inertia that it is designed for, and its bandwidth or its gains.
+    adaptation : Adaptation
+        What identifying controllers assume.
+    fixed : FixedModel, optional
+        The feedforward of the controller ``fixed``.
+    change, variation : list of FrictionChange, FrictionVariation, optional
+        What changes on the way, at once or slowly.
+    sweep : Sweep, optional
+        Ranges of ``adaptive-ff sweep``.
     """
 
     model_config = STRICT
@@ -133,6 +161,11 @@ class Scenario(BaseModel):
         except ValueError as error:
             raise ValueError(f"change: {error}") from error
         return self
+
+    @cached_property
+    def name(self) -> str:
+        """Where it comes from, for pictures and messages: its file, or what it was derived from."""
+        return "scenario"
 
     @cached_property
     def motion(self) -> Motion | None:
@@ -294,7 +327,9 @@ class Scenario(BaseModel):
             if kept and value.get("kind") not in (None, defaults[name].get("kind")):
                 kept = {}
             content[name] = {**kept, **value} if isinstance(value, dict) else value
-        return parse_scenario(content, "scenario")
+        derived = parse_scenario(content, "scenario")
+        derived.__dict__["name"] = self.name if self.name.endswith(" changed") else f"{self.name}, changed"
+        return derived
 
 
 def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = None) -> Scenario:
@@ -319,6 +354,7 @@ def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = Non
         content = {**content, "reference": {**reference, "path": str(folder / reference["path"])}}
     try:
         scenario = Scenario.model_validate(content)
+        scenario.__dict__["name"] = name  # in the place of the cached property: no field, so that it is no setting
         scenario.reference_velocity()
     except ValidationError as error:
         raise InputError(f"{name}: {explain(error, Scenario)}") from error

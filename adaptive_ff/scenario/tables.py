@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
-    BaseModel,
     ConfigDict,
     Discriminator,
     Field,
@@ -20,7 +19,7 @@ from pydantic_core import PydanticCustomError
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
 from controllers import difference_velocity, kalman_velocity, kalman_velocity_gains, low_pass_velocity, pi_gains
-from plant.fields import NonNegative, Positive
+from plant.fields import NonNegative, Positive, Table
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -32,7 +31,7 @@ CYCLE = 40
 """Samples of such a cycle."""
 
 
-class Sampling(BaseModel):
+class Sampling(Table):
     """When the controller runs.
 
     Parameters
@@ -61,7 +60,7 @@ class Sampling(BaseModel):
         return np.unique(steps)
 
 
-class VelocityEstimate(BaseModel):
+class VelocityEstimate(Table):
     """How the robot makes a velocity of an encoder's positions.
 
     Parameters
@@ -118,7 +117,7 @@ Bandwidth = Annotated[
 ]
 
 
-class Feedback(BaseModel):
+class Feedback(Table):
     """What the designer of the PI loop assumes.
 
     Parameters
@@ -196,7 +195,7 @@ class Feedback(BaseModel):
         return pi_gains(self.inertia, self.hertz)
 
 
-class Adaptation(BaseModel):
+class Adaptation(Table):
     """What the adaptive controllers assume of the joint: prior knowledge that may be wrong.
 
     Parameters
@@ -222,7 +221,7 @@ class Adaptation(BaseModel):
         return None if self.identify is None else IDENTIFIED[self.identify]
 
 
-class FixedModel(BaseModel):
+class FixedModel(Table):
     """Parameters of the controller ``fixed``; what is not given is zero, stiction then equals Coulomb friction."""
 
     model_config = STRICT
@@ -264,7 +263,7 @@ RatioRange = Annotated[
 ]
 
 
-class Sweep(BaseModel):
+class Sweep(Table):
     """Ranges that ``adaptive-ff sweep`` draws joints from, each ``[lowest, highest]``.
 
     Parameters

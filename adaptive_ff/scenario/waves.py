@@ -4,12 +4,12 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from plant.fields import Finite, Positive
+from plant.fields import Finite, Positive, Table
 
 
-class Triangle(BaseModel):
+class Triangle(Table):
     """A triangle wave of velocity, from rest: constant acceleration, forth and back.
 
     Parameters
@@ -31,7 +31,7 @@ class Triangle(BaseModel):
         return self.peak * np.interp(time / self.period, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0], period=1.0)
 
 
-class Staircase(BaseModel):
+class Staircase(Table):
     """Constant velocities one after another, with ramps between them, as for a friction curve.
 
     Parameters

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
     Inputs,
+    Native,
     PositionLoopState,
     compiled_in_place,
     dispatched,
@@ -191,7 +192,17 @@ def run_plain(
     return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer)
 
 
-run_compiled = compiled_in_place(run_plain)
+run_in_memory = compiled_in_place(run_plain)
+"""The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing."""
+
+
+def run_compiled(
+    block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
+) -> tuple[Any, Position]:
+    """Run the loop as :func:`run_plain` does, compiled: once for a kind of joint, once for a kind of controller."""
+    native = Native(block, state)
+    _, position = run_in_memory(native.block, 0, course, position, stop, record)
+    return native.state, position
 
 
 def start_position(course: Course, velocity: float | None = None) -> Position:

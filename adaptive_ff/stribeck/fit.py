@@ -1,7 +1,7 @@
 """Pre-estimation of the Stribeck curve, paper V-C: ``Fc, Fs, sigma, Vs, delta`` of (3) from quasi-static points.
 
-It is the first step of an identification: the estimators are told ``Vs`` and ``delta``. At constant speed the torque of
-the drive is the friction torque; :func:`adaptive_ff.support_points.support_points` averages readings of such drives.
+It is the first step of an identification: the estimators assume ``Vs`` and ``delta``. At constant speed the torque of
+the drive is the friction torque; :func:`adaptive_ff.stribeck.points.support_points` averages readings of such drives.
 """
 
 import math
@@ -9,15 +9,15 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import linalg, stats
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.stribeck.problem import BEND, FLAT, Array, Points, exponent, make_problem, solve_linear
 from adaptive_ff.stribeck.profile import Estimated, interval_end, search
+from controllers.arrays import ArrayLike
 
 LARGEST_RATIO = 10.0
-"""Ratio of the ends of an interval of Vs or delta above which the points are said not to tell it."""
+"""Ratio of the ends of an interval of Vs or delta above which the points are said not to identify it."""
 
 FEWEST_SPEEDS = 5
 """Number of different speeds that a fit needs: as many as (3) has parameters."""
@@ -46,7 +46,7 @@ class StribeckFit:
     confidence : float
         Probability that the intervals are meant to have.
     determined : bool
-        Whether the points tell Vs and delta, and Coulomb friction from zero.
+        Whether the points identify Vs and delta, and Coulomb friction from zero.
     """
 
     estimates: dict[str, Estimate]
@@ -58,12 +58,12 @@ class StribeckFit:
 
     @property
     def stribeck_velocity(self) -> float:
-        """Stribeck velocity ``Vs``, rad/s, as the estimators are told it."""
+        """Stribeck velocity ``Vs``, rad/s, as the estimators assume it."""
         return self.estimates["stribeck_velocity"].value
 
     @property
     def stribeck_shape(self) -> float:
-        """Stribeck shape factor ``delta``, as the estimators are told it."""
+        """Stribeck shape factor ``delta``, as the estimators assume it."""
         return self.estimates["stribeck_shape"].value
 
     def curve(self, velocity: ArrayLike) -> Array:
@@ -82,7 +82,7 @@ def fit_stribeck(
 ) -> StribeckFit:
     """Fit the Stribeck curve (3) to measured points.
 
-    Levenberg-Marquardt from several starts; see :mod:`adaptive_ff.stribeck_profile`. Friction is kept possible:
+    Levenberg-Marquardt from several starts; see :mod:`adaptive_ff.stribeck.profile`. Friction is kept possible:
     ``Fs >= Fc >= 0``, ``sigma >= 0``, and positive Vs and delta (the paper allows a negative delta, which turns the
     curve over). The intervals are of the profile likelihood: in simulations they held the truth as often as they say
     where linearised ones did not (95 % intervals, twelve points with 3 % error each: 94 to 96 % against 86 to 96 %).
@@ -114,7 +114,7 @@ def fit_stribeck(
     Warns
     -----
     UserWarning
-        The points do not tell Vs or delta, or whether there is Coulomb friction at all.
+        The points do not identify Vs or delta, or whether there is Coulomb friction at all.
 
     Examples
     --------
@@ -208,7 +208,7 @@ def _warn_of_vague(names: list[str], estimates: dict[str, Estimate], points: Poi
     ranges = [f"{name} from {estimates[name].lower:.3g} to {estimates[name].upper:.3g}" for name in names]
     speeds = np.abs(points.velocity)
     warnings.warn(
-        f"the points, from {speeds.min():.3g} to {speeds.max():.3g} rad/s, do not tell the Stribeck curve: at a "
+        f"the points, from {speeds.min():.3g} to {speeds.max():.3g} rad/s, do not identify the Stribeck curve: at a "
         f"confidence of {confidence:g} they allow {' and '.join(ranges)}; it takes points where friction falls, and "
         "some on either side",
         stacklevel=3,

@@ -8,9 +8,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import polygamma, psi
+
+from controllers.arrays import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 

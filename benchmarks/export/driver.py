@@ -106,11 +106,7 @@ def run(program: Sequence[str | Path], rows: NDArray[np.float64], repeats: int =
 def in_python(controller: Any, rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Step the kernels in plain Python over the same rows; return torque and feedforward."""
     controller.run_uncompiled()
-    outputs = []
-    for row in rows.tolist():
-        output, controller.state = controller._step(controller.parameters, controller.state, Inputs(*row))
-        outputs.append(tuple(output))
-    return np.array(outputs)
+    return np.array([controller.step_plain(Inputs(*row)) for row in rows.tolist()])
 
 
 def random_inputs(controller: Any, samples: int, seed: int) -> NDArray[np.float64]:

@@ -35,7 +35,7 @@ def steps(samples: int, repeats: int) -> list[Row]:
     controller = adaptive("symmetric", 0.0, 0.0, True)
     inputs = random_inputs(controller, samples, SEED)
     torques = np.zeros(samples)
-    run_series(controller.parameters, controller.state, inputs, torques)  # compiles
+    run_series(controller.native, 0, inputs, torques)  # compiles
     rows, target = [], f"at most {LARGEST_RATIO}"
     with tempfile.TemporaryDirectory() as folder:
         write_sources(adaptive("symmetric", 0.0, 0.0, True), Path(folder))
@@ -51,7 +51,7 @@ def steps(samples: int, repeats: int) -> list[Row]:
         for _ in range(repeats):
             controller.reset()
             begin = CLOCK()
-            run_series(controller.parameters, controller.state, inputs, torques)
+            run_series(controller.native, 0, inputs, torques)
             times.append([(CLOCK() - begin) / samples * 1e9])
             for name, program in builds.items():
                 outputs, _, spent = run([program], inputs)

@@ -14,10 +14,10 @@ from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
 from adaptive_ff.logs.log import Log
 
 ASSUMED = (
-    "Assumed in the closed loops: a PI loop of 10 Hz, designed for the identified inertia, which every controller is "
-    "told as well; where the log does not tell them, stiction as Coulomb friction and a Stribeck velocity of 0.05 of "
-    "the largest speed; a sensor of velocity, as noisy as the log's velocity; the same friction in both directions, no "
-    "offset; a drive without limit; the reference repeats until 60 s."
+    "Assumed in the closed loops: a PI loop of 10 Hz, designed for the identified inertia, which every controller "
+    "assumes as well; where the log does not identify them, stiction as Coulomb friction and a Stribeck velocity of "
+    "0.05 of the largest speed; a sensor of velocity, as noisy as the log's velocity; the same friction in both "
+    "directions, no offset; a drive without limit; the reference repeats until 60 s."
 )
 
 

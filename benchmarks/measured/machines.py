@@ -89,7 +89,7 @@ class Job:
     linear : bool
         Whether it is a linear axis.
     settings : dict
-        What the adaptive controller is told.
+        What the adaptive controller assumes.
     simulated : bool
         Whether the identified joint is simulated in a closed loop, too.
     scored : bool

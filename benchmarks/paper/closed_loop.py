@@ -59,7 +59,7 @@ NOTES = (
     "runs, a-priori or a-posteriori; at which moment current and velocity were read.",
     "Chosen here: sampling times of 21 ms, in each cycle of 40 samples two of 31 and one of 42 ms; K = 80 N m/A and a "
     "current in steps of 25 mA; velocity noise of 2 mrad/s; a PI loop of 5 Hz that runs at the samples; the reference "
-    "joint, 120 s; Vs and delta told as they are. With a loop at 1 kHz that is only read out the conclusions are the "
+    "joint, 120 s; Vs and delta known as they are. With a loop at 1 kHz that is only read out the conclusions are the "
     "same.",
     "Not seen here: outliers at velocity peaks (V-D). The largest errors one sample ahead stand on late samples and "
     "near rest; and the coefficients do not settle as in Fig. 12, they change by more than their own size.",

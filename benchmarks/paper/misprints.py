@@ -52,7 +52,7 @@ def joint_corrected(coefficients: Array, period: float) -> dict[str, float]:
 
 
 def joint_with_printed_a1(coefficients: Array, period: float) -> dict[str, float]:
-    """Return the joint where ``a1`` as printed is believed: ``a1 - a2 = J Ts/D`` and ``1 - a1 = sigma Ts^2/D``.
+    """Return the joint where ``a1`` as printed is taken for true: ``a1 - a2 = J Ts/D`` and ``1 - a1 = sigma Ts^2/D``.
 
     With all formulae ``b0 - b1 = Ts^2/D``, so the friction torques come out alike.
     """
@@ -62,13 +62,13 @@ def joint_with_printed_a1(coefficients: Array, period: float) -> dict[str, float
 
 
 def joint_with_printed_b(coefficients: Array, period: float) -> dict[str, float]:
-    """Return the joint where ``b0`` and ``b1`` as printed are believed: ``tau = b1/(b0 - b1)``."""
+    """Return the joint where ``b0`` and ``b1`` as printed are taken for true: ``tau = b1/(b0 - b1)``."""
     b0, b1 = (float(value) for value in coefficients[2:4])
     return {**joint_corrected(coefficients, period), "friction_lag": b1 / (b0 - b1)}
 
 
 def joint_as_printed(coefficients: Array, period: float) -> dict[str, float]:
-    """Return the joint where all is believed as printed."""
+    """Return the joint where all is taken as printed."""
     lag = joint_with_printed_b(coefficients, period)["friction_lag"]
     return {**joint_with_printed_a1(coefficients, period), "friction_lag": lag}
 

@@ -31,7 +31,7 @@ DURATION = 120.0  # s
 CYCLE = 40  # samples
 REGULAR = 21.0  # ms
 OUTLIERS = {9: 31.0, 19: 42.0, 29: 31.0}  # ms, by place in the cycle
-PERIOD = 0.022  # s, what controllers and estimators are told; the mean of the pattern is 22.025 ms
+PERIOD = 0.022  # s, what controllers and estimators assume; the mean of the pattern is 22.025 ms
 
 TORQUE_CONSTANT = 80.0  # K, N m of joint torque per A of motor current
 CURRENT_STEP = 0.025  # A, resolution of the current: 2 N m
@@ -132,7 +132,7 @@ def replay(controller: Controller, record: Drive) -> Array:
     """Let a controller watch a record and return its physical estimates after each sample; its torque goes nowhere."""
     estimates = np.zeros((record.time.size, len(controller.estimate_names)))
     durations = np.diff(record.time, prepend=record.time[0] - PERIOD)
-    controller.state = run_watching(controller.parameters, controller.state, record[1:5], durations, estimates)
+    run_watching(controller.native, 0, record[1:5], durations, estimates)
     return estimates
 
 

@@ -42,7 +42,9 @@ def run() -> Experiment:
     fits = [fit_stribeck(*draw_points(seed)) for seed in SEEDS]
     rows = [*drive_rows(points, fit), *study_rows(f"{len(SEEDS)} seeds", fits, targets=True)]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # some of these points do not tell the curve; the row counts them
+        warnings.simplefilter(
+            "ignore", UserWarning
+        )  # some of these points do not identify the curve; the row counts them
         rough = [fit_stribeck(*draw_points(seed, common=COMMON)) for seed in FEWER_SEEDS]
     name = f"{len(FEWER_SEEDS)} seeds, {100.0 * COMMON:g} % common to the readings of a drive"
     vague = 100.0 * float(np.mean([not one.determined for one in rough]))

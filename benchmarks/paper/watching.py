@@ -134,7 +134,7 @@ def identify_form(record: Drive) -> Identification:
 
 
 def adaptive() -> UnsupervisedController:
-    """Return the adaptive controller for this loop, told the true Vs and delta, as the paper assumes them known."""
+    """Return the adaptive controller for this loop, with the true Vs and delta, as the paper assumes them known."""
     return UnsupervisedController(
         *GAINS,
         PERIOD,

@@ -115,7 +115,7 @@ TARGETS = [
 
 
 def targets_table(results: Results) -> Table | None:
-    """Return the targets that the results tell something of; None where there are none."""
+    """Return the targets that the results cover; None where there are none."""
     table = Table(title="Targets", box=SIMPLE, title_style="bold")
     for heading in ("scenario", "figure", "asked", "reached", "met"):
         table.add_column(heading, justify="left" if heading in ("scenario", "figure") else "right")

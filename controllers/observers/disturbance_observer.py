@@ -17,17 +17,18 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.interface import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    Inputs,
-    Output,
-    present_inertia,
-    with_feedforward,
-    without_estimates,
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, present_inertia, with_feedforward, without_estimates
+from controllers.pi import (
+    PIParameters,
+    PIState,
+    asked_torque,
+    check_gains,
+    feed_back,
+    initial_pi_state,
+    plausible_inputs,
 )
-from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.plausibility import Guard, kept
 from controllers.sensitivity import OBSERVER_SENSITIVITY
 from controllers.torques import acting_torque, slope_torque
 
@@ -92,6 +93,15 @@ def initial_disturbance_observer_state(block: DisturbanceObserverParameters) -> 
 def step_disturbance_observer(
     block: DisturbanceObserverParameters, state: DisturbanceObserverState, inputs: Inputs
 ) -> tuple[Output, DisturbanceObserverState]:
+    """Do one sample of the loop alone; see ``observe_and_feed_back``."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
+    return observe_and_feed_back(block, state, inputs, guard)
+
+
+@register_jitable
+def observe_and_feed_back(
+    block: DisturbanceObserverParameters, state: DisturbanceObserverState, inputs: Inputs, guard: Guard
+) -> tuple[Output, DisturbanceObserverState]:
     """Do one sample: observe the period that ends, add the disturbance and the inertia's torque, then feedback."""
     last = state.feedback
     impulse = state.impulse + inputs.dt * acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
@@ -102,8 +112,9 @@ def step_disturbance_observer(
             momentum = present_inertia(inputs, block.inertia) * (inputs.velocity - last.velocity)
             disturbance -= math.expm1(-block.pole * elapsed) * ((impulse - momentum) / elapsed - disturbance)
         impulse, elapsed = 0.0, 0.0
+    disturbance, impulse = kept(disturbance), kept(impulse)
     ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
-    output, feedback = step_pi(block.feedback, last, with_feedforward(inputs, ahead + disturbance))
+    output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, ahead + disturbance), guard)
     return Output(output.torque, inputs.feedforward + ahead), DisturbanceObserverState(
         feedback, disturbance, impulse, elapsed, inputs.feedforward, inputs.reference
     )
@@ -156,7 +167,7 @@ class DisturbanceObserver(Controller):
         bandwidth: float,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(inertia=inertia, bandwidth=bandwidth)
         parameters = DisturbanceObserverParameters(
             feedback, float(inertia), 2.0 * math.pi * float(bandwidth), float(period)

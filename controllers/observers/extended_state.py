@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.interface import (
+from controllers.interface import Controller
+from controllers.kernels import (
     ESTIMATES,
     STEPS,
-    Controller,
     Inputs,
     Output,
     present_inertia,
@@ -29,7 +29,16 @@ from controllers.interface import (
     without_estimates,
 )
 from controllers.observers.inertia_observer import ObserverState, correct, double_pole_gains, predict
-from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.pi import (
+    PIParameters,
+    PIState,
+    asked_torque,
+    check_gains,
+    feed_back,
+    initial_pi_state,
+    plausible_inputs,
+)
+from controllers.plausibility import kept
 from controllers.sensitivity import OBSERVER_SENSITIVITY
 from controllers.torques import acting_torque, slope_torque
 
@@ -89,6 +98,7 @@ def step_extended_state(
     block: ExtendedStateParameters, state: ExtendedStateState, inputs: Inputs
 ) -> tuple[Output, ExtendedStateState]:
     """Do one sample: observe the period that ends, add disturbance and inertia's torque, feed the velocity back."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last, observer = state.feedback, state.observer
     valid, inertia = math.isfinite(inputs.velocity), present_inertia(inputs, block.inertia)
     if last.samples > last.rejected:  # the observer has started
@@ -99,9 +109,10 @@ def step_extended_state(
             observer = correct(observer, inputs.velocity, velocity_gain, disturbance_gain)
     elif valid:
         observer = ObserverState(inputs.velocity, observer.disturbance)
+    observer = ObserverState(kept(observer.velocity), kept(observer.disturbance))
     ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
     seen = with_velocity(inputs, observer.velocity if valid else inputs.velocity)
-    output, feedback = step_pi(block.feedback, last, with_feedforward(seen, ahead + observer.disturbance))
+    output, feedback = feed_back(block.feedback, last, with_feedforward(seen, ahead + observer.disturbance), guard)
     return Output(output.torque, inputs.feedforward + ahead), ExtendedStateState(
         feedback, observer, inputs.feedforward, inputs.reference
     )
@@ -147,7 +158,7 @@ class ExtendedState(Controller):
     def __init__(
         self, proportional: float, period: float, *, inertia: float, bandwidth: float, delay: float = 0.0
     ) -> None:
-        feedback = check_gains(proportional, 0.0, delay)
+        feedback = check_gains(proportional, 0.0, delay, period)
         check_positive(inertia=inertia, bandwidth=bandwidth)
         parameters = ExtendedStateParameters(feedback, float(inertia), 2.0 * math.pi * float(bandwidth), float(period))
         super().__init__(parameters, period, initial_extended_state_state)

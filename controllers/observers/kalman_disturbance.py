@@ -23,18 +23,19 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.interface import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    Inputs,
-    Output,
-    present_inertia,
-    with_feedforward,
-    without_estimates,
-)
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, present_inertia, with_feedforward, without_estimates
 from controllers.observers.inertia_observer import ObserverState, correct, predict
-from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.pi import (
+    PIParameters,
+    PIState,
+    asked_torque,
+    check_gains,
+    feed_back,
+    initial_pi_state,
+    plausible_inputs,
+)
+from controllers.plausibility import kept
 from controllers.sensitivity import OBSERVER_SENSITIVITY
 from controllers.torques import acting_torque, slope_torque
 
@@ -97,6 +98,7 @@ def step_kalman_disturbance(
     block: KalmanDisturbanceParameters, state: KalmanDisturbanceState, inputs: Inputs
 ) -> tuple[Output, KalmanDisturbanceState]:
     """Do one sample: filter the period that ends, add the disturbance and the inertia's torque, then feedback."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last, observer = state.feedback, state.observer
     valid, inertia = math.isfinite(inputs.velocity), present_inertia(inputs, block.inertia)
     if last.samples > last.rejected:  # the filter has started
@@ -107,8 +109,9 @@ def step_kalman_disturbance(
             observer = correct(observer, inputs.velocity, block.velocity_gain, disturbance_gain)
     elif valid:
         observer = ObserverState(inputs.velocity, observer.disturbance)
+    observer = ObserverState(kept(observer.velocity), kept(observer.disturbance))
     ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
-    output, feedback = step_pi(block.feedback, last, with_feedforward(inputs, ahead + observer.disturbance))
+    output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, ahead + observer.disturbance), guard)
     return Output(output.torque, inputs.feedforward + ahead), KalmanDisturbanceState(
         feedback, observer, inputs.feedforward, inputs.reference
     )
@@ -168,7 +171,7 @@ class KalmanDisturbance(Controller):
         disturbance_gain: float,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(inertia=inertia, disturbance_gain=disturbance_gain)
         if not 0.0 < velocity_gain <= 1.0:
             raise ValueError(f"velocity_gain = {velocity_gain} is not allowed: it must be above 0 and at most 1")

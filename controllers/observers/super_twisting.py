@@ -19,17 +19,18 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from controllers.checks import check_positive
-from controllers.interface import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    Inputs,
-    Output,
-    present_inertia,
-    with_feedforward,
-    without_estimates,
+from controllers.interface import Controller
+from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, present_inertia, with_feedforward, without_estimates
+from controllers.pi import (
+    PIParameters,
+    PIState,
+    asked_torque,
+    check_gains,
+    feed_back,
+    initial_pi_state,
+    plausible_inputs,
 )
-from controllers.pi import PIParameters, PIState, asked_torque, check_gains, initial_pi_state, step_pi
+from controllers.plausibility import kept
 from controllers.torques import acting_torque, slope_torque
 
 FIRST, SECOND = 1.5, 1.1
@@ -119,6 +120,7 @@ def step_super_twisting(
     block: SuperTwistingParameters, state: SuperTwistingState, inputs: Inputs
 ) -> tuple[Output, SuperTwistingState]:
     """Do one sample: observe the period that ends, add the disturbance and the inertia's torque, then feedback."""
+    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last = state.feedback
     impulse = state.impulse + inputs.dt * acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
     elapsed = state.elapsed + inputs.dt
@@ -133,8 +135,9 @@ def step_super_twisting(
         else:
             velocity = inputs.velocity
         impulse, elapsed = 0.0, 0.0
+    velocity, disturbance, impulse = kept(velocity), kept(disturbance), kept(impulse)
     ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
-    output, feedback = step_pi(block.feedback, last, with_feedforward(inputs, ahead + disturbance))
+    output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, ahead + disturbance), guard)
     return Output(output.torque, inputs.feedforward + ahead), SuperTwistingState(
         feedback, velocity, disturbance, impulse, elapsed, inputs.feedforward, inputs.reference
     )
@@ -176,7 +179,7 @@ class SuperTwisting(Controller):
         bound: float,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay)
+        feedback = check_gains(proportional, integral, delay, period)
         check_positive(inertia=inertia, bound=bound)
         parameters = SuperTwistingParameters(feedback, float(inertia), float(bound), float(period))
         super().__init__(parameters, period, initial_super_twisting_state)

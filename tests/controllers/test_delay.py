@@ -29,8 +29,8 @@ def test_line_gives_the_mean_of_what_was_applied_over_the_period_that_ends(delay
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 3.0])
-def test_line_is_as_long_as_the_delay_needs_and_compiled_it_is_the_same(delay):
+def test_line_is_long_enough_for_the_delay_and_compiled_it_is_the_same(delay):
     line = tuple(float(i) for i in range(1, 1 + len(delay_line(delay))))
-    assert len(line) == {0.0: 1, 0.5: 2, 1.0: 2, 3.0: 4}[delay]
+    assert len(line) == {0.0: 1, 0.5: 3, 1.0: 3, 3.0: 11}[delay]
     assert compiled(line, delay, 9.0) == (delayed(line, delay), remember(line, 9.0))
     assert len(remember(line, 9.0)) == len(line)

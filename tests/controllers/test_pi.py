@@ -103,15 +103,15 @@ def test_realised_torque_before_the_first_sample_means_nothing():
 
 
 @pytest.mark.parametrize("lost", [math.nan, math.inf, -math.inf])
-def test_lost_measurement_is_counted_and_replaced_by_the_last_one_while_the_integral_is_held(lost):
+def test_lost_measurement_is_counted_and_its_error_taken_for_zero_while_the_integral_is_held(lost):
     controller = PI(100.0, 2000.0, PERIOD)
-    before = controller.step(0.5, 0.1)
+    controller.step(0.5, 0.1)
     integral = controller.state.integral
     for count in range(1, 4):
-        assert controller.step(0.5, lost) == before
+        assert controller.step(0.5, lost) == integral
         assert controller.rejected == count
         assert controller.state.integral == integral
-    assert controller.step(0.6, lost) == pytest.approx(before + 100.0 * 0.1)
+    assert controller.step(0.6, lost, feedforward=7.0) == integral + 7.0
     assert controller.step(0.5, 0.1) == pytest.approx(40.0 + 2.0 * integral)
     assert controller.rejected == 4
 

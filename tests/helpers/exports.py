@@ -57,17 +57,12 @@ def made(name, scenario=SCENARIO):
 def steps_in_python(controller, rows):
     """Step a controller in plain Python over rows of inputs; return torque and feedforward of each."""
     controller.run_uncompiled()
-    found = []
-    for row in rows:
-        output, controller.state = controller._step(controller.parameters, controller.state, Inputs(*row.tolist()))
-        found.append(tuple(output))
-    return np.array(found)
+    return np.array([controller.step_plain(Inputs(*row.tolist())) for row in rows])
 
 
 def steps_in_c(runner, rows):
     """Step a controller in C over the same; the checks of ``step`` are left out, so that all inputs may be missing."""
-    stepping = runner._controller._step
-    return np.array([tuple(stepping(None, None, Inputs(*row.tolist()))[0]) for row in rows])
+    return np.array([runner.step_in_c(*row.tolist()) for row in rows])
 
 
 def inputs(controller, samples=400):

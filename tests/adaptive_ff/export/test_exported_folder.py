@@ -105,3 +105,15 @@ def test_a_folder_that_cannot_be_written_is_left_as_it_is(tmp_path):
     with pytest.raises(InputError, match="it is a folder"):
         export_controller(made("pi"), tmp_path, prefix="drive")
     assert {path.name for path in tmp_path.iterdir()} == {"file", "drive.c"}
+
+
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="there is no cmake on this machine")
+def test_cmake_builds_the_library_and_its_test_passes(tmp_path):
+    export_controller(made("pi"), tmp_path / "source", prefix="drive")
+    for line in (
+        ["cmake", "-S", "source", "-B", "built"],
+        ["cmake", "--build", "built"],
+        ["ctest", "--test-dir", "built", "--no-tests=error"],
+    ):
+        done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr

@@ -90,6 +90,11 @@ def test_single_precision_has_no_double():
     assert " exp(" not in code
 
 
+def test_recursion_that_diverges_in_single_precision_is_refused_with_its_reason():
+    with pytest.raises(NotExportable, match=r"PaperController cannot be exported in single precision: the covariance"):
+        Export(made("adaptive_paper"), "made", single=True)
+
+
 def test_what_would_round_to_zero_in_single_precision_stays_above_it():
     assert float(np.float32(float(SINGLE.literal(1e-100).rstrip("f")))) > 0.0
     assert SINGLE.literal(0.0) == "0.0f"

@@ -65,7 +65,7 @@ def test_points_at_high_speed_are_said_not_to_tell_the_curve():
     found = identify_log(drives(np.linspace(0.5, 1.5, 8)), bandwidth=10.0, held_out=0.0)
     assert found.curve.points.velocity.size == 16
     assert not found.curve.fit.determined
-    assert "do not tell the Stribeck curve" in found.curve.remark
+    assert "do not identify the Stribeck curve" in found.curve.remark
 
 
 def test_motion_without_constant_speed_has_no_points():

@@ -168,7 +168,7 @@ def test_only_ratios_of_standard_errors_matter():
     ],
 )
 def test_warns_where_the_points_do_not_tell_the_curve(velocity, friction):
-    with pytest.warns(UserWarning, match="do not tell the Stribeck curve"):
+    with pytest.warns(UserWarning, match="do not identify the Stribeck curve"):
         fit = fit_stribeck(*noisy(8, velocity, 0.003, friction))
     assert not fit.determined
     ends = [fit.estimates[name][2:] for name in ("stribeck_velocity", "stribeck_shape", "coulomb")]

@@ -1,0 +1,114 @@
+"""Doubt about what is measured: samples that are finite and possible, and yet nothing to learn from.
+
+A velocity far beyond any that was planned, a torque far beyond any that was seen, a plan that leaps, a time between
+samples that is not the period's: sensors, drives and buses make such values. The feedback follows them, for they may be
+true. What is learnt and fed forward does not: at such a sample the model keeps the last plan, and after it nothing is
+learnt until the filters have forgotten it. A plan that stays is taken for true after a second or so.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from numba.extending import register_jitable
+
+from controllers import Guard, Inputs
+
+TOO_FAST = 10.0
+"""A velocity or a plan this many times the largest speed of the plan so far is doubted ..."""
+
+TOO_STRONG = 100.0
+"""... and a torque this many times the largest one so far, or what the feedback answers to such a speed."""
+
+LATE = 20.0
+"""So is a time between samples beyond this many periods, or below that share of one."""
+
+FORGOTTEN = 20.0
+"""Time for which nothing is learnt after a doubtful sample, in time constants of the filters."""
+
+GROWTH = 0.5
+"""Time constant with which the speed that is thought possible grows while a plan stays beyond it, s."""
+
+FADING = 10.0
+"""Time constant with which it fades, s."""
+
+
+class Doubt(NamedTuple):
+    """What is thought possible, and for how long nothing is learnt.
+
+    Attributes
+    ----------
+    speed : float
+        Largest speed of the plan of late, rad/s.
+    reference : float
+        Last plan that was not doubted, rad/s.
+    left : float
+        For how long nothing is learnt yet, s.
+    doubted : bool
+        Whether the last sample was doubted.
+    leapt : bool
+        Whether it was for its plan.
+    """
+
+    speed: float
+    reference: float
+    left: float
+    doubted: bool
+    leapt: bool
+
+
+def initial_doubt() -> Doubt:
+    """Return the state of one who has seen nothing."""
+    return Doubt(0.0, 0.0, 0.0, False, False)
+
+
+@register_jitable(forceinline=True)
+def leaps(reference: float, speed: float) -> bool:
+    """Tell whether a plan (rad/s), not a number where it is not known, is far beyond a speed (rad/s)."""
+    return abs(reference) > TOO_FAST * speed
+
+
+@register_jitable(forceinline=True)
+def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt:
+    """Return the doubt about a sample.
+
+    Parameters
+    ----------
+    block, state : NamedTuple
+        Parameters and state of an adaptive controller.
+    inputs : Inputs
+        Inputs of the sample, checked.
+    guard : Guard
+        Memory of that check.
+    """
+    before, levels = state.doubt, state.estimator.levels
+    possible = max(max(before.speed, levels.speed), block.estimator.form.stribeck_velocity)
+    strongest = TOO_STRONG * max(levels.torque, block.feedback.proportional * possible)
+    speed = max(before.speed * math.exp(-inputs.dt / FADING), abs(inputs.reference))
+    doubted = guard.faults > state.feedback.guard.faults
+    doubted = doubted or not LATE * inputs.dt >= block.period or not inputs.dt <= LATE * block.period
+    doubted = doubted or abs(inputs.velocity) > TOO_FAST * possible or abs(inputs.correction) > TOO_FAST * possible
+    doubted = doubted or abs(inputs.realised_torque) > strongest or abs(inputs.feedforward) > strongest
+    reference, leapt = inputs.reference, leaps(inputs.reference, possible) or leaps(inputs.next_reference, possible)
+    if leapt:
+        reference, speed = before.reference, possible * math.exp(min(inputs.dt, block.period) / GROWTH)
+    if doubted or leapt:
+        return Doubt(speed, reference, FORGOTTEN / block.estimator.form.pole, True, leapt)
+    return Doubt(speed, reference, max(0.0, before.left - inputs.dt), False, False)
+
+
+@register_jitable(forceinline=True)
+def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
+    """Return the inputs as the model is to see them: of a doubtful sample nothing measured, of a leap the last plan."""
+    if not doubt.doubted:
+        return inputs
+    return Inputs(
+        doubt.reference,
+        math.nan,
+        doubt.reference if doubt.leapt else inputs.next_reference,
+        0.0,
+        inputs.position,
+        math.nan,
+        inputs.feedforward,
+        inputs.inertia,
+        inputs.dt,
+    )

@@ -1,0 +1,185 @@
+"""What kernels of controllers take and give, and the registries that choose a kernel by the class of its parameters."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from numba.extending import register_jitable
+
+from controllers.compiled import dispatched
+
+
+class Inputs(NamedTuple):
+    """What a controller is given at a sample.
+
+    Feedback acts on ``reference + correction - velocity``. Feedforward, preview and instruments see the plan alone,
+    ``reference`` and ``next_reference``: a correction contains the measurement, and friction fed forward along it
+    would close a loop of its own. Identification sees the true velocity and torque.
+
+    Attributes
+    ----------
+    reference : float
+        Planned velocity now, rad/s.
+    velocity : float
+        Measured velocity now, rad/s; not finite where the measurement failed.
+    next_reference : float
+        Planned velocity at the next sample, rad/s; not a number where it is not known.
+    correction : float
+        What an outer loop adds to the plan, rad/s.
+    position : float
+        Measured position now, rad; not a number where it is not known.
+    realised_torque : float
+        Mean torque that the drive gave over the last period, N m; not a number where it is not known.
+    feedforward : float
+        Torque known from elsewhere, such as gravity, N m.
+    inertia : float
+        Inertia in the present configuration, kg m^2; not a number where the controller's own holds.
+    dt : float
+        Time since the last sample, s.
+    """
+
+    reference: float
+    velocity: float
+    next_reference: float
+    correction: float
+    position: float
+    realised_torque: float
+    feedforward: float
+    inertia: float
+    dt: float
+
+
+@register_jitable
+def planned_inputs(
+    reference: float, velocity: float, next_reference: float, realised_torque: float, dt: float
+) -> Inputs:
+    """Return the inputs along a plan without an outer loop, with no position, known torque or given inertia.
+
+    Parameters
+    ----------
+    reference, velocity, next_reference : float
+        Planned velocity now, measured velocity, planned velocity at the next sample, rad/s.
+    realised_torque : float
+        Mean torque that the drive gave over the last period, N m.
+    dt : float
+        Time since the last sample, s.
+    """
+    return Inputs(reference, velocity, next_reference, 0.0, math.nan, realised_torque, 0.0, math.nan, dt)
+
+
+@register_jitable
+def _changed(inputs: Inputs, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
+    # the one place that lists all fields: compiled code knows no ``_replace``
+    return Inputs(
+        inputs.reference,
+        velocity,
+        inputs.next_reference,
+        inputs.correction,
+        inputs.position,
+        realised_torque,
+        feedforward,
+        inputs.inertia,
+        inputs.dt,
+    )
+
+
+@register_jitable
+def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
+    """Return the inputs with a torque (N m) added to their feedforward."""
+    return _changed(inputs, inputs.velocity, inputs.realised_torque, inputs.feedforward + torque)
+
+
+@register_jitable
+def with_reference(inputs: Inputs, reference: float) -> Inputs:
+    """Return the inputs with another planned velocity (rad/s) now."""
+    return Inputs(
+        reference,
+        inputs.velocity,
+        inputs.next_reference,
+        inputs.correction,
+        inputs.position,
+        inputs.realised_torque,
+        inputs.feedforward,
+        inputs.inertia,
+        inputs.dt,
+    )
+
+
+@register_jitable
+def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
+    """Return the inputs with another velocity (rad/s) in the place of the measured one."""
+    return _changed(inputs, velocity, inputs.realised_torque, inputs.feedforward)
+
+
+@register_jitable
+def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
+    """Return the inputs with a mean torque (N m) that the drive gave over the last period."""
+    return _changed(inputs, inputs.velocity, torque, inputs.feedforward)
+
+
+@register_jitable
+def present_inertia(inputs: Inputs, inertia: float) -> float:
+    """Return the inertia (kg m^2) of the present configuration, or the controller's own where none is given."""
+    return inputs.inertia if math.isfinite(inputs.inertia) else inertia
+
+
+class Output(NamedTuple):
+    """What a controller gives at a sample.
+
+    Attributes
+    ----------
+    torque : float
+        Commanded torque, N m.
+    feedforward : float
+        The part of it that is not feedback, N m.
+    """
+
+    torque: float
+    feedforward: float
+
+
+STEPS: dict[type, Callable[..., Any]] = {}
+"""Step kernel of each class of controller parameters: ``step(parameters, state, inputs) -> (output, state)``."""
+
+ESTIMATES: dict[type, Callable[..., Any]] = {}
+"""Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
+
+
+class _Monitors(dict[type, Callable[..., Any]]):
+    """Kernels of the classes that have any; the others write nothing."""
+
+    def get(self, block: type, default: Any = None) -> Any:
+        """Return the kernel of a class of parameters."""
+        return super().get(block, without_estimates)
+
+
+MONITORS: dict[type, Callable[..., Any]] = _Monitors()
+"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
+
+
+def _step(block: Any, state: Any, inputs: Inputs) -> Any:
+    return STEPS[type(block)](block, state, inputs)
+
+
+def _write_estimates(block: Any, state: Any, row: Any) -> Any:
+    return ESTIMATES[type(block)](block, state, row)
+
+
+def _write_monitors(block: Any, state: Any, row: Any) -> Any:
+    return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
+
+
+step = dispatched(STEPS, _step)
+"""One sample of any controller, compiled or not."""
+
+write_estimates = dispatched(ESTIMATES, _write_estimates)
+"""Write the physical estimates of any controller into a row of floats."""
+
+
+write_monitors = dispatched(MONITORS, _write_monitors)
+"""Write what any controller watches itself by into a row of floats."""
+
+
+@register_jitable
+def without_estimates(block: Any, state: Any, row: Any) -> None:
+    """Write nothing: for controllers that estimate nothing."""

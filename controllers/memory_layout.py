@@ -1,0 +1,124 @@
+"""Nested named tuples of numbers and arrays in memory, as compiled code lays them out.
+
+A controller's parameters and state are read and written by its compiled kernels at fixed addresses, so that neither
+has to be made anew at each call. The layout is that of a struct in C: numbers at their natural alignment, a named tuple
+as a struct within the struct, an array as the descriptor that numba uses (owner, object, count, item size, data, shape,
+strides) of the memory that the numpy array owns.
+"""
+
+import struct
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+NUMBERS = {"d": np.dtype(np.float64), "q": np.dtype(np.int64), "?": np.dtype(np.bool_)}
+"""Types of numbers, by the names that the module ``struct`` has for them."""
+
+POINTER = np.dtype(np.intp)
+
+
+class Memory:
+    """One nested named tuple in memory.
+
+    Parameters
+    ----------
+    value : NamedTuple
+        What it holds at first. Its arrays are not copied: what compiled code writes into them stands in the
+        arrays.
+
+    Attributes
+    ----------
+    address : int
+        Where it begins.
+
+    Raises
+    ------
+    TypeError
+        The value holds something else than numbers, arrays and tuples of them.
+    """
+
+    def __init__(self, value: Any) -> None:
+        layout = _layout(value)
+        self._format = struct.Struct(_format(list(_places(value, layout, 0))))
+        self._buffer: Any = np.zeros(max(layout.itemsize, 1) // 8 + 1)
+        self.address = int(self._buffer.ctypes.data)
+        self.value = value
+
+    @property
+    def value(self) -> Any:
+        """What it holds now; its arrays are those that it was given."""
+        return _rebuilt(self._template, iter(self._format.unpack_from(self._buffer)), self._arrays)
+
+    @value.setter
+    def value(self, value: Any) -> None:
+        self._template = value  # keeps the arrays alive, too
+        self._arrays = {array.ctypes.data: array for array in _arrays(value)}
+        self._format.pack_into(self._buffer, 0, *_leaves(value))
+
+
+def _layout(value: Any) -> np.dtype[Any]:
+    """Return the layout of a value as the type of a numpy record."""
+    if isinstance(value, tuple):
+        fields = [(f"f{place}", _layout(item)) for place, item in enumerate(value)]
+        return np.dtype(fields, align=True)
+    if isinstance(value, np.ndarray):
+        return np.dtype([("descriptor", POINTER, (5 + 2 * value.ndim,))], align=True)
+    return NUMBERS[_number(value)]
+
+
+def _number(value: Any) -> str:
+    for name, kind in NUMBERS.items():
+        if np.ndim(value) == 0 and np.asarray(value).dtype == kind:
+            return name
+    raise TypeError(f"{value!r} of {type(value).__name__} is not allowed: compiled code takes numbers and arrays")
+
+
+def _places(value: Any, layout: np.dtype[Any], offset: int) -> Iterator[tuple[str, int]]:
+    """Yield kind and offset of every number, in order."""
+    if isinstance(value, tuple):
+        for place, item in enumerate(value):
+            kind, start = layout.fields[f"f{place}"][:2]  # type: ignore[index]
+            yield from _places(item, kind, offset + start)
+    elif isinstance(value, np.ndarray):
+        for word in range(5 + 2 * value.ndim):
+            yield "q", offset + 8 * word
+    else:
+        yield _number(value), offset
+
+
+def _format(places: list[tuple[str, int]]) -> str:
+    """Return the format of ``struct`` with the gaps between the numbers written out."""
+    parts, end = ["="], 0
+    for kind, offset in places:
+        parts.append(f"{offset - end}x{kind}" if offset > end else kind)
+        end = offset + struct.calcsize(kind)
+    return "".join(parts)
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    if isinstance(value, tuple):
+        for item in value:
+            yield from _leaves(item)
+    elif isinstance(value, np.ndarray):
+        yield from (0, 0, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
+    else:
+        yield value
+
+
+def _arrays(value: Any) -> Iterator[np.ndarray[Any, Any]]:
+    if isinstance(value, tuple):
+        for item in value:
+            yield from _arrays(item)
+    elif isinstance(value, np.ndarray):
+        yield value
+
+
+def _rebuilt(template: Any, words: Iterator[Any], arrays: dict[int, Any]) -> Any:
+    if isinstance(template, tuple):
+        items = [_rebuilt(item, words, arrays) for item in template]
+        return type(template)(*items) if hasattr(template, "_fields") else tuple(items)
+    if isinstance(template, np.ndarray):
+        descriptor = [next(words) for _ in range(5 + 2 * template.ndim)]
+        return arrays[descriptor[4]]
+    return next(words)

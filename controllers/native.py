@@ -1,0 +1,199 @@
+"""Controllers as machine code: a step at an address, parameters and state in memory.
+
+The kernels of a controller are compiled once for its types, as functions that C could call. A single step from Python,
+the closed loop and a group of joints call them by address: nothing of these is compiled anew for another controller,
+and none hands over the hundred numbers of its state.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numba import types
+from numba.core.ccallback import CFunc
+from numba.extending import overload, register_jitable
+from numpy.typing import NDArray
+
+from controllers.arrays import MutableArray
+from controllers.compiled import cached, compiled_in_place
+from controllers.kernel_compiler import EntryCompiler
+from controllers.kernels import (
+    ESTIMATES,
+    MONITORS,
+    Inputs,
+    Output,
+    step,
+    without_estimates,
+    write_estimates,
+    write_monitors,
+)
+from controllers.memory_layout import Memory
+from controllers.pointers import call, load, row_at, store
+
+TORQUE = len(Inputs._fields)
+"""Place of the torque in what is exchanged at a step, behind the inputs; the feedforward follows."""
+
+
+def _step_once(parameters: Any, state: Any, row: Any, count: int) -> None:
+    inputs = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
+    output, new = step(load(parameters), load(state), inputs)
+    store(state, new)
+    row[TORQUE] = output.torque
+    row[TORQUE + 1] = output.feedforward
+
+
+def _write_estimates_once(parameters: Any, state: Any, row: Any, count: int) -> None:
+    write_estimates(load(parameters), load(state), row_at(row, count))
+
+
+def _write_monitors_once(parameters: Any, state: Any, row: Any, count: int) -> None:
+    write_monitors(load(parameters), load(state), row_at(row, count))
+
+
+@cache
+def _address(function: Callable[..., None], parameters: types.Type, state: types.Type) -> int:
+    """Return where the machine code of a function lies that is compiled, or loaded, for types of a controller."""
+    pointer: Any = types.CPointer
+    pointers = pointer(parameters), pointer(state), pointer(types.float64)
+    options = {"error_model": "numpy", "_nrt": False}
+    code = cached(CFunc(function, ((*pointers, types.intp), types.void), {}, options, pipeline_class=EntryCompiler))
+    code.compile()
+    _KEPT.append(code)
+    return int(code.address)
+
+
+_KEPT: list[Any] = []
+"""Machine code goes with the object that compiled it; none goes while the process runs."""
+
+
+class NativeParameters(NamedTuple):
+    """Parameters of a controller in memory, for compiled code that serves every controller.
+
+    Attributes
+    ----------
+    step, estimates, monitors : int
+        Addresses of its kernels; zero where it has none.
+    parameters, state : int
+        Addresses of its parameters and its state.
+    exchange : ndarray, shape (11,)
+        Inputs and output of a step.
+    """
+
+    step: int
+    estimates: int
+    monitors: int
+    parameters: int
+    state: int
+    exchange: MutableArray
+
+
+@register_jitable
+def step_in_memory(address: int, parameters: int, state: int, row: NDArray[np.float64]) -> None:
+    """Do one sample of a controller in memory; the row holds the inputs and is given torque and feedforward, N m."""
+    call(address, parameters, state, row.ctypes.data, row.size)
+
+
+@register_jitable
+def step_native(block: NativeParameters, state: int, inputs: Inputs) -> tuple[Output, int]:
+    """Do one sample of a controller in memory; the state that is handed through is that of no one."""
+    row = block.exchange
+    row[0], row[1], row[2] = inputs.reference, inputs.velocity, inputs.next_reference
+    row[3], row[4], row[5] = inputs.correction, inputs.position, inputs.realised_torque
+    row[6], row[7], row[8] = inputs.feedforward, inputs.inertia, inputs.dt
+    step_in_memory(block.step, block.parameters, block.state, row)
+    return Output(row[TORQUE], row[TORQUE + 1]), state
+
+
+@register_jitable
+def write_native_estimates(block: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
+    """Write the physical estimates of a controller in memory into a row."""
+    if block.estimates != 0:
+        call(block.estimates, block.parameters, block.state, row.ctypes.data, row.size)
+
+
+@register_jitable
+def write_native_monitors(block: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
+    """Write what a controller in memory watches itself by into a row."""
+    if block.monitors != 0:
+        call(block.monitors, block.parameters, block.state, row.ctypes.data, row.size)
+
+
+def _serve(generic: Callable[..., Any], kernel: Callable[..., Any]) -> None:
+    # beside the registries, which list the controllers that there are
+    def choose(block: Any, *_: Any) -> Callable[..., Any] | None:
+        return kernel if getattr(block, "instance_class", None) is NativeParameters else None
+
+    overload(generic, strict=False)(choose)
+
+
+_serve(step, step_native)
+_serve(write_estimates, write_native_estimates)
+MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for every class, one that writes nothing
+
+
+def _step_at(
+    address: int,
+    parameters: int,
+    state: int,
+    exchange: NDArray[np.float64],
+    reference: float,
+    velocity: float,
+    next_reference: float,
+    correction: float,
+    position: float,
+    realised_torque: float,
+    feedforward: float,
+    inertia: float,
+    dt: float,
+) -> float:
+    exchange[0], exchange[1], exchange[2] = reference, velocity, next_reference
+    exchange[3], exchange[4], exchange[5] = correction, position, realised_torque
+    exchange[6], exchange[7], exchange[8] = feedforward, inertia, dt
+    step_in_memory(address, parameters, state, exchange)
+    torque: float = exchange[TORQUE]
+    return torque
+
+
+step_at = compiled_in_place(_step_at)
+"""Do one sample of a controller in memory: its addresses, what is exchanged, the inputs; return the torque, N m."""
+
+
+class Native:
+    """A controller's parameters and state in memory, and the machine code of its kernels.
+
+    Parameters
+    ----------
+    parameters, state : NamedTuple
+        Parameters and state of a controller whose class is registered; the arrays in the state are shared.
+
+    Attributes
+    ----------
+    block : NativeParameters
+        What stands for the parameters in compiled code that serves every controller.
+    """
+
+    def __init__(self, parameters: Any, state: Any) -> None:
+        self._parameters, self._state = Memory(parameters), Memory(state)
+        typeof: Any = numba.typeof
+        kinds = typeof(parameters), typeof(state)
+        kind = type(parameters)
+        self.block = NativeParameters(
+            _address(_step_once, *kinds),
+            0 if ESTIMATES[kind] is without_estimates else _address(_write_estimates_once, *kinds),
+            0 if MONITORS.get(kind) is without_estimates else _address(_write_monitors_once, *kinds),
+            self._parameters.address,
+            self._state.address,
+            np.full(TORQUE + 2, math.nan),
+        )
+
+    @property
+    def state(self) -> Any:
+        """The state now; its arrays are those that compiled code changes."""
+        return self._state.value
+
+    @state.setter
+    def state(self, value: Any) -> None:
+        self._state.value = value

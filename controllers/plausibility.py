@@ -1,0 +1,123 @@
+"""Inputs that no machine can give: found before a step, taken for not measured, counted.
+
+One finite number that is absurd, such as the 1e306 of a corrupted word, poisons filters and sums as surely as one that
+is not finite. The bounds are so generous that no machine comes near them: a speed of ``LARGEST_VELOCITY``, a torque
+that the feedback would answer to an error of that size, a time between samples of a thousandth to ten thousand times
+the nominal period. Within them every kernel stays finite; what is merely wrong is for the estimator to doubt.
+
+What stands in for a value that is not plausible: for a measurement "not a number", as where it is lost; for a plan and
+for the torque known from elsewhere the last plausible one; for the time since the last sample the nominal period.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from controllers.kernels import Inputs
+
+LARGEST_VELOCITY = 1e5
+"""Largest plausible velocity, rad/s or m/s: a million revolutions a minute."""
+
+LARGEST_POSITION = 1e12
+"""Largest plausible position, rad or m: beyond it not even its period of 2 pi is resolved to four digits."""
+
+LEAST_RESPONSE, LONGEST_RESPONSE = 1e-6, 1e3
+"""Least and largest plausible inertia, in ``Kp`` times a second: the time constant of the loop that it would make."""
+
+LARGEST_OBSERVED = 1e30
+"""What an observer holds beyond this is no torque and no velocity, in any unit: it begins anew."""
+
+LEAST_TIME, MOST_TIME = 1e-3, 1e4
+"""Least and largest plausible time between two samples, in nominal periods."""
+
+
+class Guard(NamedTuple):
+    """What the check of the inputs remembers.
+
+    Attributes
+    ----------
+    reference : float
+        Last plausible plan, rad/s.
+    feedforward : float
+        Last plausible torque known from elsewhere, N m.
+    lost : float
+        For how long there has been no measurement, s; zero where there is one.
+    faults : int
+        Samples at which another value than the measured velocity was not plausible, or the torque was not finite.
+    """
+
+    reference: float
+    feedforward: float
+    lost: float
+    faults: int
+
+
+def initial_guard() -> Guard:
+    """Return the memory of a check that has seen nothing."""
+    return Guard(0.0, 0.0, 0.0, 0)
+
+
+@register_jitable(forceinline=True)
+def within(value: float, bound: float) -> bool:
+    """Tell whether a value is a number and at most as large as a bound."""
+    return abs(value) <= bound
+
+
+@register_jitable(forceinline=True)
+def absurd(value: float, bound: float) -> bool:
+    """Tell whether a value that may be unknown, then not a number, is beyond a bound."""
+    return abs(value) > bound
+
+
+@register_jitable(forceinline=True)
+def kept(value: float) -> float:
+    """Return what an observer holds, or zero where that cannot be."""
+    return value if abs(value) < LARGEST_OBSERVED else 0.0
+
+
+@register_jitable
+def checked_inputs(
+    inputs: Inputs, guard: Guard, proportional: float, integral: float, period: float
+) -> tuple[Inputs, Guard]:
+    """Return the inputs with what is not plausible replaced, and what the check remembers.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        Inputs of a sample.
+    guard : Guard
+        Memory of the check.
+    proportional, integral : float
+        Gains of the feedback, N m s/rad and N m/rad: they say how large torques are.
+    period : float
+        Nominal sampling period, s.
+    """
+    gain = proportional if proportional > 0.0 else integral
+    torque = gain * LARGEST_VELOCITY if gain > 0.0 else math.inf
+    least, most = gain * LEAST_RESPONSE, gain * LONGEST_RESPONSE if gain > 0.0 else math.inf
+    faults = 0
+    reference, following, correction = inputs.reference, inputs.next_reference, inputs.correction
+    known, realised = inputs.feedforward, inputs.realised_torque
+    position, given, duration = inputs.position, inputs.inertia, inputs.dt
+    if not within(reference, LARGEST_VELOCITY):
+        reference, faults = guard.reference, 1
+    if absurd(following, LARGEST_VELOCITY):
+        following, faults = math.nan, 1
+    if not within(correction, LARGEST_VELOCITY):
+        correction, faults = 0.0, 1
+    if not within(known, torque) or math.isinf(known):
+        known, faults = guard.feedforward, 1
+    if absurd(realised, torque) or math.isinf(realised):
+        realised, faults = math.nan, 1
+    if absurd(position, LARGEST_POSITION):
+        position, faults = math.nan, 1
+    if given <= least or absurd(given, most) or math.isinf(given):
+        given, faults = math.nan, 1
+    if not LEAST_TIME * period <= duration <= MOST_TIME * period:
+        duration, faults = period, 1
+    velocity, lost = inputs.velocity, 0.0
+    if not within(velocity, LARGEST_VELOCITY):
+        velocity, lost = math.nan, guard.lost + duration
+    plain = Inputs(reference, velocity, following, correction, position, realised, known, given, duration)
+    return plain, Guard(reference, known, lost, guard.faults + faults)

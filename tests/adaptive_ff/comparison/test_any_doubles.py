@@ -1,0 +1,105 @@
+"""Whatever numbers a controller is given, torque and state stay finite, and it recovers."""
+
+import math
+from functools import cache
+
+import pytest
+from closed_loops import NAMES, make
+from hypothesis import HealthCheck, Phase, example, given, settings
+from hypothesis import strategies as st
+from poisoned_runs import BAD, Learnt, is_finite
+
+from controllers import Inputs, feedback_state, planned_inputs
+
+PERIOD = 0.01
+BRIEF = {
+    "deadline": None,
+    "suppress_health_check": [HealthCheck.too_slow],
+    "phases": [Phase.explicit, Phase.reuse, Phase.generate],  # shrinking a run of seconds takes minutes
+}
+ANY = st.floats(allow_nan=True, allow_infinity=True)
+BURSTS = st.lists(
+    st.tuples(
+        st.sampled_from(Inputs._fields),
+        st.integers(0, BAD - 1),
+        st.sampled_from([1, 1, 3, 20, BAD]),
+        st.lists(ANY, min_size=1, max_size=4),
+    ),
+    min_size=1,
+    max_size=5,
+)
+"""Bursts of bad values of one input each: name, first sample, length, values in turn."""
+
+POISONS = [
+    ("velocity", 1e306),
+    ("realised_torque", 1e160),
+    ("next_reference", 1e155),
+    ("reference", 1e160),
+    ("dt", 1e306),
+    ("dt", 5e-324),
+    ("feedforward", 1e160),
+    ("realised_torque", 1e12),
+    ("reference", 1e12),
+]
+"""What was found to poison a state for good, alone."""
+
+
+def replaced(bursts):
+    """Values by sample and name of the input."""
+    values = {}
+    for name, first, length, turns in bursts:
+        for sample in range(first, min(first + length, BAD)):
+            values.setdefault(sample, {})[name] = turns[sample % len(turns)]
+    return values
+
+
+@cache
+def learnt(name):
+    return Learnt(name)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=10, **BRIEF)
+@given(rows=st.lists(st.tuples(*[ANY] * len(Inputs._fields)), min_size=1, max_size=30))
+@example(rows=[tuple(value if field == name else 0.01 for field in Inputs._fields) for name, value in POISONS])
+def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
+    """In open loop, where nothing limits what sums up: the kernel in plain Python, good samples before and after."""
+    controller = make(name).run_uncompiled()
+    good = planned_inputs(0.1, 0.09, 0.1, 80.0, PERIOD)
+    for inputs in [good] * 3 + [Inputs(*row) for row in rows] + [good] * 3:
+        output = controller.step_plain(inputs)
+        assert math.isfinite(output.torque)
+        assert is_finite(controller.state)
+    assert feedback_state(controller.state).guard.lost == 0.0
+
+
+@pytest.mark.parametrize("name", ["pi", "adaptive"])
+@settings(max_examples=20, **BRIEF)
+@given(bursts=BURSTS)
+def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
+    case = learnt(name)
+    error, finite = case.go_on(replaced(bursts))
+    assert finite
+    assert error <= 1.1 * case.undisturbed
+
+
+@pytest.mark.parametrize(("field", "value"), POISONS)
+def test_one_absurd_value_is_forgotten(field, value):
+    case = learnt("adaptive")
+    error, finite = case.go_on({100: {field: value}})
+    assert finite
+    assert error <= 1.02 * case.undisturbed
+
+
+def test_absurd_inputs_are_counted_and_a_long_loss_is_told():
+    controller = make("adaptive")
+    controller.step(0.1, 0.1)
+    assert (controller.rejected, controller.faults, controller.fault) == (0, 0, False)
+    controller.step(0.1, 1e306, realised_torque=1e160)
+    assert (controller.rejected, controller.faults, controller.fault) == (1, 1, False)
+    torques = [controller.step(0.1, math.nan) for _ in range(310)]
+    assert controller.fault is True
+    assert torques[100] != 0.0
+    assert torques[-1] == 0.0
+    controller.step(0.1, 0.1)
+    assert controller.fault is False

@@ -1,0 +1,115 @@
+"""The report in one HTML file: refers to nothing outside, shows in a browser, zooms."""
+
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import pytest
+from command_line import run_command_line
+from matplotlib.figure import Figure
+from rich.table import Table
+
+from adaptive_ff import __version__
+from adaptive_ff.report.html_page import write_report
+
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+BROWSER = next((found for found in map(shutil.which, BROWSERS) if found), None)
+
+CLICK = """
+<script>addEventListener('load', () => {
+  const frame = document.querySelector('.picture');
+  const width = () => frame.querySelector('img').style.width;
+  frame.dispatchEvent(new MouseEvent('click', { clientX: 200, clientY: 200 }));
+  document.documentElement.dataset.clicked = width();
+  frame.dispatchEvent(new WheelEvent('wheel', { deltaY: -500, ctrlKey: true, clientX: 200, clientY: 200 }));
+  document.documentElement.dataset.wheeled = width();
+  frame.dispatchEvent(new MouseEvent('dblclick', {}));
+  document.documentElement.dataset.whole = width();
+})</script>
+"""
+
+
+class Page(HTMLParser):
+    """Tags, what they refer to, and the text of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.open, self.references, self.text = [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+        self.references += [value for name, value in attrs if name in ("src", "href", "srcset", "action", "data")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+@pytest.fixture
+def page(tmp_path):
+    table = Table(title="Errors of <all>")
+    table.add_column("controller")
+    table.add_column("settled", justify="right")
+    table.add_row("mine & yours", "1.5", style="bold cyan")
+    table.add_row("pi", "[bold]3[/bold]")
+    figures = {}
+    for name in ("one", "two"):
+        figures[name] = Figure(figsize=(4.0, 2.0))
+        figures[name].add_subplot().plot([0.0, 1.0])
+    path = tmp_path / "report.html"
+    write_report(path, "A <joint>", [table, "A sentence & more."], figures, {"Scenario": "seed = 1 # <one>"})
+    return path
+
+
+def test_page_refers_to_nothing_outside_itself(page):
+    text = page.read_text(encoding="utf-8")
+    parsed = Page(text)
+    assert parsed.open == []
+    assert len(parsed.references) == 2
+    assert all(reference.startswith("data:image/svg+xml;base64,") for reference in parsed.references)
+    assert not {"link", "iframe", "object", "embed", "base"} & set(parsed.tags)
+    assert "default-src 'none'" in text
+    assert re.findall(r"url\(|@import|fetch\(|XMLHttpRequest|import\(", text) == []
+
+
+def test_page_holds_tables_sentences_input_and_versions(page):
+    text = " ".join(Page(page.read_text(encoding="utf-8")).text)
+    for part in ("A <joint>", "Errors of <all>", "mine & yours", "A sentence & more.", "seed = 1 # <one>"):
+        assert part in text
+    assert f"adaptive-ff {__version__}" in text
+    assert "numba " in text
+    assert '<tr style="font-weight: bold"><td' in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(BROWSER is None, reason=f"there is none of {', '.join(BROWSERS)}")
+def test_browser_shows_all_pictures_and_zooms(page):
+    page.write_text(page.read_text(encoding="utf-8") + CLICK, encoding="utf-8")
+    options = ("--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=5000", "--dump-dom")
+    done = subprocess.run([BROWSER, *options, page.as_uri()], capture_output=True, text=True, timeout=120, check=True)
+    found = dict(re.findall(r'data-(\w+)="([^"]*)"', done.stdout[: done.stdout.index("<head>")]))
+    assert found["pictures"] == "2"
+    assert found["clicked"] == "200%"
+    assert 400.0 < float(found["wheeled"].rstrip("%")) < 600.0
+    assert found["whole"] == "100%"
+
+
+@pytest.mark.usefixtures("compiled")
+def test_compare_writes_a_report(tmp_path, scenario):
+    out = tmp_path / "out"
+    assert run_command_line("compare", scenario, "--out", out, "--report", "-q").status == 0
+    parsed = Page((out / "report.html").read_text(encoding="utf-8"))
+    figures = [path.stem for path in out.glob("*.png")]
+    assert len(parsed.references) == len(figures) > 1
+    text = "".join(parsed.text)
+    assert f"Controllers on {scenario}, seed 1" in text
+    assert "[joint]" in text
+    settled = json.loads((out / "result.json").read_text())["controllers"]["pi"]["rms_error_settled"]
+    assert f"{1e3 * settled:.3g}" in text

@@ -1,0 +1,68 @@
+"""What ``help()`` shows of the public names can be read: no internals of pydantic, no expanded types of numpy."""
+
+import inspect
+import pydoc
+
+import pytest
+
+import adaptive_ff
+import controllers
+from adaptive_ff import InputError, Scenario, load_scenario
+from plant import JointModel
+
+NOISE = ("numpy._typing", "numpy.ndarray[", "FieldInfo", "pydantic_core", "__pydantic", "Discriminator", "model_dump")
+
+
+def text_of(thing):
+    return pydoc.plain(pydoc.render_doc(thing))
+
+
+@pytest.mark.parametrize("package", [adaptive_ff, controllers], ids=lambda package: package.__name__)
+def test_help_of_public_names_shows_no_internals(package):
+    found = {name: [word for word in NOISE if word in text_of(getattr(package, name))] for name in package.__all__}
+    assert {name: words for name, words in found.items() if words} == {}
+
+
+def test_help_of_package_begins_with_what_is_there_for_which_task():
+    overview = inspect.getdoc(adaptive_ff)
+    missing = [name for name in adaptive_ff.__all__ if name not in overview]
+    assert missing == [
+        "PER_DIRECTION",
+        "PER_DIRECTION_WITH_GRAVITY",
+        "WITH_GRAVITY",
+        "WITH_OFFSET",
+        "identify_series",
+        "identify_torque_form",
+        "parse_scenario",
+        "read_baseline",
+    ]
+    assert len(overview.splitlines()) < 40
+
+
+@pytest.mark.parametrize(("thing", "most"), [(Scenario, 150), (JointModel, 70), (adaptive_ff.compare, 40)])
+def test_help_is_short(thing, most):
+    assert len(text_of(thing).splitlines()) < most
+
+
+def test_signature_of_scenario_names_fields_types_and_defaults():
+    parameters = inspect.signature(Scenario).parameters
+    assert list(parameters) == list(Scenario.model_fields)
+    assert str(parameters["duration"]) == "duration: float | None = None"
+    assert str(parameters["sensor"]) == "sensor: Sensor = Sensor()"
+    assert str(parameters["feedback"]) == "feedback: Feedback"
+    assert str(parameters["change"]) == "change: list[FrictionChange] = []"
+    assert "JointModel | LuGreJoint" in str(parameters["joint"])
+
+
+def test_completion_offers_fields_and_still_checks_them():
+    scenario = load_scenario()
+    assert {"feedback", "modified", "length"} <= set(dir(scenario))
+    assert not any(name.startswith("model_") for name in dir(scenario))
+    with pytest.raises(InputError, match=r"feedback\.bandwidth"):
+        scenario.modified(feedback={"bandwidth": -1.0})
+
+
+def test_types_of_arrays_are_named_in_signatures():
+    assert "velocity: ArrayLike" in str(inspect.signature(adaptive_ff.fit_stribeck))
+    assert "standard_error: ArrayLike | None = None" in str(inspect.signature(adaptive_ff.fit_stribeck))
+    assert adaptive_ff.Run.__annotations__["time"].__repr__() == "NDArray[float64]"

@@ -1,0 +1,94 @@
+"""Nested named tuples in memory: what compiled code reads there and writes there is what Python sees."""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+import pytest
+
+from controllers.compiled import compiled_in_place
+from controllers.memory_layout import Memory
+from controllers.pointers import typed_intrinsic
+
+
+class Inner(NamedTuple):
+    flag: bool
+    number: float
+    other: bool
+
+
+class Outer(NamedTuple):
+    first: bool
+    inner: Inner
+    count: int
+    line: tuple[float, ...]
+    empty: tuple[float, ...]
+    vector: np.ndarray
+    again: Inner
+    matrix: np.ndarray
+    last: bool
+
+
+def made():
+    return Outer(
+        True, Inner(False, 1.5, True), -7, (2.0, 3.0), (), np.arange(3.0), Inner(True, 4.0, False), np.eye(2), True
+    )
+
+
+@typed_intrinsic
+def at(typing, address, like):
+    """What lies at an address, of the type of another value."""
+
+    def generate(context, builder, signature, arguments):
+        pointer = builder.inttoptr(arguments[0], context.get_data_type(signature.return_type).as_pointer())
+        return context.unpack_value(builder, signature.return_type, pointer)
+
+    return like(address, like), generate
+
+
+def read(address, like):
+    value = at(address, like)
+    value.vector[0] = 9.0
+    return (
+        value.first,
+        value.inner,
+        value.count,
+        value.line,
+        value.vector[2],
+        value.matrix[1, 1],
+        value.again,
+        value.last,
+    )
+
+
+def test_compiled_code_reads_what_was_laid_down():
+    value = made()
+    memory = Memory(value)
+    found = compiled_in_place(read)(memory.address, made())
+    assert found == (value.first, value.inner, value.count, value.line, 2.0, 1.0, value.again, value.last)
+    assert value.vector[0] == 9.0
+
+
+def test_value_comes_back_with_the_same_arrays():
+    value = made()
+    memory = Memory(value)
+    assert memory.value.vector is value.vector
+    assert memory.value.matrix is value.matrix
+    changed = value._replace(count=8, inner=Inner(True, 2.5, False), vector=np.ones(3))
+    memory.value = changed
+    assert (memory.value.count, memory.value.inner) == (8, changed.inner)
+    assert memory.value.vector is changed.vector
+
+
+def test_numbers_of_numpy_are_those_that_compiled_code_sees():
+    assert Memory(Inner(np.bool_(True), np.float64(2.0), False)).value == (True, 2.0, False)
+
+
+@pytest.mark.parametrize("value", ["text", None, 1j, np.float32(1.0)])
+def test_what_has_no_place_is_refused(value):
+    with pytest.raises(TypeError, match="compiled code takes numbers and arrays"):
+        Memory(Inner(True, value, False))
+
+
+def test_kinds_of_numbers_are_those_of_the_compiler():
+    assert [numba.typeof(value).name for value in (1.0, 1, True)] == ["float64", "int64", "bool"]

@@ -1,0 +1,67 @@
+"""A controller in memory: the same torques, copies that stand alone, and one compilation of the loop for all."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from closed_loops import course_along, make
+
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.simulation.experiment import empty_record
+from adaptive_ff.simulation.loop import run_in_memory, start_position
+from controllers import PI, ExtendedState
+
+
+def pi():
+    return PI(2000.0, 5000.0, period=0.01)
+
+
+def steps(controller, count=20):
+    return [controller.step(0.1 * np.sin(0.3 * k), 0.02 * k % 0.1, next_reference=0.1) for k in range(count)]
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda item: pickle.loads(pickle.dumps(item))])
+def test_a_copy_goes_on_from_where_the_original_stood_and_both_stand_alone(copied):
+    original = make("extended_state")
+    assert isinstance(original, ExtendedState)
+    steps(original)
+    twin = copied(original)
+    kept = original.state_to_json()
+    found = steps(twin)
+    assert original.state_to_json() == kept
+    assert steps(original) == found
+
+
+def test_a_copy_of_a_controller_in_plain_python_stays_plain():
+    twin = copy.deepcopy(pi().run_uncompiled())
+    steps(twin)
+    assert twin._native is None
+
+
+def test_a_state_that_is_set_is_the_one_that_goes_on():
+    controller = pi()
+    begin = controller.state
+    first = steps(controller)
+    controller.state = begin
+    assert steps(controller) == first
+
+
+def test_numbers_that_are_no_floats_are_taken_and_compile_nothing():
+    exact, other = pi(), pi()
+    assert exact.step(1.0, 0.0) == other.step(np.float32(1.0), 0) == pytest.approx(2050.0)
+
+
+def test_regressors_are_seen_by_the_next_step():
+    controller = AdaptiveController(2000.0, 5000.0, period=0.01, inertia=20.0, stribeck_velocity=0.05, regressors=2)
+    assert controller.regressors is controller.state.estimator.regressors
+
+
+def test_the_loop_is_compiled_once_for_controllers_of_all_classes():
+    course = course_along(0.1 * np.sin(0.02 * np.arange(200)))
+    versions = []
+    for controller in (pi(), make("extended_state"), make("fixed")):
+        record = empty_record(course, len(controller.estimate_names))
+        run_in_memory(controller.native, 0, course, start_position(course), course.noise.size, record)
+        versions.append(len(run_in_memory.signatures))
+    assert versions == [versions[0]] * 3

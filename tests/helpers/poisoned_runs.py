@@ -1,0 +1,72 @@
+"""Closed loops some of whose inputs are replaced by any numbers, in plain Python for as long as that lasts."""
+
+import copy
+from typing import Any, NamedTuple
+
+import numpy as np
+from closed_loops import SCENARIO, lay_course, make
+
+from adaptive_ff.simulation.experiment import empty_record
+from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from controllers import ESTIMATES, STEPS, feedback_state, step, without_estimates
+
+FIRST, BAD, AFTER, JUDGED = 4000, 200, 3000, 1000
+"""Samples of learning, of bad inputs at most, until tracking is judged, and of what is judged: at 100 Hz."""
+
+
+class Poisoned(NamedTuple):
+    """A controller and what some of its inputs are replaced by.
+
+    Attributes
+    ----------
+    controller : NamedTuple
+        Parameters of the controller.
+    replaced : dict
+        For the number of a sample, values by name of the input.
+    """
+
+    controller: Any
+    replaced: dict[int, dict[str, float]]
+
+
+def step_poisoned(block, state, inputs):
+    """Do one sample with what is replaced."""
+    replaced = block.replaced.get(feedback_state(state).samples, {})
+    return step(block.controller, state, inputs._replace(**replaced))
+
+
+STEPS[Poisoned] = step_poisoned
+ESTIMATES[Poisoned] = without_estimates
+
+
+def is_finite(value):
+    """Tell whether all numbers of a state are."""
+    if isinstance(value, tuple):
+        return all(is_finite(item) for item in value)
+    return bool(np.all(np.isfinite(np.asarray(value, dtype=float))))
+
+
+class Learnt:
+    """A controller that has learnt, to be run on with bad inputs again and again."""
+
+    def __init__(self, name, seed=101):
+        self.course = lay_course(SCENARIO.modified(duration=(FIRST + BAD + AFTER + JUDGED) / 100.0, seed=seed))
+        self.controller = make(name)
+        self.record = empty_record(self.course, len(self.controller.estimate_names))
+        start, block = start_position(self.course), self.controller.parameters
+        self.state, self.position = run_compiled(block, self.controller.state, self.course, start, FIRST, self.record)
+        self.undisturbed, _ = self.go_on({})
+
+    def go_on(self, replaced):
+        """Return the rms error 30 s after inputs were replaced, by sample, and whether all is finite."""
+        state, position, course = copy.deepcopy(self.state), self.position, self.course
+        record = empty_record(course, len(self.controller.estimate_names))
+        record.given[:] = self.record.given
+        block, end = self.controller.parameters, FIRST + BAD
+        poisoned = Poisoned(block, {FIRST + sample: values for sample, values in replaced.items()})
+        state, position = run_plain(poisoned, state, course, position, end, record)
+        finite = is_finite(state)
+        state, _ = run_compiled(block, state, course, position, course.noise.size, record)
+        judged = slice(course.samples[end + AFTER], None)
+        error = float(np.sqrt(np.mean((course.reference - record.velocity)[judged] ** 2)))
+        return error, finite and is_finite(state) and bool(np.all(np.isfinite(record.torque)))
