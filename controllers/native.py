@@ -211,19 +211,3 @@ class Native:
     @state.setter
     def state(self, value: Any) -> None:
         self._state.value = value
-
-
-def single_step(parameters: Any, state: Any, inputs: Inputs) -> tuple[Output, Any]:
-    """Do one sample of a controller, compiled; return the output and the new state, whose arrays are those of the old.
-
-    Parameters
-    ----------
-    parameters, state : NamedTuple
-        Parameters and state of a controller whose class is registered.
-    inputs : Inputs
-        What it is given, as it is.
-    """
-    native = Native(parameters, state)
-    block = native.block
-    step_at(block.step, block.parameters, block.state, block.exchange, *inputs)
-    return Output(float(block.exchange[TORQUE]), float(block.exchange[TORQUE + 1])), native.state

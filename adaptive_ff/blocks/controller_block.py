@@ -1,6 +1,6 @@
 """A controller as a discrete-time system of python-control."""
 
-import math
+import copy
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,17 +8,13 @@ import control
 import numpy as np
 
 from adaptive_ff.blocks.state_vector import Vector, rebuilt, state_names, state_vector
-from controllers import Controller, Inputs, write_estimates
-from controllers.native import single_step
+from controllers import Controller, Inputs
 
 SIGNALS = ("reference", "velocity", "next_reference", "realised_torque")
 """Inputs of a controller's block by default."""
 
 KNOWN = tuple(name for name in Inputs._fields if name != "dt")
 """Inputs that a controller's block may have."""
-
-ABSENT = {"correction": 0.0, "feedforward": 0.0}
-"""What an input is where the block does not have it; the others then are not known."""
 
 
 def controller_block(
@@ -66,21 +62,21 @@ def controller_block(
             "state is explicit"
         )
     _check_inputs(inputs)
-    block, template, estimates = controller.parameters, controller.state, controller.estimate_names
+    worker, template, estimates = copy.deepcopy(controller), copy.deepcopy(controller.state), controller.estimate_names
 
-    def advanced(x: Vector, u: Vector) -> tuple[Any, Any]:
-        given = dict(zip(inputs, np.asarray(u, dtype=np.float64).tolist(), strict=True))
-        signals = {key: given.get(key, ABSENT.get(key, math.nan)) for key in KNOWN}
-        return single_step(block, rebuilt(template, x), Inputs(**signals, dt=controller.period))
+    def advance(x: Vector, u: Vector) -> float:
+        """Do one step of the worker from a state; return the torque, N m."""
+        worker.state = rebuilt(template, x)
+        return worker.step(**dict(zip(inputs, np.asarray(u, dtype=np.float64).tolist(), strict=True)))
 
     def update(t: float, x: Vector, u: Vector, params: Any) -> Vector:
-        return state_vector(advanced(x, u)[1])
+        advance(x, u)
+        return state_vector(worker.state)
 
     def outputs(t: float, x: Vector, u: Vector, params: Any) -> Vector:
-        output, state = advanced(x, u)
-        row = np.zeros(len(estimates))
-        write_estimates(block, state, row)
-        return np.concatenate([[output.torque, output.feedforward], row])
+        torque = advance(x, u)
+        feedforward = float(worker.native.exchange[-1])  # behind inputs and torque
+        return np.array([torque, feedforward, *worker.estimates.values()])
 
     system = control.NonlinearIOSystem(
         update,

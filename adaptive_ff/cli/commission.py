@@ -35,7 +35,7 @@ def commission_command(
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.logs.log import read_log
     from adaptive_ff.report.bandwidth_tables import best_table
-    from adaptive_ff.report.drawing import stamp, write_figures
+    from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.excitation_plot import plot_excitation
     from adaptive_ff.report.parameter_tables import parameters_table
     from adaptive_ff.scenario.file import to_toml, toml_text
@@ -76,8 +76,7 @@ def commission_command(
             if log is None:
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
-        stamp(pictures.values(), source if log is None else str(log))
-        write_figures(pictures, stage, drawn)
+        write_stamped(pictures, stage, drawn, source if log is None else str(log))
         (stage / "scenario.toml").write_text(to_toml(result), encoding="utf-8")
         summary = {
             "identification": found.to_dict(),

@@ -108,7 +108,7 @@ def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console) -> "Co
 def _tables(comparison: "Comparison") -> "list[Table | str]":
     from adaptive_ff.report.comparison_tables import estimates_table, position_table, tracking_table
 
-    tables = (tracking_table(comparison), position_table(comparison), estimates_table(comparison))
+    tables = [tracking_table(comparison), position_table(comparison), estimates_table(comparison)]
     shown: list[Table | str] = [table for table in tables if table is not None]
     if comparison.bandwidths:
         best = ", ".join(f"{name} {hertz:.3g} Hz" for name, hertz in comparison.bandwidths.items())

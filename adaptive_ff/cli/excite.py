@@ -31,7 +31,7 @@ def excite_command(
     """Find a motion that tells the parameters of a joint, within its limits, to record and identify."""
     from adaptive_ff.design_studies.exciting_motion import default_limits, exciting_motion
     from adaptive_ff.files import write_csv, write_result
-    from adaptive_ff.report.drawing import stamp, write_figures
+    from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.excitation_plot import plot_excitation
     from adaptive_ff.report.excitation_table import intervals_table, motion_table
     from adaptive_ff.scenario.file import toml_text
@@ -57,8 +57,7 @@ def excite_command(
         content = {"reference": motion.reference.model_dump()}
         (stage / "excitation.toml").write_text(toml_text(content), encoding="utf-8")
         pictures = {"excitation": plot_excitation(motion, linear=linear)}
-        stamp(pictures.values(), str(scenario or "built-in scenario"))
-        write_figures(pictures, stage, drawn)
+        write_stamped(pictures, stage, drawn, str(scenario or "built-in scenario"))
         for file in (stage / "excitation.json", *beside.values()):
             write_result(file, motion.to_dict())
     console = Printer()

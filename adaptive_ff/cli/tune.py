@@ -27,7 +27,7 @@ def tune_command(
     from adaptive_ff.design_studies.bandwidth_study import STUDIED, study_bandwidths
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.bandwidth_tables import best_table, errors_table, loops_table
-    from adaptive_ff.report.drawing import stamp, write_figures
+    from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
 
@@ -51,9 +51,7 @@ def tune_command(
                 progress=advance,
             )
         write_csv(stage / "tune.csv", study.columns())
-        figure = study.plot()
-        stamp([figure], str(scenario or "built-in scenario"))
-        write_figures({"tune": figure}, stage, drawn)
+        write_stamped({"tune": study.plot()}, stage, drawn, str(scenario or "built-in scenario"))
         for file in (stage / "tune.json", *beside.values()):
             write_result(file, study.to_dict())
     console = Printer()

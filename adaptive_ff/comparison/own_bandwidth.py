@@ -97,7 +97,7 @@ def settled_error(scenario: Scenario, maker: Maker, course: Course | None = None
         laid = lay_course(scenario) if course is None else course
         laid = laid._replace(outer=scenario.position_loop or NO_POSITION_LOOP)  # its gain may follow the bandwidth
         with np.errstate(over="ignore", invalid="ignore"):
-            record, _, _, _ = drive_over(controller, laid)
+            record, _, _ = drive_over(controller, laid)
             found = evaluate(
                 scenario.times(), laid.reference, record.velocity, record.torque, scenario.last_change
             ).rms_error_settled

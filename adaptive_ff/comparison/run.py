@@ -13,10 +13,14 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, lay_course
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
+from controllers import Controller
 from controllers.arrays import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+MARKS = 120
+"""Times in a run at which the uncertainty of the estimates is noted."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -159,7 +163,15 @@ def simulate(
             f"controller = {controller!r} is not allowed: it must be a name or an object with a method step"
         )
     course = lay_course(scenario) if course is None else course
-    record, names, watched, marks = drive_over(controller, course, progress)
+    marks: list[tuple[int, dict[str, float]]] = []
+    if isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
+
+        def note(sample: int) -> None:
+            marks.append((sample, controller.uncertainties))
+
+        record, names, watched = drive_over(controller, course, progress, note=note, parts=MARKS)
+    else:
+        record, names, watched = drive_over(controller, course, progress)
     return _finished(name or type(controller).__name__, scenario, course, record, names, watched, marks)
 
 

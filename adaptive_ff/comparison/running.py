@@ -11,16 +11,15 @@ from controllers import Controller
 PART = 20_000
 """Samples between two reports of progress."""
 
-MARKS = 120
-"""Times in a run at which the uncertainty of the estimates is noted."""
-
-Marks = list[tuple[int, dict[str, float]]]
-"""Samples, and the uncertainty of each estimate there."""
-
 
 def drive_over(
-    controller: Any, course: Course, progress: Callable[[float], None] | None = None
-) -> tuple[Record, tuple[str, ...], tuple[str, ...], Marks]:
+    controller: Any,
+    course: Course,
+    progress: Callable[[float], None] | None = None,
+    *,
+    note: Callable[[int], None] | None = None,
+    parts: int = 1,
+) -> tuple[Record, tuple[str, ...], tuple[str, ...]]:
     """Run a controller over a course.
 
     Parameters
@@ -31,6 +30,10 @@ def drive_over(
         Joint, drive, reference and noise.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
+    note : callable, optional
+        Is called with the number of the last sample after each part, when the controller is in the state of then.
+    parts : int, optional
+        Least number of parts of the run.
 
     Returns
     -------
@@ -38,8 +41,6 @@ def drive_over(
         The series.
     names, watched : tuple of str
         Names of the estimates and of the monitors in it.
-    marks : list of tuple
-        Uncertainty of the estimates on the way; empty for a controller that states none.
     """
     own = not isinstance(controller, Controller)
     block, state = (own_controller(controller), None) if own else (controller.parameters, controller.state)
@@ -49,16 +50,14 @@ def drive_over(
     run = run_plain if own else run_compiled
     position = start_position(course)
     count = course.noise.size
-    unsure = not own and hasattr(controller, "uncertainties")
-    part = min(PART, max(1, count // MARKS)) if unsure else PART
-    marks: Marks = []
+    part = min(PART, max(1, count // parts))
     while position.sample < count:
         stop = min(position.sample + part, count)
         state, position = run(block, state, course, position, stop, record)
         if not own:
             controller.state = state
-        if unsure:
-            marks.append((stop - 1, controller.uncertainties))
+        if note is not None:
+            note(stop - 1)
         if progress is not None:
             progress(stop / count)
-    return record, names, watched, marks
+    return record, names, watched

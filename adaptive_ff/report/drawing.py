@@ -100,6 +100,12 @@ def write_figures(figures: Mapping[str, Figure], folder: Path, formats: Sequence
             write_figure(figure, folder / f"{name}.{ending}")
 
 
+def write_stamped(figures: Mapping[str, Figure], folder: Path, formats: Sequence[str], source: str) -> None:
+    """Write pictures as :func:`write_figures` does, each with a line that says where it comes from."""
+    stamp(figures.values(), source)
+    write_figures(figures, folder, formats)
+
+
 def _plain(text: str) -> str:
     """Return a text in which matplotlib sees no mathematics."""
     return text.replace("$", r"\$")

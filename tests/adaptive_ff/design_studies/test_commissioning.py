@@ -16,7 +16,7 @@ from adaptive_ff.design_studies.excitation import find_excitations
 def commissioned(tmp_path_factory):
     """Run the command once, with a search that is short: the folder, what it printed, and the scenario."""
     folder = tmp_path_factory.mktemp("commissioned")
-    content = {**built_in(), "duration": 10.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
+    content = {**built_in(), "duration": 6.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
     scenario = write_scenario(folder, content)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1))
