@@ -65,7 +65,9 @@ def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) ->
     if found != name:
         raise ValueError(f"controller = {str(found)[:40]!r} is not allowed: this is a {name!r}")
     if saved.get("version") != VERSION:
-        raise ValueError(f"version = {str(saved.get('version'))[:40]} is not allowed: it must be {VERSION}")
+        raise ValueError(
+            f"version of the state = {str(saved.get('version'))[:40]} is not allowed: it must be {VERSION}"
+        )
     _check_belongs(saved.get("belongs_to"), belongs)
     state = rebuilt_state(template, content, "state")
     check_matrices(state, "state")
@@ -74,7 +76,7 @@ def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) ->
 
 def _check_belongs(found: Any, wanted: Mapping[str, Any]) -> None:
     if not isinstance(found, dict) or set(found) != set(wanted):
-        raise ValueError(f"belongs_to must have the fields {', '.join(wanted)}")
+        raise ValueError(f"state: belongs_to must have the fields {', '.join(wanted)}")
     for key, value in wanted.items():
         other = found[key]
         number = isinstance(other, int | float) and not isinstance(other, bool)
