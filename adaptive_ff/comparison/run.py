@@ -12,7 +12,7 @@ from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
-from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from adaptive_ff.simulation.loop import CompiledRun, run_plain, start_position
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
 from controllers.arrays import NDArray
@@ -129,6 +129,7 @@ def simulate(
     name: str | None = None,
     course: Course | None = None,
     progress: Callable[[float], None] | None = None,
+    uncertain: bool = True,
 ) -> Run:
     """Run one controller in the closed loop.
 
@@ -146,6 +147,8 @@ def simulate(
         What :func:`lay_course` returns for the scenario, where several controllers share it.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
+    uncertain : bool, optional
+        Whether to note how uncertain the estimates are along the run, for controllers that know.
 
     Returns
     -------
@@ -167,26 +170,51 @@ def simulate(
         )
     course = lay_course(scenario) if course is None else course
     own = not isinstance(controller, Controller)
-    block, state = (own_controller(controller), None) if own else (controller.parameters, controller.state)
-    names = block.estimate_names if own else controller.estimate_names
+    block = own_controller(controller) if own else controller
+    names = block.estimate_names
     watched = () if own else controller.monitor_names
     record = empty_record(course, len(names), len(watched))
-    run = run_plain if own else run_compiled
-    position = start_position(course)
-    count = course.noise.size
-    unsure = not own and hasattr(controller, "uncertainties")
-    part = min(PART, max(1, count // MARKS)) if unsure else PART
-    marks: list[tuple[int, dict[str, float]]] = []
-    while position.sample < count:
-        stop = min(position.sample + part, count)
-        state, position = run(block, state, course, position, stop, record)
-        if not own:
-            controller.state = state
-        if unsure:
-            marks.append((stop - 1, controller.uncertainties))
-        if progress is not None:
-            progress(stop / count)
+    if own:
+        marks = _run_own(block, course, record, progress)
+    else:
+        marks = _run_registered(controller, course, record, progress, uncertain)
     return _finished(name or type(controller).__name__, scenario, course, record, names, watched, marks)
+
+
+def _run_own(
+    block: Any, course: Course, record: Record, progress: Callable[[float], None] | None
+) -> list[tuple[int, dict[str, float]]]:
+    """Run an own controller in plain Python; of what it is sure nobody knows."""
+    position, count = start_position(course), course.noise.size
+    while position.sample < count:
+        _, position = run_plain(block, None, course, position, min(position.sample + PART, count), record)
+        if progress is not None:
+            progress(position.sample / count)
+    return []
+
+
+def _run_registered(
+    controller: Controller,
+    course: Course,
+    record: Record,
+    progress: Callable[[float], None] | None,
+    uncertain: bool,
+) -> list[tuple[int, dict[str, float]]]:
+    """Run a registered controller, compiled, and return the uncertainty of its estimates by sample where asked for."""
+    position, count = start_position(course), course.noise.size
+    noted = uncertain and hasattr(controller, "uncertainties")
+    part = min(PART, max(1, count // MARKS)) if noted else PART
+    marks: list[tuple[int, dict[str, float]]] = []
+    run = CompiledRun(controller.parameters, controller.state)
+    while position.sample < count:
+        position = run.advance(course, position, min(position.sample + part, count), record)
+        if noted:
+            controller.state = run.state
+            marks.append((position.sample - 1, controller.uncertainties))  # type: ignore[attr-defined]
+        if progress is not None:
+            progress(position.sample / count)
+    controller.state = run.state
+    return marks
 
 
 def _finished(

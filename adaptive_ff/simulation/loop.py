@@ -196,13 +196,36 @@ run_in_memory = compiled_in_place(run_plain)
 """The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing."""
 
 
+class CompiledRun:
+    """A controller in memory that runs the loop compiled, part by part.
+
+    Parameters
+    ----------
+    block, state : NamedTuple
+        Parameters and state of the controller.
+    """
+
+    def __init__(self, block: Any, state: Any) -> None:
+        self._native = Native(block, state)
+
+    @property
+    def state(self) -> Any:
+        """State of the controller now."""
+        return self._native.state
+
+    def advance(self, course: Course, position: Position, stop: int, record: Record) -> Position:
+        """Run the loop as :func:`run_plain` does and return where it has come to."""
+        _, position = run_in_memory(self._native.block, 0, course, position, stop, record)
+        return position
+
+
 def run_compiled(
     block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
     """Run the loop as :func:`run_plain` does, compiled: once for a kind of joint, once for a kind of controller."""
-    native = Native(block, state)
-    _, position = run_in_memory(native.block, 0, course, position, stop, record)
-    return native.state, position
+    run = CompiledRun(block, state)
+    position = run.advance(course, position, stop, record)
+    return run.state, position
 
 
 def start_position(course: Course, velocity: float | None = None) -> Position:
