@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from adaptive_ff.cli.cluster import Scheduler, workers
 from adaptive_ff.cli.options import Formats, JsonCopy, OwnControllers, Report, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
@@ -41,9 +42,13 @@ def matrix_command(
     json: JsonCopy = None,
     formats: Formats = "png",
     report: Report = False,
+    scheduler: Scheduler = None,
 ) -> None:
     """Run controllers on all scenarios of the package over several seeds, and say who wins where."""
-    run_and_print(own, only, controller or list(SHOWN), seeds, fastest, out, json, None, formats=formats, report=report)
+    chosen = controller or list(SHOWN)
+    run_and_print(
+        own, only, chosen, seeds, fastest, out, json, None, formats=formats, report=report, scheduler=scheduler
+    )
 
 
 def run_and_print(
@@ -58,6 +63,7 @@ def run_and_print(
     *,
     formats: str = "png",
     report: bool = False,
+    scheduler: str | None = None,
 ) -> "Results":
     """Run the matrix, print its tables, write its files, and return all figures."""
     from adaptive_ff.comparison.comparison import BASELINE
@@ -83,13 +89,14 @@ def run_and_print(
     jobs = [Job(scenario, seed, fast) for fast in loops for scenario in scenarios for seed in range(1, seeds + 1)]
     errors = error_console()
     announce_compilation(errors, run_in_memory)
-    with progress_bars(errors) as progress:
+    with workers(scheduler) as executor, progress_bars(errors) as progress:
         task = progress.add_task("runs", total=1.0)
         results = run_matrix(
             jobs,
             list(dict.fromkeys([BASELINE, *chosen])),
             out,
             own=mine,
+            executor=executor,
             progress=lambda share: progress.update(task, completed=share),
         )
     parts = by_loop(results)

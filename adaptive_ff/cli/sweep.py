@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from adaptive_ff.cli.cluster import Scheduler, workers
 from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, Report, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
@@ -22,6 +23,7 @@ def sweep_command(
     json: JsonCopy = None,
     formats: Formats = "png",
     report: Report = False,
+    scheduler: Scheduler = None,
 ) -> None:
     """Draw joints at random, and show how pi, oracle, adaptive and own controllers fare on them."""
     from rich.table import Table
@@ -41,7 +43,7 @@ def sweep_command(
     errors = error_console()
     mine = named_own(own or [])
     loaded = load_scenario(scenario)
-    with places(out, json) as (stage, beside):
+    with places(out, json) as (stage, beside), workers(scheduler) as executor:
         announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
             task = progress.add_task("joints", total=1.0)
@@ -51,6 +53,7 @@ def sweep_command(
                 seed,
                 own=mine,
                 folder=out,
+                executor=executor,
                 progress=lambda share: progress.update(task, completed=share),
             )
         result = summary(outcomes, seed)

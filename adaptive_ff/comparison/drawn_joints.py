@@ -141,10 +141,12 @@ def run_draw(scenario: Scenario, seed: int, draw: int, own: Mapping[str, Own] | 
     except InputError as error:
         return Outcome(draw, {}, str(error))
     course = lay_course(drawn)
-    metrics = {name: simulate(drawn, name, course=course).metrics for name in CONTROLLERS}
+    metrics = {name: simulate(drawn, name, course=course, uncertain=False).metrics for name in CONTROLLERS}
     for name, one in (own or {}).items():
         with suppress(ArithmeticError):  # an own controller may fail on a joint; it then has no figures there
-            metrics[name] = simulate(drawn, make_own(name, one, drawn), name=name, course=course).metrics
+            metrics[name] = simulate(
+                drawn, make_own(name, one, drawn), name=name, course=course, uncertain=False
+            ).metrics
     return Outcome(draw, metrics, fall=fall_over_gain(drawn))
 
 

@@ -125,6 +125,7 @@ def simulate(
     name: str | None = None,
     course: Course | None = None,
     progress: Callable[[float], None] | None = None,
+    uncertain: bool = True,
 ) -> Run:
     """Run one controller in the closed loop.
 
@@ -142,6 +143,8 @@ def simulate(
         What :func:`lay_course` returns for the scenario, where several controllers share it.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
+    uncertain : bool, optional
+        Whether to note how uncertain the estimates are along the run, for controllers that know.
 
     Returns
     -------
@@ -164,7 +167,7 @@ def simulate(
         )
     course = lay_course(scenario) if course is None else course
     marks: list[tuple[int, dict[str, float]]] = []
-    if isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
+    if uncertain and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
 
         def note(sample: int) -> None:
             marks.append((sample, controller.uncertainties))

@@ -5,8 +5,9 @@ from typing import Any
 
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import Course, Record, empty_record
-from adaptive_ff.simulation.loop import run_compiled, run_plain, start_position
+from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
 from controllers import Controller
+from controllers.compiled import compiles
 
 PART = 20_000
 """Samples between two reports of progress."""
@@ -42,22 +43,29 @@ def drive_over(
     names, watched : tuple of str
         Names of the estimates and of the monitors in it.
     """
-    own = not isinstance(controller, Controller)
-    block, state = (own_controller(controller), None) if own else (controller.parameters, controller.state)
-    names = block.estimate_names if own else controller.estimate_names
-    watched = () if own else controller.monitor_names
+    registered = isinstance(controller, Controller)
+    compiled = registered and compiles()
+    block, state = _running(controller, registered, compiled)
+    names = (controller if registered else block).estimate_names
+    watched = controller.monitor_names if registered else ()
     record = empty_record(course, len(names), len(watched))
-    run = run_plain if own else run_compiled
-    position = start_position(course)
-    count = course.noise.size
+    run = run_in_memory if compiled else run_plain
+    position, count = start_position(course), course.noise.size
     part = min(PART, max(1, count // parts))
     while position.sample < count:
         stop = min(position.sample + part, count)
         state, position = run(block, state, course, position, stop, record)
-        if not own:
+        if registered and not compiled:
             controller.state = state
         if note is not None:
             note(stop - 1)
         if progress is not None:
             progress(stop / count)
     return record, names, watched
+
+
+def _running(controller: Any, registered: bool, compiled: bool) -> tuple[Any, Any]:
+    """Return what the loop takes for parameters and state: compiled, the state stays with the controller."""
+    if not registered:
+        return own_controller(controller), None
+    return (controller.native, 0) if compiled else (controller.parameters, controller.state)

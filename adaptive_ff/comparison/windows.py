@@ -138,7 +138,7 @@ def run_errors(scenario: Scenario, controller: Any, *, draws: int = DRAWS) -> Er
         parts = _parts(scenario, course.reference) if parts is None else parts
         made = make_controller(scenario, controller) if isinstance(controller, str) else controller(scenario)
         try:
-            run = simulate(scenario, made, course=course)
+            run = simulate(scenario, made, course=course, uncertain=False)
         except ArithmeticError:
             squares.append(np.full(len(parts), np.inf))
             continue

@@ -68,7 +68,7 @@ def run_cell(
     own = own or {}
     scenario = cell_scenario(name, seed, fastest)
     course = lay_course(scenario)
-    pi = simulate(scenario, BASELINE, course=course)
+    pi = simulate(scenario, BASELINE, course=course, uncertain=False)
     base = windows(pi)
     found: dict[str, Figures] = {}
     for controller in controllers:
@@ -79,7 +79,7 @@ def run_cell(
                 run = pi
             else:
                 made = make_controller(scenario, controller, own)
-                run = simulate(scenario, made, name=controller, course=course)
+                run = simulate(scenario, made, name=controller, course=course, uncertain=False)
         except ArithmeticError:
             found[controller] = {}
         except ValueError:

@@ -23,13 +23,13 @@ def test_series_is_computed_once_for_a_key_and_is_read_only():
 
 
 def test_oldest_goes_where_room_is_short_and_what_is_too_long_is_not_kept():
-    shared = SharedSeries(room=100)
+    shared = SharedSeries(room=90)
     for name in "ab":
         shared.get(name, lambda: np.zeros(6))
     assert shared.get("b", lambda: np.ones(6))[0] == 0.0
     assert shared.get("a", lambda: np.ones(6))[0] == 1.0
-    shared.get("long", lambda: np.zeros(13))
-    assert shared.get("long", lambda: np.ones(13))[0] == 1.0
+    shared.get("long", lambda: np.zeros(12))
+    assert shared.get("long", lambda: np.ones(12))[0] == 1.0
 
 
 def test_reference_is_computed_once_and_handed_out_as_a_copy(monkeypatch):

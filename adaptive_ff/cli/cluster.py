@@ -1,0 +1,45 @@
+"""Option ``--scheduler``: runs go to the workers of a Dask cluster instead of the cores of this machine."""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from typing import Annotated
+
+import typer
+
+from adaptive_ff.errors import InputError
+
+PATIENCE = 20
+"""Time after which a scheduler that does not answer is given up, s."""
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(help="Address of a Dask scheduler, such as tcp://host:8786, whose workers do the runs."),
+]
+
+
+@contextmanager
+def workers(scheduler: str | None) -> Iterator[Executor | None]:
+    """Yield the executor of the cluster at an address; None, which stands for processes here, without one.
+
+    Raises
+    ------
+    InputError
+        The extra ``cluster`` is not installed, or no scheduler answers.
+    """
+    if scheduler is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(f"--scheduler = {scheduler} needs the extra: pip install 'adaptive-ff[cluster]'") from error
+    try:
+        client = Client(scheduler, timeout=PATIENCE)
+    except (OSError, ValueError, TypeError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(
+            f"--scheduler = {scheduler} is not allowed: it must be the address of a running Dask scheduler ({reason})"
+        ) from error
+    with client:
+        yield client.get_executor()
