@@ -58,14 +58,14 @@ def initial_guard() -> Guard:
 
 @register_jitable(forceinline=True)
 def within(value: float, bound: float) -> bool:
-    """Tell whether a value is a number and at most as large as a bound."""
-    return abs(value) <= bound
+    """Tell whether a value is a finite number and at most as large as a bound."""
+    return math.isfinite(value) and abs(value) <= bound
 
 
 @register_jitable(forceinline=True)
 def absurd(value: float, bound: float) -> bool:
-    """Tell whether a value that may be unknown, then not a number, is beyond a bound."""
-    return abs(value) > bound
+    """Tell whether a value that may be unknown, then not a number, is infinite or beyond a bound."""
+    return not math.isnan(value) and not within(value, bound)
 
 
 @register_jitable(forceinline=True)
@@ -104,13 +104,13 @@ def checked_inputs(
         following, faults = math.nan, 1
     if not within(correction, LARGEST_VELOCITY):
         correction, faults = 0.0, 1
-    if not within(known, torque) or math.isinf(known):
+    if not within(known, torque):
         known, faults = guard.feedforward, 1
-    if absurd(realised, torque) or math.isinf(realised):
+    if absurd(realised, torque):
         realised, faults = math.nan, 1
     if absurd(position, LARGEST_POSITION):
         position, faults = math.nan, 1
-    if given <= least or absurd(given, most) or math.isinf(given):
+    if given <= least or absurd(given, most):
         given, faults = math.nan, 1
     if not LEAST_TIME * period <= duration <= MOST_TIME * period:
         duration, faults = period, 1

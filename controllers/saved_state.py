@@ -90,7 +90,7 @@ def check_matrices(value: Any, where: str) -> None:
     for key, item in value._asdict().items():
         if hasattr(item, "_asdict"):
             check_matrices(item, f"{where}.{key}")
-        elif key in MATRICES:
+        elif key in MATRICES and np.ndim(item) == 2:
             try:
                 np.linalg.cholesky(item)
                 sound = bool(np.allclose(item, item.T, rtol=SAME, atol=0.0))
