@@ -63,8 +63,8 @@ def structure(value: Any) -> Hashable:
     if isinstance(value, np.ndarray):
         flags = value.flags
         return (value.dtype.str, value.ndim, flags.writeable, flags.aligned, flags.c_contiguous, flags.f_contiguous)
-    kind: Hashable = type(value)
-    return kind
+    kind: Any = type(value)
+    return (kind,)
 
 
 _FORMS: dict[Hashable, tuple[int, struct.Struct]] = {}
