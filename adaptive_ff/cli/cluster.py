@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -31,11 +31,12 @@ def workers(scheduler: str | None) -> Iterator[Executor | None]:
         yield None
         return
     try:
-        from distributed import Client
+        import distributed
     except ImportError as error:
         raise InputError(f"--scheduler = {scheduler} needs the extra: pip install 'adaptive-ff[cluster]'") from error
     try:
-        client = Client(scheduler, timeout=PATIENCE)
+        make: Any = distributed.Client
+        client = make(scheduler, timeout=PATIENCE)
     except (OSError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(

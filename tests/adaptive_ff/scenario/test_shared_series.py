@@ -60,6 +60,7 @@ def test_reference_is_another_one_where_what_it_depends_on_differs(change):
 
 
 def test_reference_too_fast_for_one_sampling_is_still_refused_after_another():
-    scenario = load_scenario().modified(duration=3.0, reference={"frequencies": [4.0], "amplitudes": [1.0]})
+    wave = {"frequencies": [4.0], "amplitudes": [1.0]}
+    scenario = load_scenario().modified(duration=3.0, reference=wave, feedback={"bandwidth": 1.0})
     with pytest.raises(InputError, match="lie between the samples"):
         scenario.modified(sampling={"period": 0.1})
