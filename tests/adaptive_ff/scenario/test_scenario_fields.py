@@ -66,6 +66,7 @@ NUMBERS = [
     *NOT_NEGATIVE,
     *("joint.link_share", "joint.exponent", "joint.gravity_phase", "change.0.load"),
     *("reference.positions.0", "reference.distance", "reference.velocities.0"),
+    *("reference.cosines.0", "reference.sines.0"),
     *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
 ]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
@@ -103,7 +104,7 @@ OTHERS = [
     "velocity.method",
     "adaptation.identify",
 ]
-KINDS = "'multisine', 'csv', 'point_to_point', 'triangle' or 'staircase'"
+KINDS = "'multisine', 'csv', 'point_to_point', 'triangle', 'staircase' or 'fourier'"
 REQUIRED = [
     *("joint", "feedback", "adaptation", "reference.path"),
     *(f"joint.{name}" for name in ("inertia", "coulomb", "stiction", "viscous", "stribeck_velocity")),
@@ -186,6 +187,8 @@ def complete(path=""):
         content["reference"] = {"kind": kind, **({"distance": 0.2} if kind == "point_to_point" else {})}
     if path.startswith("reference.positions"):
         content["reference"] = {"kind": "point_to_point", "positions": [0.2, 0.1]}
+    if path.startswith(("reference.cosines", "reference.sines")):
+        content["reference"] = {"kind": "fourier", "period": 5.0, "cosines": [0.0, 0.0], "sines": [0.2, 0.1]}
     if path.startswith("reference.velocities"):
         content["reference"] = {"kind": "staircase", "velocities": [0.2, 0.1]}
     if path in TEXTS[1:]:
@@ -239,7 +242,8 @@ def test_value_that_is_no_finite_number_is_refused(tmp_path, path, value):
     message = refusal(tmp_path, changed(complete(path), path, value))
     shown = repr(value)[:50]
     assert message.startswith(f"{path} = {shown}")
-    assert message.endswith(("is not allowed: it must be a finite number", "it must be positive"))
+    endings = "a finite number", "positive", "a positive and finite number of Hz, or 'auto'"
+    assert message.endswith(tuple(f"is not allowed: it must be {ending}" for ending in endings))
 
 
 @pytest.mark.parametrize("path", POSITIVE)
