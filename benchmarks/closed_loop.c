@@ -120,16 +120,30 @@ static double model_friction(const struct model *m, double speed) {
     return m->friction.coulomb * (1.0 - share) + m->friction.stiction * share + m->friction.viscous * speed;
 }
 
-#define HELD 0.8 /* share of the Coulomb friction that is held at rest */
+#define HELD 0.8   /* share of the Coulomb friction that is held where the plan comes to rest */
+#define FADING 0.8 /* time constant with which it fades, s */
+
+/* Integral of the friction while the reference rests. */
+static double resting_friction(const struct model *m, double *friction, double duration) {
+    double bound = HELD * m->friction.coulomb, held = fmin(fmax(*friction, -bound), bound), excess = *friction - held;
+    double faded = -expm1(-duration / FADING), integral = held * FADING * faded;
+    *friction = held * (1.0 - faded);
+    if (m->friction_lag > 0.0) {
+        double settled = -expm1(-duration / m->friction_lag);
+        integral += excess * m->friction_lag * settled;
+        *friction += excess * (1.0 - settled);
+    }
+    return integral;
+}
 
 /* Integral of the lagged friction over a motion that does not reverse. */
 static double one_way_friction(const struct model *m, double *friction, double start, double end, double duration) {
-    double direction = start + end, held = HELD * m->friction.coulomb, lag = m->friction_lag;
-    double first = fmin(fmax(*friction, -held), held), last = first; /* of the last direction, while the plan rests */
-    if (direction != 0.0) {
-        first = copysign(model_friction(m, fabs(start)), direction);
-        last = copysign(model_friction(m, fabs(end)), direction);
+    double direction = start + end, lag = m->friction_lag;
+    if (direction == 0.0) {
+        return resting_friction(m, friction, duration);
     }
+    double first = copysign(model_friction(m, fabs(start)), direction);
+    double last = copysign(model_friction(m, fabs(end)), direction);
     if (lag <= 0.0 || duration <= 0.0) {
         *friction = last;
         return 0.5 * (first + last) * duration;

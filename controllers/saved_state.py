@@ -20,6 +20,9 @@ VERSION = 2
 SAME = 1e-9
 """Relative difference up to which two numbers are the same."""
 
+LARGEST = 1e20
+"""Numbers beyond that no state holds; a recursion over them would overflow."""
+
 MATRICES = ("information", "covariance")
 """Names of arrays that must be symmetric and positive definite."""
 
@@ -70,6 +73,7 @@ def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) ->
         )
     _check_belongs(saved.get("belongs_to"), belongs)
     state = rebuilt_state(template, content, "state")
+    check_sizes(state, "state")
     check_matrices(state, "state")
     return state
 
@@ -83,6 +87,15 @@ def _check_belongs(found: Any, wanted: Mapping[str, Any]) -> None:
         same = math.isclose(other, value, rel_tol=SAME) if number and isinstance(value, float) else other == value
         if not same:
             raise ValueError(f"{key} = {str(other)[:80]} is not allowed: this controller has {value}")
+
+
+def check_sizes(value: Any, where: str) -> None:
+    """Raise ``ValueError`` where a number of a state (a named tuple) is beyond what a state can hold."""
+    for key, item in value._asdict().items():
+        if hasattr(item, "_asdict"):
+            check_sizes(item, f"{where}.{key}")
+        elif np.any(np.abs(np.asarray(item, dtype=np.float64)) > LARGEST):
+            raise ValueError(f"{where}.{key} is not allowed: its numbers must be at most {LARGEST:g}")
 
 
 def check_matrices(value: Any, where: str) -> None:

@@ -109,6 +109,11 @@ class CanudasMeasuredParameters(NamedTuple):
 
     adaptation: CanudasParameters
 
+    @property
+    def feedback(self) -> PIParameters:
+        """The PI loop."""
+        return self.adaptation.feedback
+
 
 class CanudasState(NamedTuple):
     """State of the controller.

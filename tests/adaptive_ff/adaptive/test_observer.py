@@ -29,7 +29,7 @@ def observed(torques, velocities, references, observer=OBSERVER):
     """States while the drive gives torques; velocity and reference have one value more, of the start."""
     state, states = start_observer(initial_observer(FEEDBACK), references[0], velocities[0]), []
     for torque, reference, velocity in zip(torques, references[1:], velocities[1:], strict=True):
-        state = observe(observer, state, FEEDBACK, torque, INERTIA, reference, velocity, PERIOD)
+        state = observe(observer, state, FEEDBACK, torque, INERTIA, reference, velocity, False, PERIOD)
         states.append(state)
     return states
 
@@ -52,8 +52,17 @@ def test_what_was_fed_forward_is_not_observed():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.1)
     for _ in range(50):
         state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0)
-        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.1, PERIOD)
+        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.1, False, PERIOD)
     assert state.disturbance == pytest.approx(0.0, abs=1e-12)
+
+
+def test_while_the_plan_rests_what_was_observed_is_held():
+    state = observed(np.full(100, 25.0), np.full(101, 0.1), np.full(101, 0.1))[-1]
+    for torque in (50.0, -400.0, 0.0):  # a stuck joint answers to none of these
+        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, True, PERIOD)
+        assert (held.disturbance, held.squared) == (state.disturbance, state.squared)
+        assert held.predicted_squared == state.predicted_squared
+        state = held
 
 
 def test_joint_at_rest_and_repeated_values_tell_nothing_of_noise():

@@ -9,8 +9,8 @@ from scenario_files import changed, short, write_scenario
 
 import controllers
 from adaptive_ff import Comparison, files
+from adaptive_ff.cli.terminal import Printer
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.report import comparison_tables
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -85,7 +85,7 @@ def test_gains_that_the_controller_cannot_work_with(tmp_path, refused):
 
 
 def test_simulation_that_does_not_stay_finite(tmp_path, refused):
-    write_scenario(tmp_path, changed({**short(), "actuator": {}}, "sensor.velocity_noise", 1e300))
+    write_scenario(tmp_path, {**short(), "actuator": {}, "change": [{"time": 0.2, "load": 1e300}]})
     assert refused("compare", "scenario.toml", "--out", "new").startswith(
         "scenario.toml: the simulation fails: the run"
     )
@@ -157,7 +157,7 @@ def test_disk_that_is_full_when_the_copy_is_written(tmp_path, scenario, refused,
 
 
 def test_terminal_that_takes_no_more(tmp_path, scenario, without_pictures):
-    with patch.object(comparison_tables, "tracking_table", fail):
+    with patch.object(Printer, "show", fail):
         line = refusal("compare", scenario, "--out", tmp_path / "out")
     assert line == "adaptive-ff: [Errno 28] No space left on device"
 

@@ -93,7 +93,7 @@ def test_one_absurd_value_is_forgotten(field, value):
 
 def test_absurd_inputs_are_counted_and_a_long_loss_is_told():
     controller = make("adaptive")
-    controller.step(0.1, 0.1)
+    controller.step(0.2, 0.1)
     assert (controller.rejected, controller.faults, controller.fault) == (0, 0, False)
     controller.step(0.1, 1e306, realised_torque=1e160)
     assert (controller.rejected, controller.faults, controller.fault) == (1, 1, False)

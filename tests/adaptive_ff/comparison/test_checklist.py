@@ -228,10 +228,10 @@ def test_switched_off_it_keeps_its_estimates_and_feeds_them_forward(name):
 @pytest.mark.parametrize("part", [1, 137])
 def test_parts_of_a_run_make_no_difference(name, part, monkeypatch):
     saturated = SHORT.modified(actuator={"torque_limit": 80.0})
-    whole = simulate(saturated, name)
-    monkeypatch.setattr(importlib.import_module("adaptive_ff.comparison.run"), "PART", part)
+    whole = simulate(saturated, name, uncertain=False)
+    monkeypatch.setattr(importlib.import_module("adaptive_ff.comparison.running"), "PART", part)
     shares = []
-    parts = simulate(saturated, name, progress=shares.append)
+    parts = simulate(saturated, name, progress=shares.append, uncertain=False)
     assert len(shares) == math.ceil(SHORT.samples / part)
     assert shares[-1] == 1.0
     assert np.array_equal(parts.torque, whole.torque)

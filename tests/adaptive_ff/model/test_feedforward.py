@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.model.feedforward import (
+    FADING,
     HELD,
     FeedforwardState,
     exchange_model,
@@ -126,10 +127,15 @@ def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, dir
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
     torque, state = step_feedforward(model, begin, 0.0, 0.0, PERIOD)
     decay = math.exp(-PERIOD / lag) if lag else 0.0
-    assert direction * state.friction == pytest.approx(held + 12.0 * decay, abs=1e-12)
-    assert direction * torque == pytest.approx(held + 12.0 * lag * (1.0 - decay) / PERIOD, abs=1e-12)
-    little = step_feedforward(model, FeedforwardState(direction * 5.0, 0.0, True), 0.0, 0.0, PERIOD)
-    assert little[0] == pytest.approx(direction * 5.0)  # no more than there was
+    fading = held * PERIOD / FADING  # over a period, to first order
+    assert direction * state.friction == pytest.approx(held + 12.0 * decay, abs=1.1 * fading)
+    assert direction * torque == pytest.approx(held + 12.0 * lag * (1.0 - decay) / PERIOD, abs=0.6 * fading)
+    assert abs(torque) < held + 12.0 * lag * (1.0 - decay) / PERIOD
+    for _ in range(round(3.0 * FADING / PERIOD)):
+        torque, state = step_feedforward(model, state, 0.0, 0.0, PERIOD)
+    assert direction * torque == pytest.approx(held * math.exp(-3.0), rel=0.15)
+    little, _ = step_feedforward(model, FeedforwardState(direction * 5.0, 0.0, True), 0.0, 0.0, PERIOD)
+    assert direction * little == pytest.approx(5.0, rel=0.02)  # no more than there was
 
 
 def test_without_preview_the_last_slope_of_the_reference_is_continued():

@@ -20,20 +20,21 @@ def test_pictures_are_written(replayed, tmp_path):
 
 
 def test_needed_torque_and_each_feedforward_are_drawn(replayed):
-    whole, near, left = replayed.plot()["replay"].axes
-    assert len(whole.lines) == len(near.lines) == 3  # needed, fixed, adaptive
-    assert len(left.lines) == 2
+    whole, *others = replayed.plot()["replay"].axes
+    near, left = others[:2], others[2:]  # fixed and adaptive each
+    assert [len(axes.lines) for axes in (whole, *near, *left)] == [1, 2, 2, 1, 1]
+    assert left[0].get_ylim() == left[1].get_ylim()
     low, high = replayed.series.needed
     drawn = whole.lines[0].get_ydata()
     assert drawn.min() == pytest.approx(np.nanmin(low))
     assert drawn.max() == pytest.approx(np.nanmax(high))
-    assert whole.get_ylabel() == "log: torque and feedforward (N m), band 20 Hz"
+    assert whole.get_ylabel() == "log: torque that was needed (N m), band 20 Hz; shaded: the close-up"
 
 
 def test_estimates_are_drawn_with_their_units(replayed):
     panels = replayed.plot()["estimates"].axes
     labels = [axes.get_ylabel() for axes in panels]
-    assert labels[0] == "inertia (kg m²)"
+    assert labels[0] == "log: inertia (kg m²)"
     assert labels[-1] == "offset (N m)"
     assert panels[1].lines[0].get_ydata()[-1] == pytest.approx(replayed.estimates["adaptive"]["coulomb"])
 
