@@ -53,7 +53,7 @@ def _added(selection: Selection, term: str, name: str) -> Reported | None:
 
 def _is_apart(estimate: Estimate, name: str) -> bool:
     """Tell whether an interval does not hold zero, and is on the side where the parameter can be."""
-    return estimate.lower > 0.0 or (name in SIGNED and estimate.upper < 0.0)
+    return bool(estimate.lower > 0.0 or (name in SIGNED and estimate.upper < 0.0))
 
 
 def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
