@@ -98,7 +98,10 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
 
 @register_jitable(forceinline=True)
 def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
-    """Return the inputs as the model is to see them: of a doubtful sample nothing measured, of a leap the last plan."""
+    """Return the inputs as the model is to see them: of a doubtful sample no motion, of a leap the last plan.
+
+    The torque of the drive stays: without it the filters would take what the feedback asked for, without a limit.
+    """
     if not doubt.doubted:
         return inputs
     return Inputs(
@@ -107,7 +110,7 @@ def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
         doubt.reference if doubt.leapt else inputs.next_reference,
         0.0,
         inputs.position,
-        math.nan,
+        inputs.realised_torque,
         inputs.feedforward,
         inputs.inertia,
         inputs.dt,
