@@ -22,7 +22,7 @@ from numba.extending import register_jitable
 from adaptive_ff.model.friction import TorqueModel, directed_friction, friction_parts
 
 HELD = 0.8
-"""Share of the Coulomb friction that is held where the plan comes to rest; with all of it noise would push the joint."""
+"""Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
 
 
 FADING = 0.8
