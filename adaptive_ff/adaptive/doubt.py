@@ -14,7 +14,10 @@ from numba.extending import register_jitable
 from controllers import Guard, Inputs
 
 TOO_FAST = 10.0
-"""A velocity or a plan this many times the largest speed of the plan so far is doubted ..."""
+"""A plan this many times the largest speed of the plan so far is doubted, so is a correction of it, ..."""
+
+TOO_FAST_TO_BE_TRUE = 100.0
+"""... a velocity this many times that speed: joints on steep Stribeck curves do leap, and then there is much to learn ..."""
 
 TOO_STRONG = 100.0
 """... and a torque this many times the largest one so far, or what the feedback answers to such a speed."""
@@ -86,7 +89,8 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
     speed = max(before.speed * math.exp(-inputs.dt / FADING), abs(inputs.reference))
     doubted = guard.faults > state.feedback.guard.faults
     doubted = doubted or not LATE * inputs.dt >= block.period or not inputs.dt <= LATE * block.period
-    doubted = doubted or abs(inputs.velocity) > TOO_FAST * possible or abs(inputs.correction) > TOO_FAST * possible
+    doubted = doubted or abs(inputs.velocity) > TOO_FAST_TO_BE_TRUE * possible
+    doubted = doubted or abs(inputs.correction) > TOO_FAST * possible
     doubted = doubted or abs(inputs.realised_torque) > strongest or abs(inputs.feedforward) > strongest
     reference, leapt = inputs.reference, leaps(inputs.reference, possible) or leaps(inputs.next_reference, possible)
     if leapt:
