@@ -17,7 +17,7 @@ TOO_FAST = 10.0
 """A plan this many times the largest speed of the plan so far is doubted, so is a correction of it, ..."""
 
 TOO_FAST_TO_BE_TRUE = 100.0
-"""... a velocity this many times that speed: joints on steep Stribeck curves do leap, and then there is much to learn ..."""
+"""... a velocity this many times that speed (joints on steep Stribeck curves do leap, and teach much by it) ..."""
 
 TOO_STRONG = 100.0
 """... and a torque this many times the largest one so far, or what the feedback answers to such a speed."""
