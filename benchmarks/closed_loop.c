@@ -121,7 +121,7 @@ static double model_friction(const struct model *m, double speed) {
 }
 
 #define HELD 0.8   /* share of the Coulomb friction that is held where the plan comes to rest */
-#define FADING 0.8 /* time constant with which it fades, s */
+#define FADING 0.6 /* time constant with which it fades, s */
 
 /* Integral of the friction while the reference rests. */
 static double resting_friction(const struct model *m, double *friction, double duration) {

@@ -25,7 +25,7 @@ HELD = 0.8
 """Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
 
 
-FADING = 0.8
+FADING = 0.6
 """Time constant with which that fades, s: a real drive at rest gives less and less (replays of the KUKA KR300)."""
 
 
