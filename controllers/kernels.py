@@ -68,10 +68,10 @@ def planned_inputs(
 
 
 @register_jitable
-def _changed(inputs: Inputs, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
+def _changed(inputs: Inputs, reference: float, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
     # the one place that lists all fields: compiled code knows no ``_replace``
     return Inputs(
-        inputs.reference,
+        reference,
         velocity,
         inputs.next_reference,
         inputs.correction,
@@ -86,35 +86,25 @@ def _changed(inputs: Inputs, velocity: float, realised_torque: float, feedforwar
 @register_jitable
 def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
     """Return the inputs with a torque (N m) added to their feedforward."""
-    return _changed(inputs, inputs.velocity, inputs.realised_torque, inputs.feedforward + torque)
+    return _changed(inputs, inputs.reference, inputs.velocity, inputs.realised_torque, inputs.feedforward + torque)
 
 
 @register_jitable
 def with_reference(inputs: Inputs, reference: float) -> Inputs:
     """Return the inputs with another planned velocity (rad/s) now."""
-    return Inputs(
-        reference,
-        inputs.velocity,
-        inputs.next_reference,
-        inputs.correction,
-        inputs.position,
-        inputs.realised_torque,
-        inputs.feedforward,
-        inputs.inertia,
-        inputs.dt,
-    )
+    return _changed(inputs, reference, inputs.velocity, inputs.realised_torque, inputs.feedforward)
 
 
 @register_jitable
 def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
     """Return the inputs with another velocity (rad/s) in the place of the measured one."""
-    return _changed(inputs, velocity, inputs.realised_torque, inputs.feedforward)
+    return _changed(inputs, inputs.reference, velocity, inputs.realised_torque, inputs.feedforward)
 
 
 @register_jitable
 def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
     """Return the inputs with a mean torque (N m) that the drive gave over the last period."""
-    return _changed(inputs, inputs.velocity, torque, inputs.feedforward)
+    return _changed(inputs, inputs.reference, inputs.velocity, torque, inputs.feedforward)
 
 
 @register_jitable

@@ -7,7 +7,6 @@ and none hands over the hundred numbers of its state.
 
 import math
 from collections.abc import Callable, Hashable
-from functools import cache
 from typing import Any, NamedTuple
 
 import numba
@@ -52,7 +51,6 @@ def _write_monitors_once(parameters: Any, state: Any, row: Any, count: int) -> N
     write_monitors(load(parameters), load(state), row_at(row, count))
 
 
-@cache
 def _address(function: Callable[..., None], parameters: types.Type, state: types.Type) -> int:
     """Return where the machine code of a function lies that is compiled, or loaded, for types of a controller."""
     pointer: Any = types.CPointer

@@ -380,14 +380,14 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
-    doubt, told = advance_doubt(block, state, inputs, guard), inputs
+    doubt, checked = advance_doubt(block, state, inputs, guard), inputs
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
     period = end_period_in_place(block, state, inputs, inputs.reference, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
     torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade
-    output, feedback = feed_back(block.feedback, feedback, with_feedforward(told, torque), guard)
+    output, feedback = feed_back(block.feedback, feedback, with_feedforward(checked, torque), guard)
     return Output(limited(output.torque, block.command.torque_limit), output.feedforward), AdaptiveState(
         feedback,
         fed.feedforward,

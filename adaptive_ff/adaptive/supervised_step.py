@@ -198,7 +198,7 @@ def step_supervised(
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
-    doubt, told = advance_doubt(block, state, inputs, guard), inputs
+    doubt, checked = advance_doubt(block, state, inputs, guard), inputs
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
     observer, trust = watch(block, state, inputs, doubt)
@@ -218,7 +218,7 @@ def step_supervised(
         observer, change, gain, torque + inputs.feedforward, state.feedback.integral
     )
     feedback = hand_over(block.feedback, state.feedback, leaves)
-    compared = with_reference(told, seen)
+    compared = with_reference(checked, seen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned = max(share, LEAST_TRUST)

@@ -9,7 +9,7 @@ from closed_loops import course_along, make
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.simulation.experiment import empty_record
-from adaptive_ff.simulation.loop import run_in_memory, start_position
+from adaptive_ff.simulation.loop import run_compiled, run_in_memory, run_plain, start_position
 from controllers import PI, ExtendedState
 
 
@@ -65,3 +65,16 @@ def test_the_loop_is_compiled_once_for_controllers_of_all_classes():
         run_in_memory(controller.native, 0, course, start_position(course), course.noise.size, record)
         versions.append(len(run_in_memory.signatures))
     assert versions == [versions[0]] * 3
+
+
+def test_compiled_runs_write_estimates_and_monitors_as_plain_ones_do():
+    course, found = course_along(0.1 * np.sin(0.02 * np.arange(200))), []
+    for run in (run_compiled, run_plain):
+        controller = make("adaptive")
+        record = empty_record(course, len(controller.estimate_names), len(controller.monitor_names))
+        run(controller.parameters, controller.state, course, start_position(course), course.noise.size, record)
+        found.append(record)
+    compiled, plain = found
+    np.testing.assert_array_equal(compiled.estimates, plain.estimates)
+    np.testing.assert_array_equal(compiled.monitors, plain.monitors)
+    assert np.any(compiled.monitors[:, 0] > 0.0)  # trust
