@@ -4,7 +4,7 @@ Every candidate runs on joints that no other benchmark reports, with seeds from 
 friction, lag, noise and reference, at 100 Hz and at 1 kHz. Candidates with an observer take at most the bandwidth that
 a maximum sensitivity of 2 allows. What is compared is the settled rms error (median of the seeds); the last column, its
 ratio to the best candidate of the same controller, geometric mean over the scenarios, decides. The rule found is the
-default in ``adaptive_ff/lineup.py``.
+default in ``adaptive_ff/comparison``.
 """
 
 import math
@@ -21,16 +21,16 @@ from rich.progress import track
 from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario, parse_scenario, simulate
+from adaptive_ff.comparison.observer_bandwidth import balance
 from adaptive_ff.comparison.registry import (
     Maker,
-    balance,
     make_disturbance_observer,
     make_extended_state,
     make_kalman_disturbance,
     make_observed_batch,
     make_observed_nominal,
 )
-from benchmarks.tuning_literature import PERIODIC, literature_candidates
+from benchmarks.tuning_literature import BY_GRADIENT, MADE_FOR, literature_candidates
 from benchmarks.tuning_rivals import candidates
 
 FIRST_SEED = 101
@@ -60,13 +60,31 @@ JOINTS = {
 """What differs from the built-in joint."""
 
 
-def tuning_scenarios() -> dict[str, Scenario]:
-    """Return the scenarios by name; none of them is reported."""
-    return {
+HARD = {
+    "slow, late": {**JOINTS["slow"], "actuator": {"delay": 0.01}, "feedback": {"bandwidth": 5.0}},
+    "heavy, late": {**JOINTS["heavy"], "actuator": {"delay": 0.01}, "feedback": {"bandwidth": 5.0}},
+    "heavy, short of torque": {**JOINTS["heavy"], "actuator": {"torque_limit": 122.0}},
+    "light, soft bristles": {
+        **JOINTS["light"],
+        "joint": {
+            **{"kind": "lugre", "stiffness": 5e3, "inertia": 20.0, "stribeck_velocity": 0.05},
+            **{"coulomb": 25.0, "stiction": 35.0, "viscous": 120.0},
+        },
+    },
+}
+"""Further scenarios at 100 Hz for those that learn by a gradient: a fast one must not lose its stability there."""
+
+
+def tuning_scenarios(name: str = "") -> dict[str, Scenario]:
+    """Return the scenarios by name, those for a controller where one is named; none of them is reported."""
+    common = {
         f"{joint}, {rate}": load_scenario().modified(sampling={"period": period}, **tables)
         for rate, period in RATES.items()
         for joint, tables in JOINTS.items()
     }
+    if name not in BY_GRADIENT:
+        return common
+    return common | {label: load_scenario().modified(**tables) for label, tables in HARD.items()}
 
 
 Rule = Callable[[Scenario, float], object]
@@ -118,14 +136,20 @@ CANDIDATES: dict[str, dict[str, Maker]] = {
 
 
 def searched(name: str, scenario: Scenario) -> Scenario:
-    """Return the scenario that a controller's candidates run on: for repetitive learning along a periodic motion."""
-    return scenario.modified(reference=PERIODIC) if name == "repetitive" else scenario
+    """Return the scenario that a controller's candidates run on: what it was made for, see ``MADE_FOR``."""
+    tables = MADE_FOR.get(name, {})
+    if "kind" in tables.get("joint", {}):
+        tables = {**tables, "joint": {**scenario.joint.model_dump(exclude_unset=True), **tables["joint"]}}
+    return scenario.modified(**tables)
 
 
 def settled_error(name: str, label: str, scenario: str, seed: int) -> float:
-    """Return the settled rms error (rad/s) of a candidate."""
-    course = searched(name, tuning_scenarios()[scenario]).modified(seed=seed)
-    return simulate(course, CANDIDATES[name][label](course), name=name).metrics.rms_error_settled
+    """Return the settled rms error of a candidate: of the velocity (rad/s), behind a position loop of the position."""
+    course = searched(name, tuning_scenarios(name)[scenario]).modified(seed=seed)
+    run = simulate(course, CANDIDATES[name][label](course), name=name)
+    if run.position_metrics is not None:
+        return run.position_metrics.rms_position_error_settled
+    return run.metrics.rms_error_settled
 
 
 def search(name: str, seeds: int, pool: Executor) -> dict[str, list[float]]:
@@ -133,7 +157,7 @@ def search(name: str, seeds: int, pool: Executor) -> dict[str, list[float]]:
     jobs = [
         (name, label, scenario, FIRST_SEED + seed)
         for label in CANDIDATES[name]
-        for scenario in tuning_scenarios()
+        for scenario in tuning_scenarios(name)
         for seed in range(seeds)
     ]
     settled_error(*jobs[0])  # here, so that workers find the controller compiled
@@ -147,7 +171,7 @@ def table_of(name: str, errors: dict[str, list[float]]) -> Table:
     """Return the errors of a controller's candidates, the best one marked."""
     table = Table(title=f"{name}: settled rms error, mrad/s", box=SIMPLE)
     table.add_column("candidate")
-    for heading in (*tuning_scenarios(), "to the best"):
+    for heading in (*tuning_scenarios(name), "to the best"):
         table.add_column(heading, justify="right")
     values = np.array(list(errors.values()))
     ratios = np.exp(np.mean(np.log(values / values.min(axis=0)), axis=1))

@@ -37,6 +37,7 @@ from plant.schedule import (
     FrictionVariation,
     check_factor,
     friction_factor,
+    heated,
     phase_change,
     schedule,
 )
@@ -86,6 +87,7 @@ __all__ = [
     "encoder_reading",
     "friction_factor",
     "gravity_torque",
+    "heated",
     "initial_state",
     "lagged_torque",
     "phase_change",

@@ -1,8 +1,16 @@
-"""Joints that change: suddenly at given times, and their friction with warmth and position, too.
+"""Joints that change: suddenly at given times, and their friction with warmth, position and load, too.
 
 A sudden change may be of friction, inertia, friction lag and load. The changes of all friction are a factor:
 
-    factor(t, q) = jump(t) (1 + excess exp(-t/T)) (1 + amplitude sin(2 pi q / period))
+    factor = jump(t) (1 + excess exp(-t/T)) (1 + amplitude sin(2 pi q / period)) (1 + c |load|) exp(-beta theta)
+
+``load`` is what the gear transmits beside friction and inertia, gravity and the loads of changes. ``theta`` is by how
+much the joint is warmer than its surroundings; friction itself heats it:
+
+    T_h dtheta/dt = R f w - theta
+
+with thermal resistance ``R`` and time constant ``T_h``. Lubricants thin out exponentially over such a range (O.
+Reynolds, 1886). The power is taken as constant over a solver step: first order in its period, like the steps.
 """
 
 import math
@@ -18,6 +26,9 @@ from pydantic import ConfigDict, Field, model_validator
 from plant.change import UNCHANGED, JointChange
 from plant.fields import Finite, NonNegative, Positive, Table
 from plant.kinds import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
+
+LOAD = JointChange._fields.index("load")
+"""Place of the load in a change."""
 
 
 class FrictionChange(Table):
@@ -75,7 +86,7 @@ class FrictionChange(Table):
 
 
 class FrictionVariation(Table):
-    """Friction that drifts as the joint warms up, and varies with its position.
+    """Friction that drifts as the joint warms up, and varies with its position, its load and its own heat.
 
     Parameters
     ----------
@@ -87,6 +98,14 @@ class FrictionVariation(Table):
         Amplitude of the variation with position, as a share of the friction; less than 1.
     position_period : float, optional
         Motion after which it repeats, rad.
+    load_share : float, optional
+        Share by which friction rises for each N m of gravity and of the loads of changes, of either sign, 1/(N m).
+    thermal_resistance : float, optional
+        Warmth that each watt of friction leads to, K/W.
+    thermal_time : float, optional
+        Time constant of heating and cooling, s.
+    thinning : float, optional
+        Relative fall of friction for each kelvin, 1/K.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -95,6 +114,10 @@ class FrictionVariation(Table):
     warm_up_time: Positive = 30.0
     position_amplitude: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, strict=True)] = 0.0
     position_period: Positive = 1.0
+    load_share: NonNegative = 0.0
+    thermal_resistance: NonNegative = 0.0
+    thermal_time: Positive = 60.0
+    thinning: NonNegative = 0.0
 
 
 class FrictionSchedule(NamedTuple):
@@ -118,6 +141,14 @@ class FrictionSchedule(NamedTuple):
         Amplitude of the variation with position.
     waves : float
         Its periods in a radian, times ``2 pi``.
+    load_share : float
+        Share by which friction rises for each N m of load, 1/(N m).
+    resistance : float
+        Thermal resistance, K/W.
+    thermal_time : float
+        Thermal time constant, s.
+    thinning : float
+        Relative fall of friction for each kelvin, 1/K.
     """
 
     starts: NDArray[np.int64]
@@ -128,6 +159,10 @@ class FrictionSchedule(NamedTuple):
     warm_up_time: float
     amplitude: float
     waves: float
+    load_share: float
+    resistance: float
+    thermal_time: float
+    thinning: float
 
 
 @register_jitable
@@ -138,16 +173,43 @@ def phase_change(plan: FrictionSchedule, phase: int) -> JointChange:
 
 
 @register_jitable
-def friction_factor(plan: FrictionSchedule, phase: int, time: float, position: float) -> float:
-    """Return the factor on the joint's friction in a phase, at a time (s) and a position (rad)."""
+def friction_factor(
+    plan: FrictionSchedule, phase: int, time: float, position: float, weight: float = 0.0, warmth: float = 0.0
+) -> float:
+    """Return the factor on the joint's friction.
+
+    Parameters
+    ----------
+    plan : FrictionSchedule
+        How it changes.
+    phase : int
+        The phase.
+    time : float
+        Time, s.
+    position : float
+        Position, rad.
+    weight : float, optional
+        Torque of gravity, N m; the load of the phase is known.
+    warmth : float, optional
+        Temperature above that of the surroundings, K.
+    """
     factor: float = plan.scales[phase]
     if plan.varies:
         factor *= 1.0 + plan.excess * math.exp(-time / plan.warm_up_time)
         factor *= 1.0 + plan.amplitude * math.sin(plan.waves * position)
+        factor *= 1.0 + plan.load_share * abs(weight + plan.changes[phase, LOAD])
+        factor *= math.exp(-plan.thinning * warmth)
     return factor
 
 
-def check_factor(joint: Any, plan: FrictionSchedule, solver_period: float) -> None:
+@register_jitable
+def heated(plan: FrictionSchedule, warmth: float, power: float, duration: float) -> float:
+    """Return the temperature (K, above the surroundings) after a constant power (W) of friction for a time (s)."""
+    settled = plan.resistance * power
+    return settled + (warmth - settled) * math.exp(-duration / plan.thermal_time)
+
+
+def check_factor(joint: Any, plan: FrictionSchedule, solver_period: float, weight: float = 0.0) -> None:
     """Refuse changes that make the implicit step of a joint ambiguous.
 
     Parameters
@@ -158,15 +220,18 @@ def check_factor(joint: Any, plan: FrictionSchedule, solver_period: float) -> No
         How its friction changes.
     solver_period : float
         Solver period, s.
+    weight : float, optional
+        Largest torque of gravity, N m.
 
     Raises
     ------
     ValueError
         They do so in one of the phases.
     """
-    kind, largest = type(joint), (1.0 + max(0.0, plan.excess)) * (1.0 + plan.amplitude)
+    kind, slow = type(joint), (1.0 + max(0.0, plan.excess)) * (1.0 + plan.amplitude)
     for phase, scale in enumerate(plan.scales.tolist()):
-        factor, change = scale * largest, JointChange(*plan.changes[phase].tolist())
+        change = JointChange(*plan.changes[phase].tolist())
+        factor = scale * slow * (1.0 + plan.load_share * (weight + abs(change.load)))
         changed = CHANGE_JOINT[kind](joint, change)
         try:
             CHECK_PERIOD[kind](SCALE_JOINT[kind](changed, factor), solver_period)
@@ -206,15 +271,20 @@ def schedule(
                 f"time = {later.time:g} s follows {earlier.time:g} s; the times of changes must ascend strictly"
             )
     slow = FrictionVariation() if variation is None else variation
+    heats = slow.thermal_resistance > 0.0 and slow.thinning > 0.0
     starts = [0, *(math.ceil(change.time / solver_period - 1e-6) for change in changes)]
     scales = [1.0, *(change.friction_scale for change in changes)]
     return FrictionSchedule(
         np.array(starts, dtype=np.int64),
         np.array(scales),
         np.array([UNCHANGED, *(change.parameters for change in changes)], dtype=float),
-        slow.warm_up_excess != 0.0 or slow.position_amplitude != 0.0,
+        slow.warm_up_excess != 0.0 or slow.position_amplitude != 0.0 or slow.load_share > 0.0 or heats,
         slow.warm_up_excess,
         slow.warm_up_time,
         slow.position_amplitude,
         2.0 * math.pi / slow.position_period,
+        slow.load_share,
+        slow.thermal_resistance,
+        slow.thermal_time,
+        slow.thinning,
     )

@@ -107,8 +107,9 @@ def longest_period(scenario: Scenario, table: dict[str, float]) -> float:
     fields = {**scenario.joint.model_dump(exclude_unset=True), **table}
     for parts in (2**power for power in range(FINEST.bit_length())):
         try:
-            parameters = type(scenario.joint)(**{**fields, "solver_period": period / parts}).parameters
-            check_factor(parameters, schedule(scenario.change, period / parts, scenario.variation), period / parts)
+            joint = type(scenario.joint)(**{**fields, "solver_period": period / parts})
+            plan = schedule(scenario.change, period / parts, scenario.variation)
+            check_factor(joint.parameters, plan, period / parts, joint.weight.amplitude)
         except ValueError:
             continue
         return float(period / parts)

@@ -8,17 +8,27 @@ between 0.3 and 1 on. A slower rate of the search is chosen.
 
 import math
 
-from adaptive_ff.comparison.fixed_models import fixed_model
+import numpy as np
+
+from adaptive_ff.comparison.fixed_models import SPREAD, STREAM, fixed_model
+from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
+from adaptive_ff.rivals.friction_observer import FrictionObserver
 from adaptive_ff.rivals.learnt_feedforward import LearntFeedforward
+from adaptive_ff.rivals.lee_tomizuka import LeeTomizuka
+from adaptive_ff.rivals.lugre_gradient import LuGreGradient
 from adaptive_ff.rivals.lugre_observer import LuGreObserver
 from adaptive_ff.rivals.repetitive import Repetitive
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
-from controllers import SuperTwisting
+from controllers import DisturbanceObserver, KalmanDisturbance, SuperTwisting
+from plant import LuGreJoint
 
 REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 """Reaches of the stop operators, in units of the way at ``Vs`` in a time constant of the feedback."""
+
+LEAST_REACH = 1e-3
+"""Presliding displacement of a joint that has none, in the same units."""
 
 CENTRES = (-20.0, -6.0, -2.0, -0.6, -0.2, 0.2, 0.6, 2.0, 6.0, 20.0)
 """Centres of the bells, in units of ``Vs``."""
@@ -39,32 +49,39 @@ def _assumed_way(scenario: Scenario) -> float:
     return scenario.adaptation.stribeck_velocity * response_time(scenario)
 
 
+def learning_rate(scenario: Scenario, share: float, caution: float) -> float:
+    """Return a share of the feedback's crossover, 1/s, less where a delay of the drive makes the loop late."""
+    response = response_time(scenario)
+    return share / (response + caution * scenario.assumed_delay * scenario.sampling.period)
+
+
 def make_maxwell_adaptive(
-    scenario: Scenario, rate: float = 0.3, reaches: tuple[float, ...] = REACHES
+    scenario: Scenario, rate: float = 0.3, reaches: tuple[float, ...] = REACHES, caution: float = 0.0
 ) -> LearntFeedforward:
-    """Make an adaptive Maxwell-slip compensation; the rate is a share of the feedback's crossover."""
+    """Make an adaptive Maxwell-slip compensation; rate and caution are those of ``learning_rate``."""
     return LearntFeedforward(
         *scenario.feedback.gains,
         scenario.sampling.period,
         inertia=scenario.feedback.inertia,
         stribeck_velocity=scenario.adaptation.stribeck_velocity,
         reaches=[reach * _assumed_way(scenario) for reach in reaches],
-        rate=rate / response_time(scenario),
+        rate=learning_rate(scenario, rate, caution),
         delay=scenario.assumed_delay,
     )
 
 
-def make_radial_basis(scenario: Scenario, rate: float = 1.5, lag: float = 1.0) -> LearntFeedforward:
-    """Make a radial-basis feedforward; rate and lag are in units of the feedback's crossover and time constant."""
-    response = response_time(scenario)
+def make_radial_basis(
+    scenario: Scenario, rate: float = 6.0, lag: float = 2.0, caution: float = 20.0
+) -> LearntFeedforward:
+    """Make a radial-basis feedforward; rate and caution are those of ``learning_rate``, the lag in time constants."""
     return LearntFeedforward(
         *scenario.feedback.gains,
         scenario.sampling.period,
         inertia=scenario.feedback.inertia,
         stribeck_velocity=scenario.adaptation.stribeck_velocity,
         centres=CENTRES,
-        lag=lag * response,
-        rate=rate / response,
+        lag=lag * response_time(scenario),
+        rate=learning_rate(scenario, rate, caution),
         delay=scenario.assumed_delay,
     )
 
@@ -115,6 +132,89 @@ def make_lugre_observer(scenario: Scenario, way: float = 0.3, gain: float = 1.0)
         gain=gain,
         delay=scenario.assumed_delay,
     )
+
+
+def make_lugre_gradient(scenario: Scenario, rate: float = 0.8, way: float = 0.3, floor: float = 1.2) -> LuGreGradient:
+    """Make a LuGre feedforward tuned by gradient; the rate is a share of the crossover, the way as above."""
+    proportional, assumed = scenario.feedback.gains[0], scenario.adaptation
+    return LuGreGradient(
+        *scenario.feedback.gains,
+        scenario.sampling.period,
+        inertia=scenario.feedback.inertia,
+        stribeck_velocity=assumed.stribeck_velocity,
+        stribeck_shape=assumed.stribeck_shape,
+        stiffness=proportional * assumed.stribeck_velocity / (way * _assumed_way(scenario)),
+        rate=rate / response_time(scenario),
+        floor=floor,
+        delay=scenario.assumed_delay,
+    )
+
+
+def nominal_presliding(scenario: Scenario) -> float:
+    """Return the displacement (rad) from a reversal until the joint slides, as from a data sheet; least where none is.
+
+    Bristles and elements slip gradually: of a LuGre joint it is twice what the stiction bends, of Maxwell slip the
+    reach of the last element. It is off by a factor as the parameters of ``nominal`` models are.
+    """
+    joint, least = scenario.joint, LEAST_REACH * _assumed_way(scenario)
+    if isinstance(joint, LuGreJoint):
+        true = 2.0 * joint.stiction / joint.stiffness
+    else:
+        true = getattr(joint, "presliding", 0.0) or max(getattr(joint, "displacements", [0.0]))
+    factor = SPREAD ** np.random.default_rng([scenario.seed, STREAM, 1]).uniform(-1.0, 1.0)
+    return max(float(factor) * true, least)
+
+
+def make_friction_observer(scenario: Scenario, stretch: float = 1.0, share: float = 0.4) -> FrictionObserver:
+    """Make a feed-forward friction observer from nominal parameters.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    stretch : float, optional
+        Presliding displacement that is assumed, over the nominal one.
+    share : float, optional
+        Bandwidth of the observer over the balance.
+    """
+    model = fixed_model(scenario, true_model(scenario), "lagged", "nominal")
+    gains, period = scenario.feedback.gains, scenario.sampling.period
+    noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
+    bandwidth = observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
+    walk = KalmanDisturbance.walk(model.inertia, period, noise, bandwidth)
+    first, second = KalmanDisturbance.gains(model.inertia, period, noise, walk)
+    return FrictionObserver(
+        *gains,
+        period,
+        model,
+        presliding=stretch * nominal_presliding(scenario),
+        velocity_gain=first,
+        disturbance_gain=second,
+        delay=scenario.assumed_delay,
+    )
+
+
+def make_lee_tomizuka(
+    scenario: Scenario, form: str = "coulomb", share: float = 6.0, integrates: bool = False
+) -> LeeTomizuka:
+    """Make Lee and Tomizuka's controller from nominal parameters; the observer's bandwidth is a share of the balance.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    form : "coulomb" or "stribeck", optional
+        Curve of the friction compensation.
+    share : float, optional
+        Bandwidth of the observer over the balance.
+    integrates : bool, optional
+        Whether the integral of the PI loop stands beside the observer.
+    """
+    model = fixed_model(scenario, true_model(scenario), form, "nominal")
+    gains = scenario.feedback.gains if integrates else (scenario.feedback.gains[0], 0.0)
+    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
+    period, delay = scenario.sampling.period, scenario.assumed_delay
+    return LeeTomizuka(*gains, period, model, bandwidth=bandwidth, delay=delay)
 
 
 def make_super_twisting(scenario: Scenario, share: float = 40.0) -> SuperTwisting:

@@ -1,18 +1,21 @@
 """The controllers of a comparison, made for a scenario."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
 from adaptive_ff.comparison.literature import (
+    make_friction_observer,
+    make_lee_tomizuka,
+    make_lugre_gradient,
     make_lugre_observer,
     make_maxwell_adaptive,
     make_radial_basis,
     make_repetitive,
     make_super_twisting,
 )
+from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
 from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.comparison.own_bandwidth import in_own_loop
@@ -25,7 +28,7 @@ from adaptive_ff.rivals.observed_model import ObservedModel
 from adaptive_ff.rivals.paper import PaperController
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
-from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, ObserverDesign
+from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance
 
 Maker = Callable[[Scenario], Any]
 """Makes a controller, any object with a method ``step``, for a scenario."""
@@ -111,7 +114,7 @@ def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, 
 
 def _adaptive(scenario: Scenario) -> AdaptiveController:
     gains = scenario.feedback.gains
-    bandwidth = _observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains)
+    bandwidth = observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains)
     settings = _adaptive_settings(scenario, WITH_OFFSET)
     return AdaptiveController(*gains, **settings, observer_bandwidth=bandwidth)
 
@@ -120,35 +123,10 @@ def _adaptive_unsupervised(scenario: Scenario) -> UnsupervisedController:
     return UnsupervisedController(*scenario.feedback.gains, **_adaptive_settings(scenario, ESTIMATED))
 
 
-def balance(scenario: Scenario) -> float:
-    """Return the frequency (Hz) at which what friction does and what the noise hides balance.
-
-    It is the bandwidth of a Kalman filter for the noise of the measured velocity and for a disturbance that walks by
-    ``Kp Vs``, a torque, in a root of a second; infinite without noise.
-    """
-    noise = scenario.velocity_noise
-    if noise == 0.0:
-        return math.inf
-    walk = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
-    return math.sqrt(walk / (scenario.feedback.inertia * noise * math.sqrt(scenario.sampling.period))) / (2.0 * math.pi)
-
-
-def _observer_bandwidth(
-    scenario: Scenario, share: float, design: Callable[..., ObserverDesign], *gains: float
-) -> float:
-    """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less."""
-    try:
-        delay = math.ceil(scenario.assumed_delay - 1e-6)
-        largest = design(scenario.feedback.inertia, scenario.sampling.period, *gains, delay=delay).bandwidth
-    except ValueError as error:
-        raise InputError(f"feedback: {error}") from error
-    return min(share * balance(scenario), largest)
-
-
 def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> DisturbanceObserver:
     """Make a PI loop with a disturbance observer; the share did best in ``python -m benchmarks.tuning``."""
     gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
-    bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
+    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
     period, delay = scenario.sampling.period, scenario.assumed_delay
     return DisturbanceObserver(*gains, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
@@ -156,7 +134,7 @@ def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> Disturb
 def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState:
     """Make a loop with an extended state observer; the share did best in ``python -m benchmarks.tuning``."""
     proportional, inertia = scenario.feedback.gains[0], scenario.feedback.inertia
-    bandwidth = _observer_bandwidth(scenario, share, ExtendedState.design, proportional)
+    bandwidth = observer_bandwidth(scenario, share, ExtendedState.design, proportional)
     period, delay = scenario.sampling.period, scenario.assumed_delay
     return ExtendedState(proportional, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
 
@@ -165,7 +143,7 @@ def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDis
     """Make a PI loop with a Kalman disturbance estimate; the share did best in ``python -m benchmarks.tuning``."""
     gains, inertia, period = scenario.feedback.gains, scenario.feedback.inertia, scenario.sampling.period
     noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
-    bandwidth = _observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
+    bandwidth = observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
     walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
     first, second = KalmanDisturbance.gains(inertia, period, noise, walk)
     settings = {"inertia": inertia, "velocity_gain": first, "disturbance_gain": second, "delay": scenario.assumed_delay}
@@ -186,7 +164,7 @@ def make_observed(scenario: Scenario, source: str, share: float) -> ObservedMode
     """
     model = fixed_model(scenario, true_model(scenario), "lagged", source)
     gains, period, delay = scenario.feedback.gains, scenario.sampling.period, scenario.assumed_delay
-    bandwidth = _observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
+    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
     return ObservedModel(*gains, period, model, bandwidth=bandwidth, delay=delay)
 
 
@@ -233,6 +211,9 @@ CONTROLLERS: dict[str, Maker] = {
     "canudas_measured": _canudas_measured,
     "feedback_error": _feedback_error,
     "lugre_observer": make_lugre_observer,
+    "lugre_gradient": make_lugre_gradient,
+    "friction_observer": make_friction_observer,
+    "lee_tomizuka": make_lee_tomizuka,
     "maxwell_adaptive": make_maxwell_adaptive,
     "radial_basis": make_radial_basis,
     "super_twisting": make_super_twisting,

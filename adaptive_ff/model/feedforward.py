@@ -69,6 +69,30 @@ def resting_friction(model: TorqueModel, friction: float, duration: float) -> tu
 
 
 @register_jitable
+def lagged_ramp(friction: float, first: float, last: float, lag: float, duration: float) -> tuple[float, float]:
+    """Return integral (N m s) and end (N m) of what follows a ramp with a lag.
+
+    Parameters
+    ----------
+    friction : float
+        What follows, at the start, N m.
+    first, last : float
+        The ramp at the start and the end, N m.
+    lag : float
+        Lag, s; without any it is the ramp itself.
+    duration : float
+        Duration, s.
+    """
+    if lag <= 0.0 or duration <= 0.0:
+        return 0.5 * (first + last) * duration, last
+    rate = (last - first) / duration
+    settled = -math.expm1(-duration / lag)  # share of the way to the ramp's start that it goes
+    integral = (first + 0.5 * rate * duration) * duration + (friction - first) * lag * settled
+    integral += rate * lag * (lag * settled - duration)
+    return integral, last + (friction - first) * (1.0 - settled) - rate * lag * settled
+
+
+@register_jitable
 def one_way_friction(
     model: TorqueModel, friction: float, start: float, end: float, duration: float
 ) -> tuple[float, float]:
@@ -97,14 +121,7 @@ def one_way_friction(
         return resting_friction(model, friction, duration)
     first = directed_friction(model, abs(start), direction)
     last = directed_friction(model, abs(end), direction)
-    lag = model.friction_lag
-    if lag <= 0.0 or duration <= 0.0:
-        return 0.5 * (first + last) * duration, last
-    rate = (last - first) / duration
-    settled = -math.expm1(-duration / lag)  # share of the way to the static map that friction goes
-    integral = (first + 0.5 * rate * duration) * duration + (friction - first) * lag * settled
-    integral += rate * lag * (lag * settled - duration)
-    return integral, last + (friction - first) * (1.0 - settled) - rate * lag * settled
+    return lagged_ramp(friction, first, last, model.friction_lag, duration)
 
 
 @register_jitable

@@ -1,7 +1,10 @@
 from .canudas import CanudasController as CanudasController
 from .canudas import CanudasMeasuredController as CanudasMeasuredController
 from .feedback_error import FeedbackErrorLearning as FeedbackErrorLearning
+from .friction_observer import FrictionObserver as FrictionObserver
 from .learnt_feedforward import LearntFeedforward as LearntFeedforward
+from .lee_tomizuka import LeeTomizuka as LeeTomizuka
+from .lugre_gradient import LuGreGradient as LuGreGradient
 from .lugre_observer import LuGreObserver as LuGreObserver
 from .model_based import ModelBased as ModelBased
 from .observed_model import ObservedModel as ObservedModel

@@ -161,7 +161,7 @@ class Scenario(Table):
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
         try:
-            check_factor(self.joint.parameters, self.plan, solver)
+            check_factor(self.joint.parameters, self.plan, solver, self.joint.weight.amplitude)
         except ValueError as error:
             raise ValueError(f"change: {error}") from error
         return self

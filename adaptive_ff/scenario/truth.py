@@ -1,10 +1,19 @@
 """What is true of a scenario's joint, for controllers that know it and for pictures and tables that show it."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.scenario.scenario import Scenario
-from plant import UNCHANGED, JointChange, friction_factor, phase_change
+from plant import (
+    UNCHANGED,
+    JointChange,
+    friction_factor,
+    gravity_torque,
+    heated,
+    phase_change,
+    sliding_friction,
+)
 
 GRID = 2000
 """Times at which friction that varies all the time is given, over a run."""
@@ -40,10 +49,21 @@ def true_model(scenario: Scenario, factor: float = 1.0, change: JointChange = UN
     )
 
 
+def friction_power(scenario: Scenario, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the power (W) that the joint's friction, as it is before it varies, takes along a velocity (rad/s)."""
+    grid = np.linspace(0.0, max(float(np.max(np.abs(velocity))), 1e-12), GRID)
+    curves = (scenario.joint.friction, scenario.joint.friction_backward)
+    forward, backward = (
+        np.interp(np.abs(velocity), grid, [sliding_friction(curve, speed) for speed in grid.tolist()])
+        for curve in curves
+    )
+    return np.where(velocity > 0.0, forward, backward) * np.abs(velocity)
+
+
 def model_course(scenario: Scenario) -> list[tuple[float, TorqueModel]]:
     """Return times (s) and the true model from then on, as they are along the reference.
 
-    Friction that varies with position is taken where the reference is.
+    Friction that varies with position, weight or its own heat is taken where the reference is.
     """
     plan, period = scenario.plan, scenario.joint.solver_period
     if not plan.varies:
@@ -52,14 +72,19 @@ def model_course(scenario: Scenario) -> list[tuple[float, TorqueModel]]:
         ]
     velocity = scenario.reference_velocity()
     position = np.cumsum(velocity) * period
+    work = np.append(0.0, np.cumsum(friction_power(scenario, velocity)) * period)
     steps = np.unique(np.append(plan.starts, np.linspace(0, velocity.size - 1, GRID).astype(np.int64)))
     phases = np.searchsorted(plan.starts, steps, side="right") - 1
-    times = steps * period
-    course = []
-    for step, phase, time in zip(steps.tolist(), phases.tolist(), times.tolist(), strict=True):
-        factor = float(friction_factor(plan, phase, time, float(position[step])))
+    course, warmth = [], 0.0
+    for step, following, phase in zip(steps, [*steps[1:], steps[-1]], phases.tolist(), strict=True):
+        time, duration = float(step * period), float((following - step) * period)
+        weight = gravity_torque(scenario.joint.weight, float(position[step]))
+        factor = float(friction_factor(plan, phase, time, float(position[step]), weight, warmth))
         change = JointChange(*map(float, phase_change(plan, phase)))
         course.append((time, true_model(scenario, factor, change)))
+        if duration > 0.0:
+            power = factor * float(work[following] - work[step]) / duration
+            warmth = heated(plan, warmth, power, duration)
     return course
 
 

@@ -34,6 +34,7 @@ from plant import (
     encoder_reading,
     friction_factor,
     gravity_torque,
+    heated,
     lagged_torque,
     phase_change,
     realise_torque,
@@ -98,6 +99,8 @@ class Position(NamedTuple):
         Torque that the drive's current makes, N m.
     outer : PositionLoopState
         State of the position loop.
+    warmth : float
+        Temperature of the joint above that of its surroundings, K; zero where friction does not depend on it.
     """
 
     sample: int
@@ -109,6 +112,7 @@ class Position(NamedTuple):
     realised_torque: float
     current_torque: float
     outer: PositionLoopState
+    warmth: float
 
 
 def run_plain(
@@ -138,7 +142,7 @@ def run_plain(
     """
     phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
     given, realised, current = position.given_torque, position.realised_torque, position.current_torque
-    outer = position.outer
+    outer, warmth = position.outer, position.warmth
     actuator, plan, period = course.actuator, course.plan, course.solver_period
     original = change_joint(course.joint, phase_change(plan, phase))
     joint = scale_joint(original, plan.scales[phase])
@@ -178,19 +182,20 @@ def run_plain(
                 phase += 1
                 original = change_joint(course.joint, phase_change(plan, phase))
                 joint = scale_joint(original, plan.scales[phase])
+            weight = gravity_torque(course.gravity, motion.position) if course.gravity.amplitude > 0.0 else 0.0
             if plan.varies:
-                joint = scale_joint(original, friction_factor(plan, phase, i * period, motion.position))
+                joint = scale_joint(original, friction_factor(plan, phase, i * period, motion.position, weight, warmth))
             torque *= actuator.gain
             if actuator.ripple_amplitude > 0.0:
                 torque += ripple_torque(actuator, motion.position)
-            if course.gravity.amplitude > 0.0:
-                torque -= gravity_torque(course.gravity, motion.position)
-            motion = step_joint(joint, motion, torque, period)
+            motion = step_joint(joint, motion, torque - weight, period)
+            if plan.resistance > 0.0:
+                warmth = heated(plan, warmth, motion.friction_torque * sensed_velocity(motion), period)
             record.velocity[i + 1] = motion.velocity
             record.position[i + 1] = motion.position
         realised = given if course.delay == 0 and actuator.lag == 0.0 else total / (last - first)
         record.torque[k] = realised
-    return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer)
+    return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer, warmth)
 
 
 run_in_memory = compiled_in_place(run_plain)
@@ -221,4 +226,4 @@ def start_position(course: Course, velocity: float | None = None) -> Position:
     start = float(course.reference[0]) if velocity is None else velocity
     joint = INITIAL_STATE[type(course.joint)](course.joint, start)
     observer, outer = initial_velocity_state(course.observer, joint.position, start), initial_position_loop_state()
-    return Position(0, 0, joint, observer, -1, 0.0, math.nan, 0.0, outer)
+    return Position(0, 0, joint, observer, -1, 0.0, math.nan, 0.0, outer, 0.0)

@@ -35,7 +35,7 @@ from controllers.pi import (
     initial_pi_state,
     plausible_inputs,
 )
-from controllers.plausibility import kept
+from controllers.plausibility import Guard, kept
 from controllers.sensitivity import OBSERVER_SENSITIVITY
 from controllers.torques import acting_torque, slope_torque
 
@@ -97,8 +97,16 @@ def initial_kalman_disturbance_state(block: KalmanDisturbanceParameters) -> Kalm
 def step_kalman_disturbance(
     block: KalmanDisturbanceParameters, state: KalmanDisturbanceState, inputs: Inputs
 ) -> tuple[Output, KalmanDisturbanceState]:
-    """Do one sample: filter the period that ends, add the disturbance and the inertia's torque, then feedback."""
+    """Do one sample of the loop alone; see ``filter_and_feed_back``."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
+    return filter_and_feed_back(block, state, inputs, guard)
+
+
+@register_jitable
+def filter_and_feed_back(
+    block: KalmanDisturbanceParameters, state: KalmanDisturbanceState, inputs: Inputs, guard: Guard
+) -> tuple[Output, KalmanDisturbanceState]:
+    """Do one sample: filter the period that ends, add the disturbance and the inertia's torque, then feedback."""
     last, observer = state.feedback, state.observer
     valid, inertia = math.isfinite(inputs.velocity), present_inertia(inputs, block.inertia)
     if last.samples > last.rejected:  # the filter has started

@@ -92,6 +92,10 @@ ASKED = {
     "high_stiction",
     "high_stiction_vs_quarter",
     "high_stiction_vs_fourfold",
+    "friction_over_position",
+    "friction_over_load",
+    "friction_over_temperature",
+    "positioning",
 }
 
 

@@ -6,7 +6,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Where the model holds": (
         *("ideal_1khz", "noisy_1khz", "paper_100hz", "jittered_22ms", "encoder", "encoder_difference"),
         *("fast_loop_1khz", "fast_loop_encoder", "fast_sine", "dither", "asymmetric", "servo", "high_stiction"),
-        *("via_points", "pick_and_place", "triangle"),
+        *("via_points", "pick_and_place", "triangle", "positioning"),
     ),
     "What changes on the way": (
         *("friction_drops", "friction_rises", "friction_triples", "warm_up", "load_step_30", "load_step_80"),
@@ -20,6 +20,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Other joints than the model's": (
         *("lugre", "lugre_1e4", "lugre_3e3", "lugre_1e3", "elastic", "backlash", "gravity_40", "gravity_100"),
         *("elasto_plastic", "maxwell", "rolling"),
+        *("friction_over_position", "friction_over_load", "friction_over_temperature"),
     ),
     "At the limits of the loop": (
         *("delay", "saturation", "standstill", "slow_stribeck", "slow_050", "slow_025", "slow_010"),

@@ -28,7 +28,7 @@ POSITIVE = [
     "sampling.period",
     "sensor.encoder_resolution",
     *(f"actuator.{name}" for name in ("torque_limit", "rate_limit", "ripple_period")),
-    *(f"variation.{name}" for name in ("warm_up_time", "position_period")),
+    *(f"variation.{name}" for name in ("warm_up_time", "position_period", "thermal_time")),
     *(f"velocity.{name}" for name in ("cutoff", "acceleration_walk")),
     *(f"joint.{name}" for name in ("stiffness", "link_stiffness", "hysteresis_reach")),
     *(f"joint.{name}" for name in ("displacements.0", "shares.0", "attraction", "rolling_range", "presliding")),
@@ -52,7 +52,7 @@ NOT_NEGATIVE = [
     *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay", "lag")),
     "feedback.delay",
     "joint.gravity",
-    "variation.position_amplitude",
+    *(f"variation.{name}" for name in ("position_amplitude", "load_share", "thermal_resistance", "thinning")),
     "reference.fade_in",
     "reference.dwell",
     "reference.pause.0",
@@ -132,7 +132,10 @@ KNOWN = {
     "adaptation": "stribeck_velocity, stribeck_shape, memory, identify",
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
     "change.0": "time, friction_scale, coulomb_scale, viscous_scale, inertia_scale, lag_scale, load",
-    "variation": "warm_up_excess, warm_up_time, position_amplitude, position_period",
+    "variation": (
+        "warm_up_excess, warm_up_time, position_amplitude, position_period, load_share, thermal_resistance, "
+        "thermal_time, thinning"
+    ),
     "sweep": ", ".join(RANGES),
 }
 

@@ -1,0 +1,31 @@
+"""How fast an observer of the disturbing torque may be in a scenario: what the noise hides, what the margin allows."""
+
+import math
+from collections.abc import Callable
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.scenario import Scenario
+from controllers import ObserverDesign
+
+
+def balance(scenario: Scenario) -> float:
+    """Return the frequency (Hz) at which what friction does and what the noise hides balance.
+
+    It is the bandwidth of a Kalman filter for the noise of the measured velocity and for a disturbance that walks by
+    ``Kp Vs``, a torque, in a root of a second; infinite without noise.
+    """
+    noise = scenario.velocity_noise
+    if noise == 0.0:
+        return math.inf
+    walk = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
+    return math.sqrt(walk / (scenario.feedback.inertia * noise * math.sqrt(scenario.sampling.period))) / (2.0 * math.pi)
+
+
+def observer_bandwidth(scenario: Scenario, share: float, design: Callable[..., ObserverDesign], *gains: float) -> float:
+    """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less."""
+    try:
+        delay = math.ceil(scenario.assumed_delay - 1e-6)
+        largest = design(scenario.feedback.inertia, scenario.sampling.period, *gains, delay=delay).bandwidth
+    except ValueError as error:
+        raise InputError(f"feedback: {error}") from error
+    return min(share * balance(scenario), largest)

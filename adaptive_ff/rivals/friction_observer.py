@@ -1,0 +1,283 @@
+"""PI loop with a feed-forward friction observer: elasto-plastic friction along the plan, and an observer around it.
+
+After the idea of M. Ruderman, "Tracking control of motor drives using feed-forward friction observer (FFFO)" (2013),
+with his two-state dynamic friction model with elasto-plasticity; the text could not be compared, and no number of it is
+claimed. The model runs along the planned motion, so that its friction is ahead of that of the joint and free of noise;
+a Luenberger observer of velocity and remaining torque corrects it:
+
+    q = q_r + (d - q_r) z (1 - ln z),   z = min(|x - x_r|/s, 1),   tau df/dt + f = q g(r) + sigma r
+    dw^/dt = (u - f - d^)/J + l1 (w - w^),   dd^/dt = -l2 (w - w^),   u = PI(e) + J dr/dt + f + d^
+
+``x`` is the planned position, ``x_r`` that of the last reversal, ``q_r`` the share of friction mobilised there and
+``d`` the direction of motion.
+
+As chosen here: the model is a fixed one, as from a data sheet; where the plan rests, friction fades as in
+:mod:`adaptive_ff.model.feedforward`; the observer is the one of
+:mod:`controllers.observers.kalman_disturbance`, whose gains make a second-order filter of it. For ``s -> 0`` the
+friction is that of the lagged Stribeck model.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.model.feedforward import FeedforwardState, ahead, lagged_ramp, resting_friction
+from adaptive_ff.model.friction import TorqueModel, directed_friction
+from controllers import (
+    ESTIMATES,
+    STEPS,
+    Controller,
+    Inputs,
+    KalmanDisturbance,
+    Output,
+    check_positive,
+    delay_line,
+    delayed,
+    plausible_inputs,
+    remember,
+    with_feedforward,
+    without_estimates,
+)
+from controllers.observers.kalman_disturbance import (
+    KalmanDisturbanceParameters,
+    KalmanDisturbanceState,
+    filter_and_feed_back,
+    initial_kalman_disturbance_state,
+)
+
+
+class PreslidingState(NamedTuple):
+    """State of elasto-plastic friction along a plan.
+
+    Attributes
+    ----------
+    friction : float
+        Friction torque ``f`` without the offset, N m.
+    turned : float
+        Mobilised share ``q_r`` at the last reversal, from -1 to 1.
+    travel : float
+        Displacement since then, rad, at most ``s`` either way; its sign is the direction of motion.
+    """
+
+    friction: float
+    turned: float
+    travel: float
+
+
+class FrictionObserverParameters(NamedTuple):
+    """Parameters of the controller.
+
+    Attributes
+    ----------
+    feedback : KalmanDisturbanceParameters
+        The PI loop and its observer.
+    friction : TorqueModel
+        The model without its inertia.
+    presliding : float
+        Displacement ``s`` after a reversal until the joint slides, rad.
+    """
+
+    feedback: KalmanDisturbanceParameters
+    friction: TorqueModel
+    presliding: float
+
+
+class FrictionObserverState(NamedTuple):
+    """State of the controller.
+
+    Attributes
+    ----------
+    feedback : KalmanDisturbanceState
+        State of the PI loop and its observer.
+    presliding : PreslidingState
+        State of the friction along the plan.
+    line : tuple of float
+        Torques fed forward that wait for the delay of the drive, N m, newest first.
+    """
+
+    feedback: KalmanDisturbanceState
+    presliding: PreslidingState
+    line: tuple[float, ...]
+
+
+def initial_friction_observer_state(block: FrictionObserverParameters) -> FrictionObserverState:
+    """Return the state of the loop at rest."""
+    return FrictionObserverState(
+        initial_kalman_disturbance_state(block.feedback),
+        PreslidingState(0.0, 0.0, 0.0),
+        delay_line(block.feedback.feedback.delay),
+    )
+
+
+@register_jitable
+def mobilised_share(presliding: float, turned: float, travel: float) -> float:
+    """Return the mobilised share ``q`` of friction after a displacement (rad) from a reversal."""
+    part = min(abs(travel) / presliding, 1.0)
+    if part == 0.0:
+        return turned
+    return turned + (math.copysign(1.0, travel) - turned) * part * (1.0 - math.log(part))
+
+
+@register_jitable
+def mobilised_friction(model: TorqueModel, share: float, speed: float, way: float) -> float:
+    """Return the torque ``q g + sigma r`` (N m) at a speed (rad/s) in a direction, for a mobilised share."""
+    viscous = math.copysign(model.viscous * speed, way) + model.viscous_asymmetry * speed
+    return share * abs(directed_friction(model, speed, way) - viscous) + viscous
+
+
+@register_jitable
+def mobilised_ramp(
+    model: TorqueModel, friction: float, shares: tuple[float, float], velocities: tuple[float, float], duration: float
+) -> tuple[float, float]:
+    """Return integral (N m s) and end (N m) of the lagged friction while share and velocity (rad/s) go evenly."""
+    way = velocities[0] + velocities[1]
+    first = mobilised_friction(model, shares[0], abs(velocities[0]), way)
+    last = mobilised_friction(model, shares[1], abs(velocities[1]), way)
+    return lagged_ramp(friction, first, last, model.friction_lag, duration)
+
+
+@register_jitable
+def presliding_friction(
+    model: TorqueModel, presliding: float, state: PreslidingState, start: float, end: float, duration: float
+) -> tuple[float, PreslidingState]:
+    """Let elasto-plastic friction follow a motion that does not reverse.
+
+    Parameters
+    ----------
+    model : TorqueModel
+        The joint.
+    presliding : float
+        Displacement until it slides, rad.
+    state : PreslidingState
+        State at the start.
+    start, end : float
+        Velocity at the start and the end, rad/s, not of opposite signs.
+    duration : float
+        Duration, s.
+
+    Returns
+    -------
+    integral : float
+        Integral of the friction torque, N m s.
+    state : PreslidingState
+        State at the end.
+    """
+    way = start + end
+    if way == 0.0:
+        integral, friction = resting_friction(model, state.friction, duration)
+        return integral, PreslidingState(friction, state.turned, state.travel)
+    turned, travel = state.turned, state.travel
+    if way * travel < 0.0:
+        turned, travel = mobilised_share(presliding, turned, travel), 0.0
+    distance, left = 0.5 * abs(way) * duration, presliding - abs(travel)
+    integral, friction, first = 0.0, state.friction, mobilised_share(presliding, turned, travel)
+    if 0.0 < left < distance:  # it breaks away on the way
+        steady, part = 2.0 * start / way, left / distance
+        breakaway = 2.0 * part / (steady + math.sqrt(steady * steady + 4.0 * (1.0 - steady) * part))
+        speed = start + breakaway * (end - start)
+        integral, friction = mobilised_ramp(
+            model, friction, (first, math.copysign(1.0, way)), (start, speed), breakaway * duration
+        )
+        start, duration, first = speed, (1.0 - breakaway) * duration, math.copysign(1.0, way)
+    travel = min(max(travel + math.copysign(distance, way), -presliding), presliding)
+    last = mobilised_share(presliding, turned, travel)
+    further, friction = mobilised_ramp(model, friction, (first, last), (start, end), duration)
+    return integral + further, PreslidingState(friction, turned, travel)
+
+
+@register_jitable
+def step_presliding(
+    block: FrictionObserverParameters, state: PreslidingState, start: float, end: float
+) -> tuple[float, PreslidingState]:
+    """Return the mean friction (N m) over a period from one planned velocity (rad/s) to another, and the new state."""
+    model, presliding, period = block.friction, block.presliding, block.feedback.period
+    if start * end < 0.0:
+        turn = period * start / (start - end)
+        before, state = presliding_friction(model, presliding, state, start, 0.0, turn)
+        after, state = presliding_friction(model, presliding, state, 0.0, end, period - turn)
+        return (before + after) / period, state
+    integral, state = presliding_friction(model, presliding, state, start, end, period)
+    return integral / period, state
+
+
+@register_jitable
+def step_friction_observer(
+    block: FrictionObserverParameters, state: FrictionObserverState, inputs: Inputs
+) -> tuple[Output, FrictionObserverState]:
+    """Do one sample: friction of the plan, then the loop with its observer."""
+    loop, last = block.feedback, state.feedback
+    delay = loop.feedback.delay
+    inputs, guard = plausible_inputs(loop.feedback, last.feedback, inputs)
+    past = FeedforwardState(0.0, last.reference, last.feedback.samples > 0)
+    start, end = ahead(past, inputs.reference, inputs.next_reference, delay)
+    friction, presliding = step_presliding(block, state.presliding, start, end)
+    aware = KalmanDisturbanceState(last.feedback, last.observer, delayed(state.line, delay), last.reference)
+    known = with_feedforward(inputs, friction + block.friction.offset)
+    output, after = filter_and_feed_back(loop, aware, known, guard)
+    return output, FrictionObserverState(after, presliding, remember(state.line, known.feedforward))
+
+
+STEPS[FrictionObserverParameters] = step_friction_observer
+ESTIMATES[FrictionObserverParameters] = without_estimates
+
+
+class FrictionObserver(Controller):
+    """``u = PI(e) + J dr/dt + f(r) + d^``: elasto-plastic friction along the plan, ``d^`` from a Luenberger observer.
+
+    ``e = reference + correction - velocity``; ``r`` is the plan alone.
+
+    Parameters
+    ----------
+    proportional, integral : float
+        Gains of the PI loop, N m s/rad and N m/rad.
+    period : float
+        Nominal sampling period, s.
+    model : TorqueModel
+        The joint that is assumed; its inertia is the observer's and must be positive.
+    presliding : float
+        Displacement ``s`` after a reversal until the joint slides, rad, positive.
+    velocity_gain : float
+        Share of the innovation that goes to the velocity, above 0 and at most 1.
+    disturbance_gain : float
+        Torque that the disturbance loses for each unit of innovation, N m s/rad; see
+        :meth:`controllers.KalmanDisturbance.gains`.
+    delay : float, optional
+        Computation delay of the drive, sampling periods.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+    """
+
+    def __init__(
+        self,
+        proportional: float,
+        integral: float,
+        period: float,
+        model: TorqueModel,
+        *,
+        presliding: float,
+        velocity_gain: float,
+        disturbance_gain: float,
+        delay: float = 0.0,
+    ) -> None:
+        check_positive(presliding=presliding)
+        loop = KalmanDisturbance(
+            proportional,
+            integral,
+            period,
+            inertia=model.inertia,
+            velocity_gain=velocity_gain,
+            disturbance_gain=disturbance_gain,
+            delay=delay,
+        )
+        friction = TorqueModel(*(float(value) for value in model._replace(inertia=0.0)))
+        parameters = FrictionObserverParameters(loop.parameters, friction, float(presliding))
+        super().__init__(parameters, period, initial_friction_observer_state)
+
+    @property
+    def disturbance(self) -> float:
+        """Estimated torque that opposes the commanded one beyond the model's friction, N m."""
+        return float(self.state.feedback.observer.disturbance)

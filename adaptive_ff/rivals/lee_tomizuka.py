@@ -1,0 +1,192 @@
+"""P loop with friction compensation, a disturbance observer and the zero-phase inverse of the joint.
+
+After H. S. Lee, M. Tomizuka, "Robust motion controller design for high-accuracy positioning systems" (1996): a friction
+compensator, a disturbance observer in the velocity loop for what it leaves, feedback of the position, and a feedforward
+of the desired motion by zero phase error tracking (M. Tomizuka, 1987). The text could not be compared, and no number of
+it is claimed. It is meant to stand in a position loop, whose gain and the proportional one here are the feedback of the
+source.
+
+As chosen here:
+
+- *Friction compensation* is the static curve of a fixed model, fed forward along the plan: along the measured velocity
+  it would close a loop of its own. The observer takes it for known from the period on in which it acts.
+- *Observer*: that of :mod:`controllers.observers.disturbance_observer`, of first order. It integrates already.
+- *Zero-phase inverse* of the joint ``q/u = T^2/(2 J) z^-(1+d) (1 + z^-1)/(1 - z^-1)^2``, held torque to position, with
+  the delay ``d`` of the drive. Its zero at -1 cannot be cancelled, only its phase:
+  ``u(k) = J/(2 T^2) (1 - z^-1)^2 (1 + z) q_ref(k+1+d)``, mean velocities of the plan from before ``k`` to ``k+2+d``.
+  The plan is known up to ``k + 1``; continued by a parabola through its last three velocities, this is
+
+      u(k) = J/T ((r(k+1) - r(k-1))/2 + (d + 1/2) (r(k+1) - 2 r(k) + r(k-1)))
+
+  Without a delay it is ``J (r(k+1) - r(k))/T``, as all others of the comparison feed it.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.friction import TorqueModel
+from controllers import (
+    ESTIMATES,
+    STEPS,
+    Controller,
+    DisturbanceObserver,
+    Inputs,
+    Output,
+    delay_line,
+    delayed,
+    plausible_inputs,
+    present_inertia,
+    remember,
+    slope_torque,
+    with_feedforward,
+    without_estimates,
+)
+from controllers.observers.disturbance_observer import (
+    DisturbanceObserverParameters,
+    DisturbanceObserverState,
+    initial_disturbance_observer_state,
+    observe_and_feed_back,
+)
+
+
+class LeeTomizukaParameters(NamedTuple):
+    """Parameters of the controller.
+
+    Attributes
+    ----------
+    feedback : DisturbanceObserverParameters
+        The velocity loop and its observer.
+    friction : TorqueModel
+        Static friction that is compensated; without inertia and lag.
+    """
+
+    feedback: DisturbanceObserverParameters
+    friction: TorqueModel
+
+
+class LeeTomizukaState(NamedTuple):
+    """State of the controller.
+
+    Attributes
+    ----------
+    feedback : DisturbanceObserverState
+        State of the velocity loop and its observer.
+    feedforward : FeedforwardState
+        State of the friction compensation; it knows the last reference.
+    line : tuple of float
+        Compensating torques that wait for the delay of the drive, N m, newest first.
+    """
+
+    feedback: DisturbanceObserverState
+    feedforward: FeedforwardState
+    line: tuple[float, ...]
+
+
+def initial_lee_tomizuka_state(block: LeeTomizukaParameters) -> LeeTomizukaState:
+    """Return the state of the loop at rest."""
+    return LeeTomizukaState(
+        initial_disturbance_observer_state(block.feedback),
+        initial_feedforward_state(),
+        delay_line(block.feedback.feedback.delay),
+    )
+
+
+@register_jitable
+def zero_phase_torque(
+    inertia: float, last: float, reference: float, following: float, period: float, delay: float
+) -> float:
+    """Return the torque (N m) of the zero-phase inverse.
+
+    Parameters
+    ----------
+    inertia : float
+        Inertia, kg m^2.
+    last, reference, following : float
+        Planned velocity at the last sample, now and at the next sample, rad/s.
+    period : float
+        Nominal period, s.
+    delay : float
+        Computation delay of the drive, periods.
+    """
+    bend = following - 2.0 * reference + last
+    return inertia / period * (0.5 * (following - last) + (delay + 0.5) * bend)
+
+
+@register_jitable
+def step_lee_tomizuka(
+    block: LeeTomizukaParameters, state: LeeTomizukaState, inputs: Inputs
+) -> tuple[Output, LeeTomizukaState]:
+    """Do one sample: friction compensation and zero-phase inverse, then the loop with its observer."""
+    loop, delay = block.feedback, block.feedback.feedback.delay
+    inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
+    friction, feedforward = step_feedforward(
+        block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay, 0.0
+    )
+    last, started = state.feedback, state.feedforward.started
+    aware = DisturbanceObserverState(
+        last.feedback, last.disturbance, last.impulse, last.elapsed, delayed(state.line, delay), last.reference
+    )
+    further = 0.0
+    if started and math.isfinite(inputs.next_reference):  # the observer feeds the slope of the plan itself
+        inertia = present_inertia(inputs, loop.inertia)
+        further = zero_phase_torque(
+            inertia, last.reference, inputs.reference, inputs.next_reference, loop.period, delay
+        ) - slope_torque(loop.inertia, inputs, last.reference, started, loop.period)
+    known = inputs.feedforward + friction
+    output, after = observe_and_feed_back(loop, aware, with_feedforward(inputs, friction + further), guard)
+    return output, LeeTomizukaState(after, feedforward, remember(state.line, known))
+
+
+STEPS[LeeTomizukaParameters] = step_lee_tomizuka
+ESTIMATES[LeeTomizukaParameters] = without_estimates
+
+
+class LeeTomizuka(Controller):
+    """``u = Kp e + f(r) + J Z(r) + d``, ``d = g/(s + g) (u - f - J dw/dt)``, ``Z`` the zero-phase inverse.
+
+    ``e = reference + correction - velocity``: with a position loop of gain ``Kv`` it is the source's feedback,
+    ``Kp (Kv (q_ref - q) + r - w)``. An integral may stand beside it.
+
+    Parameters
+    ----------
+    proportional, integral : float
+        Gains of the velocity loop, N m s/rad and N m/rad; the integral gain may be zero, for the observer integrates.
+    period : float
+        Nominal sampling period, s.
+    model : TorqueModel
+        The joint that is assumed: its static friction is compensated, its lag is not used, its inertia is the nominal
+        one of observer and inverse and must be positive.
+    bandwidth : float
+        Bandwidth of the observer's filter, Hz; :meth:`controllers.DisturbanceObserver.design` says how fast it may be.
+    delay : float, optional
+        Computation delay of the drive, sampling periods.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+    """
+
+    def __init__(
+        self,
+        proportional: float,
+        integral: float,
+        period: float,
+        model: TorqueModel,
+        *,
+        bandwidth: float,
+        delay: float = 0.0,
+    ) -> None:
+        loop = DisturbanceObserver(
+            proportional, integral, period, inertia=model.inertia, bandwidth=bandwidth, delay=delay
+        )
+        friction = TorqueModel(*(float(value) for value in model._replace(inertia=0.0, friction_lag=0.0)))
+        super().__init__(LeeTomizukaParameters(loop.parameters, friction), period, initial_lee_tomizuka_state)
+
+    @property
+    def disturbance(self) -> float:
+        """Estimated torque that opposes the commanded one beyond the compensated friction, N m."""
+        return float(self.state.feedback.disturbance)

@@ -1,0 +1,108 @@
+"""The feed-forward friction observer: its friction along a plan, and its observer."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
+from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.rivals.friction_observer import FrictionObserver, PreslidingState, mobilised_share, step_presliding
+from controllers import PI
+from plant import ElastoPlasticJoint, Joint
+
+PERIOD = 0.01
+GAINS = (1256.0, 15_000.0)
+MODEL = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+OBSERVER = {"velocity_gain": 0.3, "disturbance_gain": 100.0}
+FIELDS = ("inertia", "coulomb", "stiction", "viscous", "friction_lag", "stribeck_velocity")
+
+
+def plan(k):
+    return 0.2 * math.sin(math.pi * PERIOD * k) + 0.1 * math.sin(3.0 * math.pi * PERIOD * k)
+
+
+def along(presliding, samples, model=MODEL, period=PERIOD):
+    """Mean friction in each period of the plan."""
+    block = FrictionObserver(*GAINS, period, model, presliding=presliding, **OBSERVER).parameters
+    state, found = PreslidingState(0.0, 0.0, 0.0), []
+    for k in range(samples):
+        friction, state = step_presliding(block, state, plan(k * period / PERIOD), plan((k + 1) * period / PERIOD))
+        found.append(friction)
+    return np.array(found)
+
+
+def test_mobilised_share_runs_along_the_curve_from_reversal_to_reversal():
+    part = np.array([0.1, 0.5, 0.9])
+    for z in part.tolist():
+        assert mobilised_share(2e-3, 1.0, -2e-3 * z) == pytest.approx(1.0 - 2.0 * z * (1.0 - math.log(z)), rel=1e-12)
+        assert mobilised_share(2e-3, 0.0, 2e-3 * z) == pytest.approx(z * (1.0 - math.log(z)), rel=1e-12)
+    assert mobilised_share(2e-3, -0.4, 0.0) == -0.4
+    assert mobilised_share(2e-3, -0.4, 5e-3) == pytest.approx(1.0, rel=1e-15)
+
+
+def test_without_presliding_it_is_the_feedforward_of_the_lagged_model():
+    found, state, expected = along(1e-9, 300), initial_feedforward_state(), []
+    for k in range(300):
+        torque, state = step_feedforward(MODEL._replace(inertia=0.0), state, plan(k), plan(k + 1), PERIOD)
+        expected.append(torque)
+    assert found == pytest.approx(np.array(expected), abs=0.2)  # N m, of 100
+
+
+def way(time):
+    """Planned position; the plan reverses after a second."""
+    slow, fast = 1.0 - math.cos(math.pi * time), 1.0 - math.cos(3.0 * math.pi * time)
+    return 0.2 / math.pi * slow + 0.1 / (3.0 * math.pi) * fast
+
+
+def rise(displacement):
+    part = min(max(displacement / 0.02, 1e-300), 1.0)
+    return part * (1.0 - math.log(part))
+
+
+def test_friction_solves_the_differential_equation_of_its_lag():
+    """On the virgin curve and the branch after a reversal, in periods short enough to take the plan as linear."""
+    period, model = 1e-4, MODEL._replace(stiction=60.0, viscous=0.0)
+
+    def target(time):
+        if time < 1.0:
+            return 60.0 * rise(way(time))
+        return 60.0 * (1.0 - 2.0 * rise(way(1.0) - way(time)))
+
+    times = np.arange(13_001) * period
+    end = float(times[-1])
+    options = {"rtol": 1e-9, "atol": 1e-9, "max_step": 1e-3, "t_eval": times}
+    exact = solve_ivp(lambda t, f: (target(t) - f) / model.friction_lag, (0.0, end), [0.0], **options).y[0]
+    found = along(0.02, 13_000, model, period)
+    assert np.ptp(exact) > 110.0
+    assert found == pytest.approx(0.5 * (exact[:-1] + exact[1:]), abs=2e-2)
+
+
+def errors(controller, joint):
+    controller.run_uncompiled()
+    moving, found = Joint(joint), []
+    for k in range(800):
+        velocity = float(moving.state.velocity)
+        found.append(plan(k) - velocity)
+        moving.step(controller.step(plan(k), velocity, next_reference=plan(k + 1)), PERIOD)
+    return math.sqrt(np.mean(np.array(found[200:]) ** 2))
+
+
+def test_joint_that_the_model_describes_is_tracked():
+    joint = ElastoPlasticJoint(**{name: getattr(MODEL, name) for name in FIELDS}, presliding=3e-3)
+    controller = FrictionObserver(*GAINS, PERIOD, MODEL, presliding=3e-3, **OBSERVER)
+    assert errors(controller, joint) < 0.2 * errors(PI(*GAINS, PERIOD), joint)
+
+
+def test_observer_finds_a_load_that_the_model_does_not_know():
+    joint = ElastoPlasticJoint(**{name: getattr(MODEL, name) for name in FIELDS}, presliding=3e-3, offset=25.0)
+    controller = FrictionObserver(*GAINS, PERIOD, MODEL, presliding=3e-3, **OBSERVER)
+    errors(controller, joint)
+    assert controller.disturbance == pytest.approx(25.0, abs=6.0)
+
+
+@pytest.mark.parametrize("wrong", [{"presliding": 0.0}, {"presliding": 1e-3, "velocity_gain": 2.0}])
+def test_wrong_setting_is_refused(wrong):
+    with pytest.raises(ValueError, match="is not allowed"):
+        FrictionObserver(*GAINS, PERIOD, MODEL, **{**OBSERVER, **wrong})

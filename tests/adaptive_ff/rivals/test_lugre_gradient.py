@@ -1,0 +1,106 @@
+"""The LuGre feedforward tuned by gradient: its derivatives against differences, and joints that it learns."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adaptive_ff.rivals.lugre_gradient import COULOMB, NAMES, STICTION, STIFFNESS, LuGreGradient, bend_in_place
+from controllers import PI
+from plant import Joint, LuGreJoint
+
+PERIOD = 0.01
+GAINS = (1256.0, 15_000.0)
+ASSUMED = {"inertia": 20.0, "stribeck_velocity": 0.05, "stiffness": 2e4, "rate": 25.0}
+TRUTH = np.array([22.0, 70.0, 4.0, 50.0, 80.0, 3e4])
+PLAN = 0.2 * np.sin(math.pi * PERIOD * np.arange(3001)) + 0.1 * np.sin(3.0 * math.pi * PERIOD * np.arange(3001))
+
+
+def frozen(parameters, **settings):
+    """A controller with given parameters that does not learn, in plain Python."""
+    controller = LuGreGradient(*GAINS, PERIOD, **ASSUMED, **settings).run_uncompiled()
+    controller.state.parameters[:] = parameters
+    controller.enabled = False
+    return controller
+
+
+def along(controller, samples, inertia=20.0):
+    """Velocities of a mere inertia, whose held torque moves it exactly, and the feedforward on the way."""
+    velocity, velocities, fed = 0.0, [], []
+    for now, following in zip(PLAN[:samples].tolist(), PLAN[1 : samples + 1].tolist(), strict=True):
+        velocities.append(velocity)
+        velocity += PERIOD / inertia * controller.step(now, velocity, next_reference=following)
+        fed.append(controller.state.bristles)
+    return np.array(velocities), np.array(fed)
+
+
+@pytest.mark.parametrize("place", range(len(NAMES)), ids=NAMES)
+def test_sensitivities_are_what_the_closed_loop_makes_of_a_parameter(place):
+    """The loop is linear around the feedforward: differences of its velocities are exact up to rounding."""
+    controller, change = frozen(TRUTH), 1e-4 * TRUTH[place]
+    found, _ = along(controller, 150)
+    higher, lower = TRUTH.copy(), TRUTH.copy()
+    higher[place] += change
+    lower[place] -= change
+    differences = (along(frozen(higher), 151)[0] - along(frozen(lower), 151)[0]) / (2.0 * change)
+    assert controller.state.sensitivities[place] == pytest.approx(differences[-1], rel=1e-5)
+    assert found.size == 150
+
+
+def test_bristles_follow_their_equation_and_stop_at_the_level():
+    controller = frozen(TRUTH)
+    adhesion = math.exp(-0.1 / 0.05)
+    level = 50.0 + 30.0 * adhesion
+    torque = bend_in_place(controller.parameters, controller.state, -0.1, adhesion)
+    assert torque == pytest.approx(-level * (1.0 - math.exp(-3e4 * 1e-3 / level)), rel=1e-12)
+    controller.state = controller.state._replace(bristles=torque)
+    for _ in range(100):
+        controller.state = controller.state._replace(
+            bristles=bend_in_place(controller.parameters, controller.state, -0.1, adhesion)
+        )
+    assert controller.state.bristles == pytest.approx(-level, rel=1e-9)
+    assert controller.state.slopes[COULOMB] == pytest.approx(adhesion - 1.0, rel=1e-6)
+    assert controller.state.slopes[STICTION] == pytest.approx(-adhesion, rel=1e-6)
+    assert abs(controller.state.slopes[STIFFNESS]) < 1e-9
+
+
+def tracked(controller, joint):
+    """Errors at the samples on a joint."""
+    controller.run_uncompiled()
+    moving, errors = Joint(joint), []
+    for now, following in zip(PLAN[:-1].tolist(), PLAN[1:].tolist(), strict=True):
+        velocity = float(moving.state.velocity)
+        errors.append(now - velocity)
+        moving.step(controller.step(now, velocity, next_reference=following), PERIOD)
+    return np.array(errors)
+
+
+def test_lugre_joint_is_learnt_and_tracked():
+    joint = LuGreJoint(
+        inertia=20.0, coulomb=60.0, stiction=90.0, viscous=80.0, stribeck_velocity=0.05, stiffness=2e4, damping=100.0
+    )
+    controller = LuGreGradient(*GAINS, PERIOD, **{**ASSUMED, "stiffness": 1e5}, floor=0.8)
+    learnt, without = tracked(controller, joint)[-1000:], tracked(PI(*GAINS, PERIOD), joint)[-1000:]
+    assert np.sqrt(np.mean(learnt**2)) < 0.2 * np.sqrt(np.mean(without**2))
+    found = controller.estimates
+    assert found["coulomb"] == pytest.approx(60.0, rel=0.15)
+    assert 65.0 < found["stiction"] < 100.0  # the motion is slow for too short a time to tell more
+    assert found["stiffness"] == pytest.approx(2e4, rel=0.3)
+
+
+@pytest.mark.parametrize("given", [{"realised_torque": 50.0}, {"velocity": math.nan}])
+def test_nothing_is_learnt_where_the_drive_refused_or_the_measurement_is_lost(given):
+    controller = LuGreGradient(*GAINS, PERIOD, **ASSUMED).run_uncompiled()
+    for k in range(20):
+        controller.step(PLAN[k], 0.0, next_reference=PLAN[k + 1])
+    before = controller.state.parameters.copy()
+    controller.step(PLAN[20], **{"velocity": 0.0, **given}, next_reference=PLAN[21])
+    assert np.array_equal(controller.state.parameters, before)
+    controller.step(PLAN[21], 0.0, next_reference=PLAN[22])
+    assert not np.array_equal(controller.state.parameters, before)
+
+
+@pytest.mark.parametrize("name", ["stiffness", "rate", "floor", "inertia", "stribeck_velocity", "stribeck_shape"])
+def test_wrong_setting_is_refused_and_named(name):
+    with pytest.raises(ValueError, match=f"{name} = 0.0 is not allowed"):
+        LuGreGradient(*GAINS, PERIOD, **{**ASSUMED, name: 0.0})
