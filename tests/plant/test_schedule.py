@@ -3,6 +3,8 @@ import math
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.integrate import solve_ivp
+from scipy.special import lambertw
 
 from plant import (
     FrictionChange,
@@ -10,6 +12,7 @@ from plant import (
     JointModel,
     check_factor,
     friction_factor,
+    heated,
     schedule,
 )
 
@@ -44,6 +47,45 @@ def test_friction_that_depends_on_position_repeats_and_keeps_its_mean():
     assert (found.min(), found.max()) == pytest.approx((1.4, 2.6), rel=1e-4)
     assert friction_factor(plan, 1, 5.0, 0.1) == pytest.approx(2.6, rel=1e-12)
     assert friction_factor(plan, 1, 5.0, -0.7) == pytest.approx(friction_factor(plan, 1, 5.0, 0.1), rel=1e-12)
+
+
+def test_friction_rises_with_weight_and_load_of_either_sign():
+    plan = schedule([FrictionChange(time=1.0, load=-30.0)], 0.001, FrictionVariation(load_share=0.01))
+    found = [friction_factor(plan, phase, 0.0, 0.0, weight) for phase, weight in ((0, 0.0), (0, -50.0), (1, 10.0))]
+    assert found == pytest.approx([1.0, 1.5, 1.2], rel=1e-12)
+
+
+HEATING = FrictionVariation(thermal_resistance=2.0, thermal_time=40.0, thinning=0.03)
+WATTS = 30.0
+"""Power of the cold joint's friction at a constant speed."""
+
+
+def warmth_after(seconds, period):
+    plan, warmth = schedule([], period, HEATING), 0.0
+    for _ in range(round(seconds / period)):
+        warmth = heated(plan, warmth, WATTS * friction_factor(plan, 0, 0.0, 0.0, 0.0, warmth), period)
+    return warmth
+
+
+def test_constant_power_heats_exponentially():
+    plan = schedule([], 0.001, HEATING)
+    assert heated(plan, 5.0, 12.0, 40.0 * math.log(2.0)) == pytest.approx(0.5 * 5.0 + 0.5 * 24.0, rel=1e-12)
+
+
+def test_joint_at_constant_speed_settles_at_the_temperature_of_lamberts_function():
+    """``theta = R P exp(-beta theta)``: the less friction there is, the less it heats."""
+    settled = lambertw(0.03 * 2.0 * WATTS).real / 0.03
+    assert warmth_after(1200.0, 0.5) == pytest.approx(settled, rel=1e-9)
+
+
+def test_heating_solves_its_differential_equation_with_an_error_of_first_order():
+    def slope(t, y):
+        return [(2.0 * WATTS * math.exp(-0.03 * y[0]) - y[0]) / 40.0]
+
+    exact = solve_ivp(slope, (0.0, 30.0), [0.0], rtol=1e-12, atol=1e-12).y[0, -1]
+    coarse, fine = (abs(warmth_after(30.0, period) - exact) for period in (0.1, 0.05))
+    assert fine < 1e-3 * exact
+    assert coarse / fine == pytest.approx(2.0, abs=0.05)
 
 
 @pytest.mark.parametrize(
@@ -82,6 +124,7 @@ def test_change_that_makes_the_implicit_step_ambiguous_is_refused():
         schedule(changes((3.0, 1.5)), 0.03),
         schedule([], 0.03, FrictionVariation(warm_up_excess=0.5)),
         schedule(changes((3.0, 1.2)), 0.03, FrictionVariation(position_amplitude=0.25)),
+        schedule([FrictionChange(time=3.0, load=50.0)], 0.03, FrictionVariation(load_share=0.01)),
     ):
         with pytest.raises(ValueError, match=r"friction up to 1.5 times .* too long for this joint"):
             check_factor(accepted.parameters, plan, 0.03)
@@ -97,6 +140,10 @@ def test_change_that_makes_the_implicit_step_ambiguous_is_refused():
         ("position_period", 0.0),
         ("position_period", math.nan),
         ("warm_up_excess", math.inf),
+        ("load_share", -0.1),
+        ("thermal_resistance", -1.0),
+        ("thermal_time", 0.0),
+        ("thinning", math.nan),
     ],
 )
 def test_variation_refuses_a_wrong_value_and_names_the_field(field, value):

@@ -100,6 +100,37 @@ def test_drift_and_position_change_the_friction_that_acts():
     assert np.ptp(wavy.torque[late] / drag) > 0.35
 
 
+def test_load_and_heat_change_the_friction_that_acts():
+    """The same joint under a load, and with friction that heats it."""
+    slow = {"frequencies": [0.001], "amplitudes": [1.0], "peak": 0.3, "fade_in": 1.0}
+    base = SCENARIO.modified(duration=60.0, reference=slow, sensor={"velocity_noise": 0.0}, sampling={"period": 0.001})
+    plain, late = simulate(base, "pi"), 5000
+    drag, velocity = plain.torque, plain.velocity[:-1]
+    loaded = simulate(base.modified(change=[{"time": 1.0, "load": -20.0}], variation={"load_share": 0.01}), "pi")
+    assert loaded.torque[late:] == pytest.approx(1.2 * drag[late:] - 20.0, rel=0.01)
+    heats = {"thermal_resistance": 4.0, "thermal_time": 20.0, "thinning": 0.01}
+    warmth, factors = 0.0, []
+    for power in (drag * velocity).tolist():
+        factors.append(math.exp(-0.01 * warmth))
+        warmth += 0.001 / 20.0 * (4.0 * power * factors[-1] - warmth)
+    hot = simulate(base.modified(variation=heats), "pi")
+    assert hot.torque[late:] == pytest.approx((np.array(factors) * drag)[late:], rel=0.01)
+    assert factors[-1] < 0.75
+
+
+@pytest.mark.parametrize(
+    "variation",
+    [{"load_share": 0.01}, {"thermal_resistance": 4.0, "thermal_time": 5.0, "thinning": 0.02}],
+    ids=["load", "heat"],
+)
+def test_oracle_knows_friction_that_depends_on_load_and_heat(variation):
+    scenario = SCENARIO.modified(duration=20.0, joint={"gravity": 60.0}, variation=variation)
+    error, of_pi = (simulate(scenario, name).metrics.rms_error_settled for name in ("oracle", "pi"))
+    assert error < 0.25 * of_pi
+    ignorant = make("oracle", scenario.modified(variation={**dict.fromkeys(variation, 0.0), "thermal_time": 5.0}))
+    assert error < 0.7 * simulate(scenario, ignorant).metrics.rms_error_settled
+
+
 def test_jittered_samples_have_the_outliers_of_the_papers_figure_10_and_keep_the_mean():
     scenario = SCENARIO.modified(duration=100.0, sampling={"period": 0.022, "jitter": 0.9}, feedback={"bandwidth": 5.0})
     intervals = np.diff(scenario.sample_steps)
@@ -155,8 +186,11 @@ def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once()
         sampling={"jitter": 0.9},
         feedback={"bandwidth": 5.0},
         actuator={"delay": 0.004, "torque_resolution": 0.5, "ripple_amplitude": 2.0, "rate_limit": 2e4},
-        variation={"warm_up_excess": 0.4, "position_amplitude": 0.2},
-        change=[{"time": 3.0, "friction_scale": 0.7}],
+        variation={
+            **{"warm_up_excess": 0.4, "position_amplitude": 0.2, "load_share": 0.01},
+            **{"thermal_resistance": 5.0, "thermal_time": 3.0, "thinning": 0.01},
+        },
+        change=[{"time": 3.0, "friction_scale": 0.7, "load": 10.0}],
     )
     course, controller, other = lay_course(scenario), make("adaptive", scenario), make("adaptive", scenario)
     plain, _ = drive(controller, course, run=run_plain)
