@@ -14,6 +14,10 @@ from adaptive_ff.cli.terminal import Printer, announce_compilation, error_consol
 def sweep_command(
     scenario: ScenarioFile = None,
     own: OwnControllers = None,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(help="Further controller of the package to run beside them. May be given several times."),
+    ] = None,
     runs: Annotated[int, typer.Option(min=1, help="Number of joints to draw.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 1,
     out: Annotated[
@@ -25,7 +29,7 @@ def sweep_command(
     report: Report = False,
     scheduler: Scheduler = None,
 ) -> None:
-    """Draw joints at random, and show how pi, oracle, adaptive and own controllers fare on them."""
+    """Draw joints at random, and show how pi, oracle, adaptive and further controllers fare on them."""
     from rich.table import Table
 
     from adaptive_ff.comparison.drawn_joints import draw_scenario, summary, sweep
@@ -52,6 +56,7 @@ def sweep_command(
                 runs,
                 seed,
                 own=mine,
+                rivals=controller or [],
                 folder=out,
                 executor=executor,
                 progress=lambda share: progress.update(task, completed=share),

@@ -1,7 +1,7 @@
 """Monte Carlo: how good is the adaptive controller on joints drawn at random."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import suppress
 from dataclasses import asdict
@@ -14,6 +14,7 @@ import numpy as np
 from adaptive_ff.comparison.outcomes import KeptOutcomes, Outcome
 from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, make_own
 from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
+from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
@@ -135,24 +136,23 @@ def needed_torque(scenario: Scenario) -> float:
     return joint.inertia * fastest + friction
 
 
-def run_draw(scenario: Scenario, seed: int, draw: int, own: Mapping[str, Own] | None = None) -> Outcome:
-    """Draw a joint and run the controllers on it."""
+def run_draw(scenario: Scenario, seed: int, draw: int, further: Mapping[str, Own | None] | None = None) -> Outcome:
+    """Draw a joint and run the controllers on it, and further ones: own ones, or by name alone those of the package."""
     try:
         drawn = draw_scenario(scenario, seed, draw)
     except InputError as error:
         return Outcome(draw, {}, str(error))
     course = lay_course(drawn)
     metrics = {name: simulate(drawn, name, course=course, uncertain=False).metrics for name in CONTROLLERS}
-    for name, one in (own or {}).items():
-        with suppress(ArithmeticError):  # an own controller may fail on a joint; it then has no figures there
-            metrics[name] = simulate(
-                drawn, make_own(name, one, drawn), name=name, course=course, uncertain=False
-            ).metrics
+    for name, one in (further or {}).items():
+        with suppress(ArithmeticError):  # it may fail on a joint; it then has no figures there
+            made = name if one is None else make_own(name, one, drawn)
+            metrics[name] = simulate(drawn, made, name=name, course=course, uncertain=False).metrics
     return Outcome(draw, metrics, fall=fall_over_gain(drawn))
 
 
-def _run_batch(scenario: Scenario, seed: int, draws: list[int], own: Mapping[str, Own]) -> list[Outcome]:
-    return [run_draw(scenario, seed, draw, own) for draw in draws]
+def _run_batch(scenario: Scenario, seed: int, draws: list[int], further: Mapping[str, Own | None]) -> list[Outcome]:
+    return [run_draw(scenario, seed, draw, further) for draw in draws]
 
 
 def sweep(
@@ -161,6 +161,7 @@ def sweep(
     seed: int = 1,
     *,
     own: Mapping[str, Own] | None = None,
+    rivals: Sequence[str] = (),
     folder: Path | None = None,
     executor: Executor | None = None,
     progress: Callable[[float], None] | None = None,
@@ -177,6 +178,8 @@ def sweep(
         Seed of the draws; each draw depends on it and on its number only, not on the workers.
     own : mapping, optional
         Own controllers by name that are run, too; see :func:`adaptive_ff.comparison.own.make_own`.
+    rivals : sequence of str, optional
+        Names of further controllers of the package that are run, too.
     folder : Path, optional
         Where outcomes are kept as they come, so that a call that was interrupted goes on where it stopped.
     executor : concurrent.futures.Executor, optional
@@ -194,17 +197,19 @@ def sweep(
     ValueError
         The number of runs is not positive.
     InputError
-        The scenario leaves the bandwidth open.
+        The scenario leaves the bandwidth open, or there is no controller of a name.
     """
     if runs < 1:
         raise ValueError(f"runs = {runs} is not allowed: it must be at least 1")
     if scenario.feedback.is_auto:
         raise InputError("feedback.bandwidth = 'auto' is not allowed for a sweep: all joints share one; give a number")
-    own = own or {}
-    check_own_names(own, REGISTERED)
-    kept = KeptOutcomes(folder, scenario, seed, own)
+    check_own_names(own or {}, REGISTERED)
+    for name in rivals:
+        loop_of(scenario, name)
+    further: dict[str, Own | None] = {name: None for name in rivals if name not in CONTROLLERS} | dict(own or {})
+    kept = KeptOutcomes(folder, scenario, seed, further)
     outcomes = {draw: outcome for draw, outcome in kept.read().items() if draw < runs}
-    for batch in _run(scenario, seed, [draw for draw in range(runs) if draw not in outcomes], own, executor):
+    for batch in _run(scenario, seed, [draw for draw in range(runs) if draw not in outcomes], further, executor):
         outcomes |= {outcome.draw: outcome for outcome in batch}
         kept.add(batch)
         if progress is not None:
@@ -213,22 +218,22 @@ def sweep(
 
 
 def _run(
-    scenario: Scenario, seed: int, draws: list[int], own: Mapping[str, Own], executor: Executor | None
+    scenario: Scenario, seed: int, draws: list[int], further: Mapping[str, Own | None], executor: Executor | None
 ) -> Iterator[list[Outcome]]:
     """Yield the outcomes of draws, in batches as they come."""
     if not draws:
         return
-    first = run_draw(scenario, seed, draws[0], own)  # here, so that workers find the controllers compiled
+    first = run_draw(scenario, seed, draws[0], further)  # here, so that workers find the controllers compiled
     if first.refused:
         simulate(scenario.modified(duration=1.0, change=[]), "adaptive")
     yield [first]
     batches = [draws[start : start + BATCH] for start in range(1, len(draws), BATCH)]
-    if executor is None and not can_be_sent(own):
-        yield from (_run_batch(scenario, seed, batch, own) for batch in batches)
+    if executor is None and not can_be_sent(further):
+        yield from (_run_batch(scenario, seed, batch, further) for batch in batches)
         return
     pool = pool_of_workers() if executor is None else executor
     try:
-        for done in as_completed([pool.submit(_run_batch, scenario, seed, batch, own) for batch in batches]):
+        for done in as_completed([pool.submit(_run_batch, scenario, seed, batch, further) for batch in batches]):
             yield done.result()
     finally:
         if executor is None:

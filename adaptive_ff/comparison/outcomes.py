@@ -52,13 +52,13 @@ class KeptOutcomes:
         What the joints are drawn around.
     seed : int
         Seed of the draws.
-    own : mapping
-        Own controllers that are run. Where one of them is a living object, nothing is kept, since nobody knows whether
-        it is the same the next time.
+    further : mapping
+        Further controllers that are run, None for those of the package. Where one of them is a living object, nothing
+        is kept, since nobody knows whether it is the same the next time.
     """
 
-    def __init__(self, folder: Path | None, scenario: Scenario, seed: int, own: Mapping[str, Own]) -> None:
-        marks = {name: own_mark(one) for name, one in own.items()}
+    def __init__(self, folder: Path | None, scenario: Scenario, seed: int, further: Mapping[str, Own | None]) -> None:
+        marks = {name: "" if one is None else own_mark(one) for name, one in further.items()}
         self._file: Path | None = None
         self._mark = ""
         if folder is not None and None not in marks.values():

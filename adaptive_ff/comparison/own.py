@@ -283,7 +283,7 @@ def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
             raise InputError(f"own = {name!r} is not allowed: that is the name of a controller of this package")
 
 
-def can_be_sent(own: Mapping[str, Own]) -> bool:
+def can_be_sent(own: Mapping[str, Own | None]) -> bool:
     """Whether own controllers can be sent to other processes; what is defined in a function or a lambda cannot."""
     try:
         pickle.dumps(dict(own))

@@ -107,8 +107,8 @@ def sweep_table(result: dict[str, Any]) -> Table:
 
 
 def own_sweep_table(result: dict[str, Any]) -> Table:
-    """Return how own controllers fared in a sweep."""
-    table = Table(title="Own controllers", box=SIMPLE, title_style="bold")
+    """Return how own controllers, and further ones of the package, fared in a sweep."""
+    table = Table(title="Further controllers", box=SIMPLE, title_style="bold")
     table.add_column("controller", no_wrap=True)
     quantiles = ("0.0", "0.05", "0.5", "0.95", "1.0")
     for heading in ("settled: pi / own", "whole run: own / pi"):

@@ -34,8 +34,12 @@ DARK, DARK_RED = 3.0, -1.2
 FIXED = tuple(f"{form}_{source}" for form in FORMS for source in SOURCES)
 COLUMNS = {
     "ours": (OURS,),
-    "learners": ("adaptive_paper", "canudas", "canudas_measured", "feedback_error"),
-    "observers": ("disturbance_observer", "extended_state", "kalman_disturbance"),
+    "learners": (
+        *("adaptive_paper", "canudas", "canudas_measured", "feedback_error", "lugre_gradient"),
+        *("maxwell_adaptive", "radial_basis", "repetitive"),
+    ),
+    "observers": ("disturbance_observer", "extended_state", "kalman_disturbance", "super_twisting"),
+    "friction model and observer": ("lugre_observer", "friction_observer", "lee_tomizuka"),
     "with a fixed model": (
         *(name for name in ("pi_inertia", *FIXED) if name not in KNOWS_THE_TRUTH),
         *("observed_nominal", "observed_batch"),
