@@ -76,28 +76,31 @@ at 100 Hz anything from 3 s on does about as well.
 DEAD_ZONE = 0.3
 """Dead zone of ``canudas``, as a share of the assumed Stribeck velocity."""
 
+MEASURED_DEAD_ZONE = 0.1
+"""The same of ``canudas_measured``, which compensates in proportion to the velocity there."""
+
 
 def _adaptive_paper(scenario: Scenario) -> PaperController:
     memory = scenario.adaptation.memory or PAPER_MEMORY
     return PaperController(*scenario.feedback.gains, **_assumed(scenario), memory=memory)
 
 
-def _canudas_assumed(scenario: Scenario) -> dict[str, Any]:
+def _canudas_assumed(scenario: Scenario, dead_zone: float) -> dict[str, Any]:
     assumed = {
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
-        "dead_zone": DEAD_ZONE * scenario.adaptation.stribeck_velocity,
+        "dead_zone": dead_zone * scenario.adaptation.stribeck_velocity,
         "delay": scenario.assumed_delay,
     }
     return _with_memory(assumed, scenario.adaptation.memory)
 
 
 def _canudas(scenario: Scenario) -> CanudasController:
-    return CanudasController(*scenario.feedback.gains, **_canudas_assumed(scenario))
+    return CanudasController(*scenario.feedback.gains, **_canudas_assumed(scenario, DEAD_ZONE))
 
 
 def _canudas_measured(scenario: Scenario) -> CanudasMeasuredController:
-    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_assumed(scenario))
+    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_assumed(scenario, MEASURED_DEAD_ZONE))
 
 
 def _feedback_error(scenario: Scenario) -> FeedbackErrorLearning:

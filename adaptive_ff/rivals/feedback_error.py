@@ -58,10 +58,10 @@ from controllers.arrays import MutableArray
 INERTIA, VISCOUS, OFFSET, FRICTION = range(4)
 """Places of the weights; from ``FRICTION`` on, Coulomb friction and stiction of each friction lag in turn."""
 
-RATE = 0.15
+RATE = 0.3
 """Learning rate, as a share of the crossover ``Kp/J`` of the feedback; see ``FeedbackErrorLearning``."""
 
-LAGS = (0.5, 2.5)
+LAGS = (1.0, 3.0)
 """Friction lags of the features, in time constants ``J/Kp`` of the feedback; see ``FeedbackErrorLearning``."""
 
 VISCOUS_SHARE = 0.2
@@ -235,10 +235,9 @@ class FeedbackErrorLearning(IdentifyingController):
 
     ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
-    Learning rate and friction lags were searched on twelve joints drawn around the built-in one (those of
-    ``adaptive-ff sweep``, seed 101) at 100 Hz and 1 kHz. Of the candidates that were worse than ``pi`` on none of them,
-    these have the least settled error over that of ``pi`` (geometric means of 0.40 and 0.22). Twice the rate
-    learns faster and ends somewhat better at 1 kHz, but is worse than ``pi`` on one joint at 100 Hz.
+    Learning rate and friction lags did best in ``python -m benchmarks.tuning`` of those with two lags or more: one lag
+    of two time constants is better still there, but worse on joints drawn at random (``adaptive-ff sweep``, seed 101),
+    whose lags differ more. On 2 of 14 of these joints it is worse than ``pi``, as with half the rate.
 
     Parameters
     ----------
