@@ -44,7 +44,7 @@ def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
 
 def test_it_converges_to_the_inverse_model_of_a_joint_without_lag_and_the_feedback_torque_vanishes():
     scenario = quiet(friction_lag=0.0)
-    course, learning = lay_course(scenario), with_lags([0.0], period=0.001, rate=9.4)
+    course, learning = lay_course(scenario), with_lags([0.0], period=0.001, rate=0.15 / RESPONSE)
     record, _ = drive(learning, course)
     joint = scenario.joint
     found = learning.estimates
@@ -61,11 +61,12 @@ def test_it_converges_to_the_inverse_model_of_a_joint_without_lag_and_the_feedba
 
 def test_a_mixture_of_lags_stands_for_the_one_in_between():
     """The built-in lag is 20 ms; the features have 8 and 40 ms."""
-    course, learning = lay_course(quiet()), with_lags([0.008, 0.04], period=0.001, rate=9.4)
+    mixture = {"lags": [0.5 * RESPONSE, 2.5 * RESPONSE], "period": 0.001, "rate": 0.15 / RESPONSE}
+    course, learning = lay_course(quiet()), with_lags(**mixture)
     drive(learning, course)
     assert learning.estimates["friction_lag"] == pytest.approx(0.02, rel=0.2)
     rough, _ = drive(with_lags([0.0], period=0.001), course)
-    fine, _ = drive(with_lags(None, period=0.001), course)
+    fine, _ = drive(with_lags(**mixture), course)
     errors = [np.sqrt(np.mean((course.reference - record.velocity)[60_000:] ** 2)) for record in (rough, fine)]
     assert errors[1] < 0.5 * errors[0]
 
