@@ -21,7 +21,7 @@ from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
 from controllers import DisturbanceObserver, KalmanDisturbance, SuperTwisting
-from plant import LuGreJoint
+from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint
 
 REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 """Reaches of the stop operators, in units of the way at ``Vs`` in a time constant of the feedback."""
@@ -153,13 +153,18 @@ def nominal_presliding(scenario: Scenario) -> float:
     """Return the displacement (rad) from a reversal until the joint slides, as from a data sheet; least where none is.
 
     Bristles and elements slip gradually: of a LuGre joint it is twice what the stiction bends, of Maxwell slip the
-    reach of the last element. It is off by a factor as the parameters of ``nominal`` models are.
+    reach of the last element, of rolling friction its range. It is off by a factor as the parameters of ``nominal`` models are.
     """
     joint, least = scenario.joint, LEAST_REACH * _assumed_way(scenario)
+    true = 0.0
     if isinstance(joint, LuGreJoint):
         true = 2.0 * joint.stiction / joint.stiffness
-    else:
-        true = getattr(joint, "presliding", 0.0) or max(getattr(joint, "displacements", [0.0]))
+    elif isinstance(joint, MaxwellJoint):
+        true = max(joint.displacements)
+    elif isinstance(joint, RollingJoint):
+        true = joint.rolling_range
+    elif isinstance(joint, ElastoPlasticJoint):
+        true = joint.presliding
     factor = SPREAD ** np.random.default_rng([scenario.seed, STREAM, 1]).uniform(-1.0, 1.0)
     return max(float(factor) * true, least)
 
