@@ -72,6 +72,11 @@ class Separate:
         return np.array(torques)
 
 
+def lag_of(setup: Setup) -> float:
+    """Return by how much the measured velocity lags, s: half a period where it is a difference of readings."""
+    return 0.5 / setup.rate if setup.cascade else 0.0
+
+
 def make_pi(machine: Machine, setup: Setup) -> Separate:
     """Make a PI loop for each joint."""
     period = 1.0 / setup.rate
@@ -86,7 +91,7 @@ def make_fixed(machine: Machine, setup: Setup) -> Separate:
         design = PI.design(inertia=inertia, period=period, bandwidth=BANDWIDTH)
         stiction = axis.coulomb if machine.friction == "coulomb" else STICTION * axis.coulomb
         model = TorqueModel(float(inertia), axis.coulomb, stiction, axis.viscous, 0.0, STRIBECK, 1.0)
-        made.append(ModelBased(design.proportional, design.integral, period, model))
+        made.append(ModelBased(design.proportional, design.integral, period, model, velocity_lag=lag_of(setup)))
     return Separate(made)
 
 
@@ -101,7 +106,7 @@ def make_adaptive(machine: Machine, setup: Setup) -> JointGroup:
             "integral": design.integral,
             "inertia": float(inertia),
             "stribeck_velocity": STRIBECK,
-            "velocity_lag": 0.5 * period if setup.cascade else 0.0,
+            "velocity_lag": lag_of(setup),
             "identify": "gravity" if learns_gravity else "offset",
             **({} if setup.gravity_given else {"preceding": axis.preceding}),
         }
