@@ -153,7 +153,8 @@ def nominal_presliding(scenario: Scenario) -> float:
     """Return the displacement (rad) from a reversal until the joint slides, as from a data sheet; least where none is.
 
     Bristles and elements slip gradually: of a LuGre joint it is twice what the stiction bends, of Maxwell slip the
-    reach of the last element, of rolling friction its range. It is off by a factor as the parameters of ``nominal`` models are.
+    reach of the last element, of rolling friction its range. It is off by a factor as the parameters of ``nominal``
+    models are.
     """
     joint, least = scenario.joint, LEAST_REACH * _assumed_way(scenario)
     true = 0.0
