@@ -6,7 +6,8 @@ import pytest
 from closed_loops import SCENARIO, make
 
 from adaptive_ff import InputError, compare
-from adaptive_ff.comparison.registry import CONTROLLERS, balance, make_disturbance_observer, make_kalman_disturbance
+from adaptive_ff.comparison.observer_bandwidth import balance
+from adaptive_ff.comparison.registry import CONTROLLERS, make_disturbance_observer, make_kalman_disturbance
 from controllers import DisturbanceObserver, ExtendedState, KalmanDisturbance
 
 NAMES = ["disturbance_observer", "extended_state", "kalman_disturbance"]
