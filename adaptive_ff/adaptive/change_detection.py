@@ -19,7 +19,9 @@ of the parameters among them, stays. For ``known > 0`` the result is positive de
 
 Where an offset is estimated, the change may be a load as well. While the joint moves one way nobody can know: then
 nothing is learnt, whoever has an observer lets it carry the torque, and the change is attributed when the joint has
-moved the other way (:func:`attribute_change`). Only what it is attributed to is forgotten.
+moved the other way (:func:`attribute_change`). A change that undoes the last load, as the end of a push, is that load
+at once. Only what a change is attributed to is forgotten, and set to what the short window says: the offset by its
+mean error, or all friction by the factor ``1 + <e f>/<f^2>``.
 
 For comparing short with long means see M. Basseville and I. Nikiforov, "Detection of Abrupt Changes" (Prentice Hall,
 1993).
@@ -53,6 +55,15 @@ TURNED_FOR = 1.5
 LONGEST_WAIT = 1.0
 """Longest time without a decision, in memories of the estimator."""
 
+RENEWED = 0.7
+"""Share of its size so far from which the latest mean takes its place; less is the mixture of a short turn."""
+
+UNDONE = 0.3
+"""Difference between a change and the reverse of the last load, as a share of it, up to which the load is undone."""
+
+LEAST_FACTOR, LARGEST_FACTOR = 0.2, 5.0
+"""Range of the factor by which friction is taken to have changed at once."""
+
 SETTLING = 20.0
 """Time after a decision in which no other is made, in short windows."""
 
@@ -66,10 +77,13 @@ class Surprise(NamedTuple):
         Mean of the prediction error times the predicted friction, ``<e f>``.
     friction_squared : float
         Mean of the predicted friction squared, ``<f^2>``.
+    error : float
+        Mean of the prediction error ``<e>``, in units of the torque scale.
     """
 
     product: float
     friction_squared: float
+    error: float
 
 
 @register_jitable(forceinline=True)
@@ -90,7 +104,7 @@ def note_surprise(surprise: Surprise, friction: float, error: float, duration: f
     share = duration / (window + duration)
     product = surprise.product + share * (friction * error - surprise.product)
     squared = surprise.friction_squared + share * (friction * friction - surprise.friction_squared)
-    return Surprise(product, squared)
+    return Surprise(product, squared, surprise.error + share * (error - surprise.error))
 
 
 @register_jitable(forceinline=True)
@@ -146,6 +160,8 @@ class Alarm(NamedTuple):
         For how long this has been the cause, s of sliding motion.
     turned : float
         For how much of it the joint has moved the other way, s.
+    load : float
+        The last change that was attributed to a load, in units of the torque scale.
     """
 
     cause: int
@@ -153,9 +169,16 @@ class Alarm(NamedTuple):
     friction: float
     age: float
     turned: float
+    load: float
 
 
-NO_ALARM = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0)
+NO_ALARM = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@register_jitable(forceinline=True)
+def load_is_undone(alarm: Alarm, surprise: Surprise, window: float) -> bool:
+    """Return whether a change that has filled the short window (s) is about the reverse of the last load."""
+    return alarm.age > TURNED_FOR * window and abs(surprise.error + alarm.load) < UNDONE * abs(alarm.load)
 
 
 @register_jitable(forceinline=True)
@@ -166,7 +189,7 @@ def attribute_change(
 
     While the joint moves one way, a load and a change of friction are one number. So a change waits for a decision
     until the joint has moved the other way: if the errors then have the sign that they had before, it is a load; if
-    they have turned with the motion, it is friction.
+    they have turned with the motion, it is friction. What undoes the last load need not wait.
 
     Parameters
     ----------
@@ -185,21 +208,68 @@ def attribute_change(
     """
     if alarm.cause == NOTHING:
         if noticed:
-            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0)
+            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, alarm.load)
         return alarm
     age, turned = alarm.age + duration, alarm.turned
+    if (noticed or alarm.cause == UNDECIDED) and load_is_undone(alarm, surprise, window):
+        return Alarm(LOAD, alarm.product, alarm.friction, 0.0, 0.0, -alarm.load)
+    product, other_way = alarm.product, friction * alarm.friction < 0.0
+    if alarm.cause == EITHER and turned == 0.0 and not other_way:
+        age = 0.0  # only the other way shows which it was: what is surprising there is no other change
+    elif alarm.cause == EITHER:
+        turned += duration
     if alarm.cause != UNDECIDED:
         if age > SETTLING * window:
-            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0)
-        return Alarm(alarm.cause, alarm.product, alarm.friction, age, turned)
-    if friction * alarm.friction < 0.0 and abs(friction) > TURNED * abs(alarm.friction):
-        turned += duration
+            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, alarm.load)
+        return Alarm(alarm.cause, product, alarm.friction, age, turned, alarm.load)
+    if abs(friction) > TURNED * abs(alarm.friction):
+        if other_way:
+            turned += duration
+        else:
+            turned = 0.0  # not for long enough: the means are mixed
+            if abs(surprise.product) > RENEWED * abs(product):
+                product = surprise.product  # the latest: a push may have ended since
     if turned > TURNED_FOR * window:
-        cause = LOAD if surprise.product * alarm.product < 0.0 else FRICTION
-        return Alarm(cause, alarm.product, alarm.friction, 0.0, 0.0)
+        if surprise.product * product < 0.0:
+            return Alarm(LOAD, product, alarm.friction, 0.0, 0.0, surprise.error)
+        return Alarm(FRICTION, product, alarm.friction, 0.0, 0.0, alarm.load)
     if age > longest:
-        return Alarm(EITHER, alarm.product, alarm.friction, 0.0, 0.0)
-    return Alarm(UNDECIDED, alarm.product, alarm.friction, age, turned)
+        return Alarm(EITHER, product, alarm.friction, 0.0, 0.0, alarm.load)
+    return Alarm(UNDECIDED, product, alarm.friction, age, turned, alarm.load)
+
+
+@register_jitable(forceinline=True)
+def is_decided(alarm: Alarm) -> bool:
+    """Return whether a change has just been attributed to a load or to friction."""
+    return (alarm.cause == LOAD or alarm.cause == FRICTION) and alarm.age == 0.0
+
+
+@register_jitable(forceinline=True)
+def follow_change_in_place(
+    estimate: NDArray[np.float64], alarm: Alarm, surprise: Surprise, unit: float, loads: int
+) -> None:
+    """Set what a change has just been attributed to, offset or size of friction, to what the short window says.
+
+    Parameters
+    ----------
+    estimate : ndarray, shape (n,)
+        The parameters; changed in place.
+    alarm : Alarm
+        The change.
+    surprise : Surprise
+        Means over the short window.
+    unit : float
+        The torque scale, N m.
+    loads : int
+        How many of the last parameters are sizes of known loads, which are kept.
+    """
+    if alarm.cause == LOAD:
+        estimate[OFFSET] += alarm.load * unit
+    elif surprise.friction_squared > 0.0:
+        factor = min(max(1.0 + surprise.product / surprise.friction_squared, LEAST_FACTOR), LARGEST_FACTOR)
+        for i in range(estimate.size - loads):
+            if COULOMB <= i < FRICTION_LAG or i > OFFSET:
+                estimate[i] *= factor
 
 
 @register_jitable

@@ -36,8 +36,10 @@ from adaptive_ff.adaptive.change_detection import (
     Alarm,
     attribute_change,
     explained_by_friction,
+    follow_change_in_place,
     forget_friction_in_place,
     forget_offset_in_place,
+    is_decided,
     note_surprise,
 )
 from adaptive_ff.adaptive.estimator_state import (
@@ -74,6 +76,9 @@ SMALLEST_FLOOR = 1e-9
 
 LARGEST_FLOOR = 1e-3
 """Floor of the information where the prediction is far off, as after a change of friction."""
+
+CLIP = 9.0
+"""Square of the largest prediction error that is learnt from, over the usual mean square, once a memory is full."""
 
 GUESS = 0.9
 """Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
@@ -369,6 +374,10 @@ def learn_in_place(
     if estimate.size - load_count(estimator) > OFFSET:
         longest = LONGEST_WAIT * estimator.memory
         alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
+        if noticed and is_decided(alarm):
+            follow_change_in_place(estimate, alarm, surprise, estimator.torque_scale, load_count(estimator))
+            error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
+            squared = error * error
         if alarm.cause == UNDECIDED:  # the observer carries it; the levels must not get used to it
             levels = Levels(levels.squared_error, largest_torque, speed, learnt, levels.stuck)
             return with_levels(state, levels, surprise, alarm)
@@ -376,6 +385,10 @@ def learn_in_place(
         # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
         forget_in_place(estimator, recursion, surprise.friction_squared, alarm, window / estimator.memory)
+    if learnt > estimator.memory:
+        # the first errors after a change, before it is noticed, must not move what has been learnt
+        largest = math.sqrt(CLIP * (levels.squared_error + LEAST_ERROR))
+        error = min(max(error, -largest), largest)
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
     levels = Levels(squared_error, largest_torque, speed, learnt, levels.stuck)
     update_resetting_in_place(recursion, floor, keep, error)

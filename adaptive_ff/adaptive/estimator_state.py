@@ -162,7 +162,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
         initial_resetting_state(estimator.first, information),
         np.zeros((size, 2)),
         Levels(0.0, largest, 0.0, 0.0, 0.0),
-        Surprise(0.0, 0.0),
+        Surprise(0.0, 0.0, 0.0),
         NO_ALARM,
         initial_loads(loads),
         np.zeros(estimator.regressors),
