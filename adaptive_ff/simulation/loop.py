@@ -26,9 +26,11 @@ from controllers import (
 from plant import (
     CHANGE_JOINT,
     INITIAL_STATE,
+    READY_JOINT,
     SCALE_JOINT,
     SENSED_VELOCITY,
     STEP_JOINT,
+    STEP_READY,
     FrictionSchedule,
     JointChange,
     encoder_reading,
@@ -45,6 +47,14 @@ def _step_joint(joint: Any, state: Any, torque: float, period: float) -> Any:
     return STEP_JOINT[type(joint)](joint, state, torque, period)
 
 
+def _ready_joint(joint: Any, period: float) -> Any:
+    return READY_JOINT[type(joint)](joint, period)
+
+
+def _step_ready(joint: Any, state: Any, torque: float, period: float) -> Any:
+    return STEP_READY[type(joint)](joint, state, torque, period)
+
+
 def _scale_joint(joint: Any, factor: float) -> Any:
     return SCALE_JOINT[type(joint)](joint, factor)
 
@@ -59,6 +69,12 @@ def _sensed_velocity(state: Any) -> Any:
 
 step_joint = dispatched(STEP_JOINT, _step_joint)
 """One solver period of any joint, compiled or not."""
+
+ready_joint = dispatched(READY_JOINT, _ready_joint)
+"""Any joint with the constants of its step for a solver period (s)."""
+
+step_ready = dispatched(STEP_READY, _step_ready)
+"""One solver period of any joint that :func:`ready_joint` returned."""
 
 scale_joint = dispatched(SCALE_JOINT, _scale_joint)
 """Any joint with its friction times a factor."""
@@ -141,7 +157,7 @@ def run_plain(
     outer = position.outer
     actuator, plan, period = course.actuator, course.plan, course.solver_period
     original = change_joint(course.joint, phase_change(plan, phase))
-    joint = scale_joint(original, plan.scales[phase])
+    joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
     for k in range(position.sample, stop):
         first, last = course.samples[k], course.samples[k + 1]
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
@@ -177,15 +193,16 @@ def run_plain(
             while phase + 1 < plan.starts.size and i >= plan.starts[phase + 1]:
                 phase += 1
                 original = change_joint(course.joint, phase_change(plan, phase))
-                joint = scale_joint(original, plan.scales[phase])
+                joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
             if plan.varies:
-                joint = scale_joint(original, friction_factor(plan, phase, i * period, motion.position))
+                factor = friction_factor(plan, phase, i * period, motion.position)
+                joint = ready_joint(scale_joint(original, factor), period)
             torque *= actuator.gain
             if actuator.ripple_amplitude > 0.0:
                 torque += ripple_torque(actuator, motion.position)
             if course.gravity.amplitude > 0.0:
                 torque -= gravity_torque(course.gravity, motion.position)
-            motion = step_joint(joint, motion, torque, period)
+            motion = step_ready(joint, motion, torque, period)
             record.velocity[i + 1] = motion.velocity
             record.position[i + 1] = motion.position
         realised = given if course.delay == 0 and actuator.lag == 0.0 else total / (last - first)
