@@ -62,8 +62,8 @@ from plant.maxwell_joint import MaxwellJoint, RollingJoint, check_maxwell_period
 from plant.step import (
     JointParameters,
     JointState,
-    changed_joint,
     ReadyJoint,
+    changed_joint,
     initial_joint,
     ready_joint,
     scaled_joint,

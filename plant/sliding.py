@@ -1,7 +1,7 @@
 """The velocity at the end of an implicit step against static friction, ``w + kappa F(w) = free velocity``.
 
-``F`` is set-valued at rest: below breakaway the joint rests exactly. Above, the speed is found by Newton's method, for the
-shape factor 1 with one exponential in nearly all steps.
+``F`` is set-valued at rest: below breakaway the joint rests exactly. Above, the speed is found by Newton's method,
+for the shape factor 1 with one exponential in nearly all steps.
 """
 
 import math
@@ -72,10 +72,10 @@ def direction_of(friction: Stribeck, kappa: float) -> Direction:
 def speed_in_direction(direction: Direction, free_speed: float, friction_torque: float) -> float:
     """Solve ``x + kappa F(x) = free_speed`` for the speed ``x > 0``, where ``free_speed`` is above breakaway.
 
-    ``friction_torque`` is the friction (N m) in this direction before the step; with it the guess is off by no more than
-    friction changes in a step. Around the guess the exponential is ``e exp(-y)`` with a small ``y``, whose series gives
-    the residual of a corrected speed without another exponential. Where that is not enough to the last digit, as at a
-    reversal, Newton's method goes on.
+    ``friction_torque`` is the friction (N m) in this direction before the step; with it the guess is off by no more
+    than friction changes in a step. Around the guess the exponential is ``e exp(-y)`` with a small ``y``, whose series
+    gives the residual of a corrected speed without another exponential. Where that is not enough to the last digit, as
+    at a reversal, Newton's method goes on.
     """
     low = (free_speed - direction.breakaway) * direction.per_linear
     high = (free_speed - direction.coulomb) * direction.per_linear
