@@ -55,13 +55,11 @@ def beside_simple_pid(name: str, ours: dict[str, float], theirs: dict[str, float
     """Return the rows of a controller beside the call of simple-pid, or the reason why there are none."""
     if theirs is None:
         return [Row(f"{name}: simple-pid", "skipped: simple-pid is not installed")]
-    limit = RATIO_TO_SIMPLE_PID.get(name)
-    return [
-        Row(
-            f"{name}: {label}, simple-pid", "simple-pid", ours[label], theirs[label], ours[label] / theirs[label], limit
-        )
-        for label in ("median", "99th percentile")
-    ]
+    rows, limit = [], RATIO_TO_SIMPLE_PID.get(name)
+    for label in ("median", "99th percentile"):
+        ratio = ours[label] / theirs[label]
+        rows.append(Row(f"{name}: {label}, simple-pid", "simple-pid", ours[label], theirs[label], ratio, limit))
+    return rows
 
 
 def in_new_process(function: Callable[..., Any], *arguments: Any) -> Any:

@@ -61,18 +61,14 @@ class Multisine(Table):
         return self
 
     def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
-        """Return the reference velocity (rad/s) on an ascending grid of times (s); without a peak one of 1 rad/s."""
+        """Return the velocity (rad/s) on an even grid of times (s) from zero; without a peak one of 1 rad/s."""
         phases = generator.uniform(0.0, 2.0 * math.pi, len(self.frequencies))
-        velocity, sine = np.zeros_like(time), np.empty_like(time)
+        velocity = np.zeros_like(time)
         largest = max(abs(amplitude) for amplitude in self.amplitudes)
         for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
-            np.multiply(2.0 * math.pi * frequency, time, out=sine)
-            sine += phase
-            np.sin(sine, out=sine)
-            sine *= amplitude / largest
-            velocity += sine
+            velocity += amplitude / largest * sine_on_grid(2.0 * math.pi * frequency, float(phase), time)
         peak = 1.0 if self.peak is None else self.peak
-        velocity *= peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
+        velocity *= peak / max(float(np.max(velocity)), -float(np.min(velocity)), np.finfo(float).tiny)
         velocity *= self._faded(time)
         if self.pause is not None:
             begin, end = self.pause
@@ -85,6 +81,18 @@ class Multisine(Table):
             return np.where(time >= 0.0, 1.0, 0.0)
         share = np.clip(time / self.fade_in, 0.0, 1.0)
         return share * share * (3.0 - 2.0 * share)
+
+
+def sine_on_grid(omega: float, phase: float, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``sin(omega t + phase)`` on an even grid of times from zero, right to some units in the last place of 1.
+
+    By the sine of a sum, ``t`` being the begin of a block and the time in it: a tenth of the time of as many sines.
+    """
+    length = math.isqrt(time.size) + 1
+    inside, begins = omega * time[:length], omega * time[::length] + phase
+    table = np.outer(np.sin(begins), np.cos(inside))
+    table += np.outer(np.cos(begins), np.sin(inside))
+    return table.ravel()[: time.size]
 
 
 class Recorded(Table):

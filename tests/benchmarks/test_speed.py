@@ -107,7 +107,8 @@ def test_c_loop_takes_its_tolerance_from_python(library, monkeypatch, tmp_path):
     rival = CLoop(library, own)
     rival.run()
     check_alike(own.record, rival.record, "C")
-    monkeypatch.setattr(sliding, "ERROR_LEFT", 1e9 * sliding.ERROR_LEFT)
+    monkeypatch.setattr(sliding, "UPDATES", 0)
+    monkeypatch.setattr(sliding, "RELATIVE_TOLERANCE", 1e9 * sliding.RELATIVE_TOLERANCE)
     rival = CLoop(closed_loop.compile_loop(tmp_path), own)
     rival.run()
     with pytest.raises(ArithmeticError, match=r"C differs from our run by \S+, more than 1e-09"):
