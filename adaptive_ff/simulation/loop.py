@@ -195,7 +195,7 @@ def run_plain(
                 original = change_joint(course.joint, phase_change(plan, phase))
                 joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
             if plan.varies:
-                factor = friction_factor(plan, phase, i * period, motion.position)
+                factor = friction_factor(plan, phase, (course.begin + i) * period, motion.position)
                 joint = ready_joint(scale_joint(original, factor), period)
             torque *= actuator.gain
             if actuator.ripple_amplitude > 0.0:
