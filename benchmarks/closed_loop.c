@@ -6,7 +6,8 @@
  * the controller that adaptive-ff export wrote with the prefix "exported". What that controller watches itself by
  * (monitors) is recorded in Python alone, which costs C nothing.
  *
- * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, UPDATES, ERROR_LEFT.
+ * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, UPDATES,
+ * LONGEST_UPDATE, ERROR_LEFT.
  */
 
 #include "closed_loop.h"
@@ -84,10 +85,11 @@ static double speed_near(const struct ready *r, double free_speed, double fricti
     if (r->friction.stribeck_shape == 1.0) {
         double falling = r->excess * exp(-guess * r->per_velocity);
         double slope = r->linear - falling * r->per_velocity;
-        if (slope > 0.0) {
-            double per_slope = 1.0 / slope;
-            double residual = r->linear * guess + (r->coulomb - free_speed) + falling;
-            double first = -residual * per_slope * r->per_velocity, ratio = falling * r->per_velocity * per_slope;
+        double per_slope = slope > 0.0 ? 1.0 / slope : INFINITY;
+        double residual = r->linear * guess + (r->coulomb - free_speed) + falling;
+        double first = -residual * per_slope * r->per_velocity;
+        if (fabs(first) < LONGEST_UPDATE) {
+            double ratio = falling * r->per_velocity * per_slope;
             double allowed = ERROR_LEFT * free_speed * r->per_velocity, y = first;
             for (int i = 0; i < UPDATES; i++) {
                 double square = y * y;

@@ -105,6 +105,7 @@ def compile_loop(folder: Path, controller: Controller | None = None) -> ctypes.C
         "MAXIMUM_ITERATIONS": sliding.MAXIMUM_ITERATIONS,
         "RELATIVE_TOLERANCE": sliding.RELATIVE_TOLERANCE,
         "UPDATES": sliding.UPDATES,
+        "LONGEST_UPDATE": sliding.LONGEST_UPDATE,
         "ERROR_LEFT": sliding.ERROR_LEFT,
     }
     library = folder / "closed_loop.so"

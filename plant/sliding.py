@@ -17,6 +17,9 @@ RELATIVE_TOLERANCE = 1e-12  # Newton converges quadratically: the error left is 
 UPDATES = 3
 """Corrections of the speed that share one exponential."""
 
+LONGEST_UPDATE = 0.1
+"""Largest correction that the series is tried for, Stribeck velocities."""
+
 ERROR_LEFT = 1e-16
 """Error left by them, relative to the free speed: less than what rounding leaves."""
 
@@ -83,10 +86,10 @@ def speed_in_direction(direction: Direction, free_speed: float, friction_torque:
     if direction.friction.stribeck_shape == 1.0:
         falling = direction.excess * math.exp(-guess * direction.per_velocity)
         slope = direction.linear - falling * direction.per_velocity
-        if slope > 0.0:
-            per_slope = 1.0 / slope
-            residual = direction.linear * guess + (direction.coulomb - free_speed) + falling
-            first = -residual * per_slope * direction.per_velocity
+        per_slope = 1.0 / slope if slope > 0.0 else math.inf
+        residual = direction.linear * guess + (direction.coulomb - free_speed) + falling
+        first = -residual * per_slope * direction.per_velocity
+        if abs(first) < LONGEST_UPDATE:
             ratio = falling * direction.per_velocity * per_slope
             allowed = ERROR_LEFT * free_speed * direction.per_velocity
             y = first

@@ -198,8 +198,13 @@ def _with_marks(run: Run, course: Course, marks: list[tuple[int, dict[str, float
     if not marks:
         return run
     uncertainties = {key: np.array([known[key] for _, known in marks]) for key in marks[0][1]}
-    times = course.samples[[sample for sample, _ in marks]] * course.solver_period
+    times = _times(course, [sample for sample, _ in marks])
     return replace(run, uncertainties=uncertainties, uncertainty_time=times)
+
+
+def _times(course: Course, samples: Any) -> NDArray[np.float64]:
+    """Return the times of samples, s."""
+    return np.asarray(course.samples[samples] * course.solver_period, dtype=np.float64)
 
 
 def _check_finite(name: str, metrics: Metrics) -> None:
@@ -219,7 +224,7 @@ def _thinned(
     record, metrics = thinned.record, thinned.metrics.metrics
     _check_finite(name, metrics)
     steps, positioned = course.samples[thinned.samples], scenario.position is not None
-    time = steps * course.solver_period
+    time = _times(course, thinned.samples)
     return Run(
         name,
         scenario,

@@ -9,7 +9,7 @@ from adaptive_ff.comparison import running
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, Record, empty_record
 from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
 from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
-from adaptive_ff.simulation.running_metrics import RunningMetrics
+from adaptive_ff.simulation.running_metrics import RunningMetrics, first_motion
 from controllers import Controller
 from controllers.arrays import NDArray
 from controllers.compiled import compiles
@@ -68,9 +68,7 @@ def drive_thinned(
     watched = controller.monitor_names if registered else ()
     run = run_in_memory if compiled else run_plain
     position, count, given = start_position(course), course.noise.size, np.zeros(0)
-    metrics = RunningMetrics(
-        course.reference.size, course.solver_period, int(np.argmax(course.reference != 0.0)), last_change
-    )
+    metrics = RunningMetrics(course.reference.size, course.solver_period, first_motion(course.reference), last_change)
     kept: list[Record] = []
     part = min(running.PART, max(1, count // parts))
     while position.sample < count:
@@ -80,8 +78,11 @@ def drive_thinned(
         record.given[: start - first] = given[given.size - (start - first) :]
         state, position = run(block, state, window, position, stop - first, record)
         position, given = after_part(position, first), record.given
-        _count(metrics, window, record, start - first, stop == count)
-        kept.append(_at_samples(record, window, kept_samples(start, stop, count, thin) - first))
+        with np.errstate(over="ignore", invalid="ignore"):
+            _count(metrics, window, record, start - first, stop == count)
+        samples = kept_samples(start, stop, count, thin)
+        if samples.size:
+            kept.append(_at_samples(record, window, samples - first))
         if registered and not compiled:
             controller.state = state
         if note is not None:

@@ -14,7 +14,7 @@ from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
-from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
+from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded, blocks
 from adaptive_ff.scenario.shared_series import SharedSeries
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
@@ -292,11 +292,14 @@ class Scenario(Table):
         """Return the reference before its peak is chosen (rms), and the share that lines between samples leave out."""
 
         def compute() -> NDArray[np.float64]:
-            time, velocity, steps = self.times(), self._unit_motion(), self.sample_steps
+            velocity, steps, period = self._unit_motion(), self.sample_steps, self.joint.solver_period
+            total = missing = 0.0
             with np.errstate(over="ignore", invalid="ignore"):
-                size = math.sqrt(np.mean(velocity**2))
-                seen = np.interp(time, time[steps], velocity[steps])
-                lost = math.sqrt(np.mean((velocity - seen) ** 2))
+                for part in blocks(velocity.size):
+                    seen = np.interp(period * np.arange(part.start, part.stop), period * steps, velocity[steps])
+                    total += float(np.sum(np.square(velocity[part])))
+                    missing += float(np.sum(np.square(velocity[part] - seen)))
+            size, lost = math.sqrt(total / velocity.size), math.sqrt(missing / velocity.size)
             return np.array([size, lost / size if size > 0.0 else 0.0])
 
         if isinstance(self.reference, Recorded):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.scenario.reference import blocks
 from adaptive_ff.simulation.metrics import START, Metrics, PositionMetrics, largest_size, settled_start
 
 
@@ -26,7 +27,6 @@ class Total:
         counted = values[max(0, self._first - place) : max(0, self._stop - place)]
         if counted.size:
             self._sum += float(np.sum(np.square(counted)))
-            # what is not a number stays: the run did not stay finite
             self.largest = max(largest_size(counted), self.largest)
 
     @property
@@ -92,6 +92,15 @@ class RunningMetrics:
         """Figures of merit of the position."""
         whole, settled = self._position, self._settled_position
         return PositionMetrics(whole.rms, whole.largest, settled.rms, settled.largest)
+
+
+def first_motion(reference: NDArray[np.float64]) -> int:
+    """Return the first place at which a reference is not zero; zero where it never moves."""
+    for part in blocks(reference.size):
+        moving = reference[part] != 0.0
+        if np.any(moving):
+            return int(part.start + np.argmax(moving))
+    return 0
 
 
 def _step_from(period: float, time: float) -> int:
