@@ -262,9 +262,10 @@ class Scenario(Table):
         InputError
             The reference changes faster than the controller samples.
         """
-        size, lost = self._size_and_lost_share()
+        unit = self._unit_motion()
+        size, lost = self._size_and_lost_share(unit)
         with np.errstate(over="ignore", invalid="ignore"):
-            velocity = self._unit_motion().copy()
+            velocity = unit.copy()
             if isinstance(self.reference, Multisine) and self.reference.peak is None:
                 limit, period = self.actuator.torque_limit, self.joint.solver_period
                 peak = default_peak(self.joint, limit, velocity, period)
@@ -288,18 +289,18 @@ class Scenario(Table):
         key = (reference.model_dump_json(), seed, int(self.sample_steps[-1]), self.joint.solver_period)
         return MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([seed, 0])))
 
-    def _size_and_lost_share(self) -> tuple[float, float]:
-        """Return the reference before its peak is chosen (rms), and the share that lines between samples leave out."""
+    def _size_and_lost_share(self, unit: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the size (rms) of the reference before its peak is chosen, and the share lost between samples."""
 
         def compute() -> NDArray[np.float64]:
-            velocity, steps, period = self._unit_motion(), self.sample_steps, self.joint.solver_period
+            steps, period = self.sample_steps, self.joint.solver_period
             total = missing = 0.0
             with np.errstate(over="ignore", invalid="ignore"):
-                for part in blocks(velocity.size):
-                    seen = np.interp(period * np.arange(part.start, part.stop), period * steps, velocity[steps])
-                    total += float(np.sum(np.square(velocity[part])))
-                    missing += float(np.sum(np.square(velocity[part] - seen)))
-            size, lost = math.sqrt(total / velocity.size), math.sqrt(missing / velocity.size)
+                for part in blocks(unit.size):
+                    seen = np.interp(period * np.arange(part.start, part.stop), period * steps, unit[steps])
+                    total += float(np.sum(np.square(unit[part])))
+                    missing += float(np.sum(np.square(unit[part] - seen)))
+            size, lost = math.sqrt(total / unit.size), math.sqrt(missing / unit.size)
             return np.array([size, lost / size if size > 0.0 else 0.0])
 
         if isinstance(self.reference, Recorded):
