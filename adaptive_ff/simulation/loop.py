@@ -131,7 +131,7 @@ class Position(NamedTuple):
 
 @register_jitable
 def is_plain(course: Course) -> bool:
-    """Tell whether the last command acts as it is, on friction that only jumps: one test a step in the place of five."""
+    """Tell whether the last command acts as it is, on friction that only jumps: one test a step instead of five."""
     actuator = course.actuator
     as_given = course.delay == 0 and actuator.lag == 0.0 and actuator.gain == 1.0 and actuator.ripple_amplitude == 0.0
     return as_given and not course.plan.varies and course.gravity.amplitude == 0.0
