@@ -6,7 +6,8 @@
  * the controller that adaptive-ff export wrote with the prefix "exported". What that controller watches itself by
  * (monitors) is recorded in Python alone, which costs C nothing.
  *
- * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE.
+ * Constants come from the Python sources at compile time: MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, UPDATES,
+ * LONGEST_UPDATE, ERROR_LEFT.
  */
 
 #include "closed_loop.h"
@@ -56,28 +57,63 @@ static double sliding_speed(const struct friction *f, double free_speed, double 
     return speed;
 }
 
-/* One implicit Euler step of joint and friction lag (1). */
-static void step_joint(const struct run *run, const struct friction *f, double *velocity, double *torque,
-                       double drive) {
-    double h = run->solver_period, denominator = run->friction_lag + h;
-    double kappa = h * h / (run->inertia * denominator);
-    double carried = run->friction_lag * *torque / denominator;
-    double free_velocity = *velocity + h / run->inertia * (drive - carried);
-    double next = 0.0;
-    if (fabs(free_velocity) > kappa * f->stiction) {
-        double speed = sliding_speed(f, fabs(free_velocity), kappa, fabs(*velocity));
-        next = free_velocity > 0.0 ? speed : -speed;
-    }
-    *velocity = next;
-    *torque = carried + h * ((free_velocity - next) / kappa) / denominator;
+/* Constants of the step in a phase of friction. */
+static struct ready ready_joint(const struct run *run, int64_t phase) {
+    double h = run->solver_period, denominator = run->friction_lag + h, kappa = h * h / (run->inertia * denominator);
+    struct ready r = {.friction = run->friction, .kappa = kappa};
+    struct friction *f = &r.friction;
+    f->coulomb *= run->scales[phase];
+    f->stiction *= run->scales[phase];
+    f->viscous *= run->scales[phase];
+    r.breakaway = kappa * f->stiction;
+    r.coulomb = kappa * f->coulomb;
+    r.excess = kappa * (f->stiction - f->coulomb);
+    r.linear = 1.0 + kappa * f->viscous;
+    r.per_linear = 1.0 / r.linear;
+    r.per_velocity = 1.0 / f->stribeck_velocity;
+    r.gain = h / run->inertia;
+    r.kept = run->friction_lag / denominator;
+    r.taken = h / denominator;
+    r.per_kappa = 1.0 / kappa;
+    return r;
 }
 
-static struct friction friction_in_phase(const struct run *run, int64_t phase) {
-    struct friction friction = run->friction;
-    friction.coulomb *= run->scales[phase];
-    friction.stiction *= run->scales[phase];
-    friction.viscous *= run->scales[phase];
-    return friction;
+/* The same speed with one exponential, where the guess is good. */
+static double speed_near(const struct ready *r, double free_speed, double friction_torque) {
+    double low = (free_speed - r->breakaway) * r->per_linear, high = (free_speed - r->coulomb) * r->per_linear;
+    double guess = least(most(free_speed - r->kappa * friction_torque, low), high);
+    if (r->friction.stribeck_shape == 1.0) {
+        double falling = r->excess * exp(-guess * r->per_velocity);
+        double slope = r->linear - falling * r->per_velocity;
+        double per_slope = slope > 0.0 ? 1.0 / slope : INFINITY;
+        double residual = r->linear * guess + (r->coulomb - free_speed) + falling;
+        double first = -residual * per_slope * r->per_velocity;
+        if (fabs(first) < LONGEST_UPDATE) {
+            double ratio = falling * r->per_velocity * per_slope;
+            double allowed = ERROR_LEFT * free_speed * r->per_velocity, y = first;
+            for (int i = 0; i < UPDATES; i++) {
+                double square = y * y;
+                double corrected = first - ratio * square * (0.5 - y * (1.0 / 6.0 - y * (1.0 / 24.0)));
+                double left = ratio * fabs(y) * (fabs(corrected - y) + square * square);
+                y = corrected;
+                if (left <= allowed)
+                    return least(most(guess + y * r->friction.stribeck_velocity, low), high);
+            }
+        }
+    }
+    return sliding_speed(&r->friction, free_speed, r->kappa, guess);
+}
+
+/* One implicit Euler step of joint and friction lag (1). */
+static void step_joint(const struct ready *r, double *velocity, double *torque, double drive) {
+    double carried = r->kept * *torque;
+    double free_velocity = *velocity + r->gain * (drive - carried), next = 0.0;
+    if (free_velocity > r->breakaway)
+        next = speed_near(r, free_velocity, *torque);
+    else if (free_velocity < -r->breakaway)
+        next = -speed_near(r, -free_velocity, -*torque);
+    *velocity = next;
+    *torque = carried + r->taken * ((free_velocity - next) * r->per_kappa);
 }
 
 #ifdef EXPORTED
@@ -183,7 +219,7 @@ static double control(const struct run *run, controller *own, const struct sampl
 #endif
 
 void run_loop(const struct run *run) {
-    struct friction friction = friction_in_phase(run, 0);
+    struct ready joint = ready_joint(run, 0);
     controller own;
     double velocity = run->start_velocity, friction_torque = run->start_friction, position = 0.0, realised = NAN;
     int64_t phase = 0;
@@ -211,8 +247,8 @@ void run_loop(const struct run *run) {
         run->feedforward[k] = feedforward;
         for (int64_t i = first; i < last; i++) {
             while (phase + 1 < run->phases && i >= run->starts[phase + 1])
-                friction = friction_in_phase(run, ++phase);
-            step_joint(run, &friction, &velocity, &friction_torque, realised);
+                joint = ready_joint(run, ++phase);
+            step_joint(&joint, &velocity, &friction_torque, realised);
             position += run->solver_period * velocity;
             run->velocity[i + 1] = velocity;
             run->position[i + 1] = position;

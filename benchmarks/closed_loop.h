@@ -33,6 +33,12 @@ struct run {
     double *estimates;                                         /* at the samples, of the exported controller */
 };
 
+/* A joint with the constants of its step; names as in plant/sliding.py and plant/step.py. */
+struct ready {
+    struct friction friction;
+    double kappa, breakaway, coulomb, excess, linear, per_linear, per_velocity, gain, kept, taken, per_kappa;
+};
+
 /* What a controller is given at a sample. */
 struct sample {
     int64_t index;

@@ -24,10 +24,17 @@ def processor_time(command: Sequence[str]) -> float:
     subprocess.CalledProcessError
         The command fails.
     """
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = child_time()
     subprocess.run(command, check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return child_time() - before
+
+
+def child_time() -> float:
+    """Return the processor time of all processes that this one started and that have ended, s; zero on Windows."""
+    if resource is None:
+        return 0.0
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def help_beside_numpy(repeats: int = REPEATS) -> tuple[float, float] | None:

@@ -21,7 +21,7 @@ from adaptive_ff.rivals.model_based import ModelBasedParameters
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_in_memory, start_position
 from controllers import Controller, PIParameters
-from plant import JointParameters, JointState, realise_torque, step, step_joint
+from plant import JointParameters, JointState, realise_torque, sliding, step_joint
 
 SOURCE = Path(__file__).with_name("closed_loop.c")
 COMPILE = ("-O2", "-std=c99", "-ffp-contract=off", "-shared", "-fPIC")  # no fused products: they round differently
@@ -102,8 +102,11 @@ def compile_loop(folder: Path, controller: Controller | None = None) -> ctypes.C
     if program is None:
         raise OSError("there is no C compiler: none of cc, gcc, clang is found")
     constants = {
-        "MAXIMUM_ITERATIONS": step.MAXIMUM_ITERATIONS,
-        "RELATIVE_TOLERANCE": step.RELATIVE_TOLERANCE,
+        "MAXIMUM_ITERATIONS": sliding.MAXIMUM_ITERATIONS,
+        "RELATIVE_TOLERANCE": sliding.RELATIVE_TOLERANCE,
+        "UPDATES": sliding.UPDATES,
+        "LONGEST_UPDATE": sliding.LONGEST_UPDATE,
+        "ERROR_LEFT": sliding.ERROR_LEFT,
     }
     library = folder / "closed_loop.so"
     defined = [f"-D{name}={value!r}" for name, value in constants.items()]

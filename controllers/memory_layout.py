@@ -26,6 +26,8 @@ class Memory:
     value : NamedTuple
         What it holds at first. Its arrays are not copied: what compiled code writes into them stands in the
         arrays.
+    kind : Hashable, optional
+        Its :func:`structure`, where that is known.
 
     Attributes
     ----------
@@ -38,8 +40,8 @@ class Memory:
         The value holds something else than numbers, arrays and tuples of them.
     """
 
-    def __init__(self, value: Any) -> None:
-        size, self._format = _form(value, structure(value))
+    def __init__(self, value: Any, kind: Hashable = None) -> None:
+        size, self._format = _form(value, structure(value) if kind is None else kind)
         self._buffer: Any = np.zeros(max(size, 1) // 8 + 1)
         self.address = int(self._buffer.ctypes.data)
         self.value = value

@@ -70,11 +70,11 @@ _KNOWN: dict[Hashable, tuple[int, int, int]] = {}
 """Addresses of the kernels by the structure of parameters and state: numba's own types are slow to make and compare."""
 
 
-def _addresses(parameters: Any, state: Any) -> tuple[int, int, int]:
+def _addresses(parameters: Any, state: Any, *structures: Hashable) -> tuple[int, int, int]:
     """Return where the kernels of a controller lie; zero for what it does not have."""
     kind = type(parameters)
     kernels = ESTIMATES[kind], MONITORS.get(kind)
-    key = (structure(parameters), structure(state), *kernels)
+    key = (*structures, *kernels)
     if key not in _KNOWN:
         typeof: Any = numba.typeof
         kinds = typeof(parameters), typeof(state)
@@ -193,9 +193,10 @@ class Native:
     """
 
     def __init__(self, parameters: Any, state: Any) -> None:
-        self._parameters, self._state = Memory(parameters), Memory(state)
+        structures = structure(parameters), structure(state)
+        self._parameters, self._state = Memory(parameters, structures[0]), Memory(state, structures[1])
         self.block = NativeParameters(
-            *_addresses(parameters, state),
+            *_addresses(parameters, state, *structures),
             self._parameters.address,
             self._state.address,
             np.full(TORQUE + 2, math.nan),

@@ -25,7 +25,8 @@ from numba.extending import register_jitable
 
 from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled
-from plant.step import friction_at, velocity_under_friction
+from plant.sliding import velocity_under_friction
+from plant.step import friction_at
 
 PIECES = 5
 """Straight pieces of the torque as a function of the twist after a step."""

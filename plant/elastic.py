@@ -20,7 +20,8 @@ from numba.extending import register_jitable
 
 from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled
-from plant.step import friction_at, velocity_under_friction
+from plant.sliding import velocity_under_friction
+from plant.step import friction_at
 
 
 class ElasticParameters(NamedTuple):

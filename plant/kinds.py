@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Annotated, Any
 
+from numba.extending import register_jitable
 from pydantic import Discriminator, Tag
 
 from plant.backlash import (
@@ -61,11 +62,14 @@ from plant.maxwell_joint import MaxwellJoint, RollingJoint, check_maxwell_period
 from plant.step import (
     JointParameters,
     JointState,
+    ReadyJoint,
     changed_joint,
     initial_joint,
+    ready_joint,
     scaled_joint,
     sensed_velocity,
     step_joint,
+    step_ready_joint,
 )
 
 STEP_JOINT: dict[type, Callable[..., Any]] = {
@@ -77,6 +81,22 @@ STEP_JOINT: dict[type, Callable[..., Any]] = {
     ElastoPlasticParameters: step_elasto_plastic,
 }
 """Kernel ``step(parameters, state, torque, period) -> state`` for each class of parameters."""
+
+
+@register_jitable
+def as_it_is(joint: Any, period: float) -> Any:
+    """Return a joint whose step has no constants worth keeping."""
+    return joint
+
+
+READY_JOINT: dict[type, Callable[..., Any]] = {
+    **dict.fromkeys(STEP_JOINT, as_it_is),
+    JointParameters: ready_joint,
+}
+"""Kernel ``ready(parameters, period) -> ready`` for each class of parameters: constants of the step, found once."""
+
+STEP_READY: dict[type, Callable[..., Any]] = {**STEP_JOINT, ReadyJoint: step_ready_joint}
+"""Kernel ``step(ready, state, torque, period) -> state`` for each class that :data:`READY_JOINT` makes."""
 
 SCALE_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: scaled_joint,

@@ -34,7 +34,8 @@ from numba.extending import register_jitable
 
 from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, yield_torque
-from plant.step import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, friction_at
+from plant.sliding import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE
+from plant.step import friction_at
 
 
 class LuGreParameters(NamedTuple):

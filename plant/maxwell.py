@@ -26,7 +26,8 @@ from numba.extending import register_jitable
 
 from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, yield_torque
-from plant.step import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE, friction_at
+from plant.sliding import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE
+from plant.step import friction_at
 
 ELEMENTS = 4
 """Number of elements."""

@@ -48,6 +48,9 @@ def compare_command(
         typer.Option(help="Controller to guard; by default all of the baseline but the oracle and the rivals."),
     ] = None,
     metric: Annotated[list[str] | None, typer.Option(help="Figure to guard, such as rms_error_settled; all.")] = None,
+    thin: Annotated[
+        int, typer.Option(min=1, help="Keep one of so many samples in series and plots; figures are of the whole run.")
+    ] = 1,
 ) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
     from adaptive_ff.comparison.own import check_own_names, named_own
@@ -77,7 +80,7 @@ def compare_command(
     warn(errors, loaded.cautions())
     with places(out, json) as (stage, beside):
         try:
-            comparison = _run(loaded, mine, errors)
+            comparison = _run(loaded, mine, errors, thin)
         except ArithmeticError as error:
             raise InputError(f"{source}: the simulation fails: {error}") from error
         for name, run in comparison.runs.items():
@@ -95,14 +98,18 @@ def compare_command(
     return 0 if gate is None else gate.judge(comparison, errors)
 
 
-def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console) -> "Comparison":
+def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console, thin: int) -> "Comparison":
     from adaptive_ff.comparison.comparison import compare
     from adaptive_ff.simulation.loop import run_in_memory
 
     announce_compilation(errors, run_in_memory)
     with progress_bars(errors) as progress:
         tasks = {name: progress.add_task(name, total=1.0) for name in (*scenario.controllers, *own)}
-        return compare(scenario, own=own, progress=lambda name, share: progress.update(tasks[name], completed=share))
+
+        def report(name: str, share: float) -> None:
+            progress.update(tasks[name], completed=share)
+
+        return compare(scenario, own=own, progress=report, thin=thin)
 
 
 def _tables(comparison: "Comparison") -> "list[Table | str]":

@@ -115,6 +115,7 @@ def compare(
     *,
     own: Mapping[str, Own] | None = None,
     progress: Callable[[str, float], None] | None = None,
+    thin: int = 1,
 ) -> Comparison:
     """Run every controller of a scenario.
 
@@ -128,6 +129,8 @@ def compare(
         see :func:`~adaptive_ff.comparison.own.make_own`.
     progress : callable, optional
         Is called with the name of the controller and the share of its run that is done.
+    thin : int, optional
+        Keep one of so many samples in the series; see :func:`~adaptive_ff.comparison.run.simulate`.
 
     Returns
     -------
@@ -149,7 +152,7 @@ def compare(
     runs = {}
     for name, controller in made.items():
         report = None if progress is None else _reporter(progress, name)
-        runs[name] = simulate(loops[name], controller, name=name, course=course, progress=report)
+        runs[name] = simulate(loops[name], controller, name=name, course=course, progress=report, thin=thin)
     return Comparison(scenario, runs)
 
 

@@ -1,7 +1,7 @@
 """One controller in the closed loop of a scenario."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import drive_over
+from adaptive_ff.comparison.thinning import Thinned, drive_thinned
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, lay_course
@@ -38,7 +39,8 @@ class Run:
     solver_time : ndarray, shape (steps + 1,)
         The solver's grid, s.
     reference, velocity : ndarray, shape (steps + 1,)
-        Reference and true velocity on the solver's grid, rad/s.
+        Reference and true velocity on the solver's grid, rad/s. Of a thinned run there is no such grid: these, their
+        times and the position error are at the samples that are kept, as all series are.
     measured : ndarray, shape (samples,)
         Measured velocity, rad/s.
     torque, feedforward : ndarray, shape (samples,)
@@ -60,6 +62,8 @@ class Run:
         see :mod:`adaptive_ff.adaptive.uncertainty`.
     uncertainty_time : ndarray, shape (marks,)
         When, s.
+    thin : int
+        One of so many samples is kept, and the last; the figures of merit are those of the whole run.
     """
 
     name: str
@@ -79,6 +83,7 @@ class Run:
     monitors: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     uncertainties: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     uncertainty_time: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    thin: int = 1
 
     def __repr__(self) -> str:
         """Return what was run and its settled error in one line."""
@@ -92,7 +97,7 @@ class Run:
 
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """Return the series at the samples by name, as they are written to CSV."""
-        samples = self.scenario.sample_steps[:-1]
+        samples = self.scenario.sample_steps[:-1] if self.thin == 1 else slice(None)
         named = {f"estimated_{name}": series for name, series in self.estimates.items()}
         return {
             "time": self.time,
@@ -126,6 +131,7 @@ def simulate(
     course: Course | None = None,
     progress: Callable[[float], None] | None = None,
     uncertain: bool = True,
+    thin: int = 1,
 ) -> Run:
     """Run one controller in the closed loop.
 
@@ -145,6 +151,9 @@ def simulate(
         Is called with the share done, from 0 to 1.
     uncertain : bool, optional
         Whether to note how uncertain the estimates are along the run, for controllers that know.
+    thin : int, optional
+        Keep one of so many samples, and the last, in the series. The figures of merit are of the whole run all the
+        same, to rounding, and a long run takes no more memory than its reference and the samples that are kept.
 
     Returns
     -------
@@ -155,9 +164,13 @@ def simulate(
     ------
     InputError
         The name is not known.
+    ValueError
+        ``thin`` is less than one.
     ArithmeticError
         The run did not stay finite.
     """
+    if thin < 1:
+        raise ValueError(f"thin = {thin} is not allowed: it must be at least 1")
     if isinstance(controller, str):
         scenario = loop_of(scenario, controller)
         name, controller = name or controller, make_controller(scenario, controller)
@@ -167,15 +180,69 @@ def simulate(
         )
     course = lay_course(scenario) if course is None else course
     marks: list[tuple[int, dict[str, float]]] = []
+    notes: dict[str, Any] = {}
     if uncertain and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
-
-        def note(sample: int) -> None:
-            marks.append((sample, controller.uncertainties))
-
-        record, names, watched = drive_over(controller, course, progress, note=note, parts=MARKS)
+        notes = {"note": lambda sample: marks.append((sample, controller.uncertainties)), "parts": MARKS}
+    label = name or type(controller).__name__
+    if thin > 1:
+        thinned, *found = drive_thinned(controller, course, thin, scenario.last_change, progress, **notes)
+        run = _thinned(label, scenario, course, thinned, thin, *found)
     else:
-        record, names, watched = drive_over(controller, course, progress)
-    return _finished(name or type(controller).__name__, scenario, course, record, names, watched, marks)
+        record, *found = drive_over(controller, course, progress, **notes)
+        run = _finished(label, scenario, course, record, *found)
+    return _with_marks(run, course, marks)
+
+
+def _with_marks(run: Run, course: Course, marks: list[tuple[int, dict[str, float]]]) -> Run:
+    """Return a run with what was noted of the uncertainty of its estimates at some samples."""
+    if not marks:
+        return run
+    uncertainties = {key: np.array([known[key] for _, known in marks]) for key in marks[0][1]}
+    times = _times(course, [sample for sample, _ in marks])
+    return replace(run, uncertainties=uncertainties, uncertainty_time=times)
+
+
+def _times(course: Course, samples: Any) -> NDArray[np.float64]:
+    """Return the times of samples, s."""
+    return np.asarray(course.samples[samples] * course.solver_period, dtype=np.float64)
+
+
+def _check_finite(name: str, metrics: Metrics) -> None:
+    if not all(np.isfinite(list(vars(metrics).values()))):
+        raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
+
+
+def _thinned(
+    name: str,
+    scenario: Scenario,
+    course: Course,
+    thinned: Thinned,
+    thin: int,
+    names: tuple[str, ...],
+    watched: tuple[str, ...],
+) -> Run:
+    record, metrics = thinned.record, thinned.metrics.metrics
+    _check_finite(name, metrics)
+    steps, positioned = course.samples[thinned.samples], scenario.position is not None
+    time = _times(course, thinned.samples)
+    return Run(
+        name,
+        scenario,
+        time,
+        time,
+        course.reference[steps],
+        record.velocity,
+        record.measured,
+        record.torque,
+        record.feedforward,
+        record.friction,
+        {key: record.estimates[:, i] for i, key in enumerate(names)},
+        metrics,
+        record.position if positioned else None,
+        thinned.metrics.position_metrics if positioned else None,
+        {key: record.monitors[:, i] for i, key in enumerate(watched)},
+        thin=thin,
+    )
 
 
 def _finished(
@@ -185,7 +252,6 @@ def _finished(
     record: Record,
     names: tuple[str, ...],
     watched: tuple[str, ...],
-    marks: list[tuple[int, dict[str, float]]],
 ) -> Run:
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
@@ -194,8 +260,7 @@ def _finished(
         position_metrics = (
             None if position_error is None else evaluate_position(time, position_error, scenario.last_change)
         )
-    if not all(np.isfinite(list(vars(metrics).values()))):
-        raise ArithmeticError(f"the run of {name} did not stay finite: {metrics}")
+    _check_finite(name, metrics)
     sampled = time[course.samples[:-1]]
     return Run(
         name,
@@ -213,6 +278,4 @@ def _finished(
         position_error,
         position_metrics,
         {key: record.monitors[:, i] for i, key in enumerate(watched)},
-        {key: np.array([known[key] for _, known in marks]) for key in (marks[0][1] if marks else ())},
-        sampled[[sample for sample, _ in marks]],
     )

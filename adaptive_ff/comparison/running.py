@@ -45,7 +45,7 @@ def drive_over(
     """
     registered = isinstance(controller, Controller)
     compiled = registered and compiles()
-    block, state = _running(controller, registered, compiled)
+    block, state = running_state(controller, registered, compiled)
     names = (controller if registered else block).estimate_names
     watched = controller.monitor_names if registered else ()
     record = empty_record(course, len(names), len(watched))
@@ -64,7 +64,7 @@ def drive_over(
     return record, names, watched
 
 
-def _running(controller: Any, registered: bool, compiled: bool) -> tuple[Any, Any]:
+def running_state(controller: Any, registered: bool, compiled: bool) -> tuple[Any, Any]:
     """Return what the loop takes for parameters and state: compiled, the state stays with the controller."""
     if not registered:
         return own_controller(controller), None

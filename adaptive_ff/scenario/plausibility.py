@@ -23,6 +23,10 @@ USED_SHARE = 0.7
 """Share of the torque limit that a suggested or default peak needs."""
 
 
+def _largest(values: NDArray[np.float64]) -> float:
+    return max(float(np.max(values)), -float(np.min(values)))
+
+
 def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float64], period: float) -> float:
     """Return the peak (rad/s) at which a motion needs 0.7 of the torque limit; negative where stiction alone does.
 
@@ -37,8 +41,8 @@ def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float
     period : float
         Period of the grid, s.
     """
-    peak = float(np.max(np.abs(velocity)))
-    steepest = float(np.max(np.abs(np.diff(velocity)))) / period if velocity.size > 1 else 0.0
+    peak = _largest(velocity)
+    steepest = _largest(np.diff(velocity)) / period if velocity.size > 1 else 0.0
     return peak * (USED_SHARE * limit - joint.stiction) / (joint.inertia * steepest + joint.viscous * peak)
 
 
@@ -77,7 +81,7 @@ def motion_cautions(
     period : float
         Period of the grid, s.
     """
-    peak = float(np.max(np.abs(velocity)))
+    peak = _largest(velocity)
     long_enough = period * velocity.size >= SHORTEST  # a shorter one has hardly begun to move
     if long_enough and 0.0 < peak < SLOW_FACTOR * joint.stribeck_velocity:
         yield (

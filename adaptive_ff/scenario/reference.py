@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -16,6 +17,9 @@ from plant.fields import Finite, NonNegative, Positive, Table
 
 SHORTEST = 60.0
 """A recorded reference that is shorter than this (s) repeats until then."""
+
+BLOCK = 2**18
+"""Values of a series that are computed at a time."""
 
 LARGEST_SEAM = 0.05
 """Jump between the end and the start of a repeated reference, relative to its peak, that goes without a warning."""
@@ -61,23 +65,27 @@ class Multisine(Table):
         return self
 
     def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
-        """Return the reference velocity (rad/s) on an ascending grid of times (s); without a peak one of 1 rad/s."""
+        """Return the velocity (rad/s) on an even grid of times (s) from zero; without a peak one of 1 rad/s."""
         phases = generator.uniform(0.0, 2.0 * math.pi, len(self.frequencies))
-        velocity, sine = np.zeros_like(time), np.empty_like(time)
+        velocity = np.zeros_like(time)
         largest = max(abs(amplitude) for amplitude in self.amplitudes)
-        for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
-            np.multiply(2.0 * math.pi * frequency, time, out=sine)
-            sine += phase
-            np.sin(sine, out=sine)
-            sine *= amplitude / largest
-            velocity += sine
+        for part in blocks(time.size):
+            for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
+                sine = sine_on_grid(2.0 * math.pi * frequency, float(phase), time[part])
+                velocity[part] += amplitude / largest * sine
         peak = 1.0 if self.peak is None else self.peak
-        velocity *= peak / max(float(np.max(np.abs(velocity))), np.finfo(float).tiny)
-        velocity *= self._faded(time)
+        velocity *= peak / max(float(np.max(velocity)), -float(np.min(velocity)), np.finfo(float).tiny)
+        for part in blocks(time.size):
+            velocity[part] *= self._share(time[part])
+        return velocity
+
+    def _share(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return by how much the motion is faded in, and out and in about its pause."""
+        share = self._faded(time)
         if self.pause is not None:
             begin, end = self.pause
-            velocity *= np.where(time < 0.5 * (begin + end), self._faded(begin - time), self._faded(time - end))
-        return velocity
+            share *= np.where(time < 0.5 * (begin + end), self._faded(begin - time), self._faded(time - end))
+        return share
 
     def _faded(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return a smooth rise from 0 to 1 that begins at time zero; a jump there without a fade."""
@@ -85,6 +93,24 @@ class Multisine(Table):
             return np.where(time >= 0.0, 1.0, 0.0)
         share = np.clip(time / self.fade_in, 0.0, 1.0)
         return share * share * (3.0 - 2.0 * share)
+
+
+def blocks(size: int) -> Iterator[slice]:
+    """Yield a series in blocks, so that what is computed on the way takes no room that grows with its length."""
+    for begin in range(0, size, BLOCK):
+        yield slice(begin, min(begin + BLOCK, size))
+
+
+def sine_on_grid(omega: float, phase: float, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``sin(omega t + phase)`` on an even grid of times, right to some units in the last place of 1.
+
+    By the sine of a sum, ``t`` being the begin of a block and the time in it: a tenth of the time of as many sines.
+    """
+    length = math.isqrt(time.size) + 1
+    inside, begins = omega * (time[:length] - time[0]), omega * time[::length] + phase
+    table = np.outer(np.sin(begins), np.cos(inside))
+    table += np.outer(np.cos(begins), np.sin(inside))
+    return table.ravel()[: time.size]
 
 
 class Recorded(Table):

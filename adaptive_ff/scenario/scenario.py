@@ -14,7 +14,7 @@ from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
-from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
+from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded, blocks
 from adaptive_ff.scenario.shared_series import SharedSeries
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
@@ -262,15 +262,17 @@ class Scenario(Table):
         InputError
             The reference changes faster than the controller samples.
         """
+        unit = self._unit_motion()
+        size, lost = self._size_and_lost_share(unit)
         with np.errstate(over="ignore", invalid="ignore"):
-            velocity = self._unit_motion().copy()
+            velocity = unit.copy()
             if isinstance(self.reference, Multisine) and self.reference.peak is None:
                 limit, period = self.actuator.torque_limit, self.joint.solver_period
-                velocity *= default_peak(self.joint, limit, velocity, period)
-            size = math.sqrt(np.mean(velocity**2))
+                peak = default_peak(self.joint, limit, velocity, period)
+                velocity *= peak
+                size *= peak
         if not math.isfinite(size):
             raise InputError("reference: its velocity does not stay finite; its values must be smaller")
-        lost = self._lost_between_samples()
         if self.samples > 1 and lost > LOST_BETWEEN_SAMPLES:
             raise InputError(
                 f"reference: {lost * size:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must "
@@ -287,21 +289,26 @@ class Scenario(Table):
         key = (reference.model_dump_json(), seed, int(self.sample_steps[-1]), self.joint.solver_period)
         return MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([seed, 0])))
 
-    def _lost_between_samples(self) -> float:
-        """Return the share of the reference (rms) that straight lines between the samples leave out."""
+    def _size_and_lost_share(self, unit: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the size (rms) of the reference before its peak is chosen, and the share lost between samples."""
 
         def compute() -> NDArray[np.float64]:
-            time, velocity, steps = self.times(), self._unit_motion(), self.sample_steps
+            steps, period = self.sample_steps, self.joint.solver_period
+            total = missing = 0.0
             with np.errstate(over="ignore", invalid="ignore"):
-                size = math.sqrt(np.mean(velocity**2))
-                seen = np.interp(time, time[steps], velocity[steps])
-                lost = math.sqrt(np.mean((velocity - seen) ** 2))
-            return np.array([lost / size if size > 0.0 else 0.0])
+                for part in blocks(unit.size):
+                    seen = np.interp(period * np.arange(part.start, part.stop), period * steps, unit[steps])
+                    total += float(np.sum(np.square(unit[part])))
+                    missing += float(np.sum(np.square(unit[part] - seen)))
+            size, lost = math.sqrt(total / unit.size), math.sqrt(missing / unit.size)
+            return np.array([size, lost / size if size > 0.0 else 0.0])
 
         if isinstance(self.reference, Recorded):
-            return float(compute()[0])
-        key = (self.reference.model_dump_json(), self.seed, self.length, self.joint.solver_period)
-        return float(MOTIONS.get((*key, self.sampling.model_dump_json()), compute)[0])
+            size, share = compute().tolist()
+        else:
+            key = (self.reference.model_dump_json(), self.seed, self.length, self.joint.solver_period)
+            size, share = MOTIONS.get((*key, self.sampling.model_dump_json()), compute).tolist()
+        return size, share
 
     def noise(self) -> NDArray[np.float64]:
         """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""

@@ -58,7 +58,9 @@ class Course(NamedTuple):
     position_step : float
         Step of the measured position, rad.
     planned : ndarray, shape (steps + 1,)
-        Planned position on the solver's grid, rad: the integral of the reference.
+        Planned position on the solver's grid, rad: the integral of the reference; zero without a position loop.
+    begin : int
+        Solver step, of the whole run, at which this part of it begins; zero but for a part.
     """
 
     joint: Any
@@ -75,6 +77,7 @@ class Course(NamedTuple):
     outer: PositionLoopParameters
     position_step: float
     planned: NDArray[np.float64]
+    begin: int
 
 
 class Record(NamedTuple):
@@ -143,8 +146,10 @@ def planned_position(joint: Any, reference: NDArray[np.float64], period: float) 
         Solver period, s.
     """
     implicit = isinstance(joint, (JointParameters, LuGreParameters))  # backward Euler; else the trapezoidal rule
-    steps = reference[1:] if implicit else 0.5 * (reference[:-1] + reference[1:])
-    return np.append(0.0, np.cumsum(period * steps))
+    planned = np.zeros(reference.size)
+    planned[1:] = reference[1:] if implicit else 0.5 * (reference[:-1] + reference[1:])
+    planned[1:] *= period
+    return np.cumsum(planned, out=planned)
 
 
 def lay_plain_course(
@@ -181,26 +186,28 @@ def lay_plain_course(
         joint.weight,
         NO_POSITION_LOOP,
         POSITION_STEP,
-        planned_position(joint.parameters, reference, period),
+        np.zeros(reference.size),
+        0,
     )
 
 
 def lay_course(scenario: Scenario) -> Course:
     """Compute everything of a scenario that does not depend on the controller."""
-    reference = scenario.reference_velocity()
+    joint, period, reference = scenario.joint.parameters, scenario.joint.solver_period, scenario.reference_velocity()
     return Course(
-        scenario.joint.parameters,
+        joint,
         scenario.plan,
         scenario.actuator.parameters,
-        round(scenario.actuator.delay / scenario.joint.solver_period),
+        round(scenario.actuator.delay / period),
         scenario.sensor.encoder_resolution or 0.0,
         scenario.velocity_estimator,
-        scenario.joint.solver_period,
+        period,
         scenario.sample_steps,
         reference,
         scenario.noise(),
         scenario.joint.weight,
         scenario.position_loop or NO_POSITION_LOOP,
         scenario.position_resolution or POSITION_STEP,
-        planned_position(scenario.joint.parameters, reference, scenario.joint.solver_period),
+        np.zeros(reference.size) if scenario.position is None else planned_position(joint, reference, period),
+        0,
     )

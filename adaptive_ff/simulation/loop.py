@@ -7,6 +7,8 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 import math
 from typing import Any, NamedTuple
 
+from numba.extending import register_jitable
+
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
     Inputs,
@@ -26,9 +28,11 @@ from controllers import (
 from plant import (
     CHANGE_JOINT,
     INITIAL_STATE,
+    READY_JOINT,
     SCALE_JOINT,
     SENSED_VELOCITY,
     STEP_JOINT,
+    STEP_READY,
     FrictionSchedule,
     JointChange,
     encoder_reading,
@@ -46,6 +50,14 @@ def _step_joint(joint: Any, state: Any, torque: float, period: float) -> Any:
     return STEP_JOINT[type(joint)](joint, state, torque, period)
 
 
+def _ready_joint(joint: Any, period: float) -> Any:
+    return READY_JOINT[type(joint)](joint, period)
+
+
+def _step_ready(joint: Any, state: Any, torque: float, period: float) -> Any:
+    return STEP_READY[type(joint)](joint, state, torque, period)
+
+
 def _scale_joint(joint: Any, factor: float) -> Any:
     return SCALE_JOINT[type(joint)](joint, factor)
 
@@ -60,6 +72,12 @@ def _sensed_velocity(state: Any) -> Any:
 
 step_joint = dispatched(STEP_JOINT, _step_joint)
 """One solver period of any joint, compiled or not."""
+
+ready_joint = dispatched(READY_JOINT, _ready_joint)
+"""Any joint with the constants of its step for a solver period (s)."""
+
+step_ready = dispatched(STEP_READY, _step_ready)
+"""One solver period of any joint that :func:`ready_joint` returned."""
 
 scale_joint = dispatched(SCALE_JOINT, _scale_joint)
 """Any joint with its friction times a factor."""
@@ -115,6 +133,14 @@ class Position(NamedTuple):
     warmth: float
 
 
+@register_jitable
+def is_plain(course: Course) -> bool:
+    """Tell whether the last command acts as it is, on friction that only jumps: one test a step instead of five."""
+    actuator = course.actuator
+    as_given = course.delay == 0 and actuator.lag == 0.0 and actuator.gain == 1.0 and actuator.ripple_amplitude == 0.0
+    return as_given and not course.plan.varies and course.gravity.amplitude == 0.0
+
+
 def run_plain(
     block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
@@ -145,7 +171,8 @@ def run_plain(
     outer, warmth = position.outer, position.warmth
     actuator, plan, period = course.actuator, course.plan, course.solver_period
     original = change_joint(course.joint, phase_change(plan, phase))
-    joint = scale_joint(original, plan.scales[phase])
+    joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
+    plain = is_plain(course)
     for k in range(position.sample, stop):
         first, last = course.samples[k], course.samples[k + 1]
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
@@ -175,20 +202,24 @@ def run_plain(
             while acting < k and course.samples[acting + 1] + course.delay <= i:
                 acting += 1
             torque = record.given[acting] if acting >= 0 else 0.0
-            if actuator.lag > 0.0:
-                torque, current = lagged_torque(actuator, torque, current, period)
-            total += torque
             while phase + 1 < plan.starts.size and i >= plan.starts[phase + 1]:
                 phase += 1
                 original = change_joint(course.joint, phase_change(plan, phase))
-                joint = scale_joint(original, plan.scales[phase])
-            weight = gravity_torque(course.gravity, motion.position) if course.gravity.amplitude > 0.0 else 0.0
-            if plan.varies:
-                joint = scale_joint(original, friction_factor(plan, phase, i * period, motion.position, weight, warmth))
-            torque *= actuator.gain
-            if actuator.ripple_amplitude > 0.0:
-                torque += ripple_torque(actuator, motion.position)
-            motion = step_joint(joint, motion, torque - weight, period)
+                joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
+            if not plain:
+                if actuator.lag > 0.0:
+                    torque, current = lagged_torque(actuator, torque, current, period)
+                total += torque
+                weight = gravity_torque(course.gravity, motion.position) if course.gravity.amplitude > 0.0 else 0.0
+                if plan.varies:
+                    time = (course.begin + i) * period
+                    factor = friction_factor(plan, phase, time, motion.position, weight, warmth)
+                    joint = ready_joint(scale_joint(original, factor), period)
+                torque *= actuator.gain
+                if actuator.ripple_amplitude > 0.0:
+                    torque += ripple_torque(actuator, motion.position)
+                torque -= weight
+            motion = step_ready(joint, motion, torque, period)
             if plan.resistance > 0.0:
                 warmth = heated(plan, warmth, motion.friction_torque * sensed_velocity(motion), period)
             record.velocity[i + 1] = motion.velocity

@@ -1,5 +1,6 @@
 """Figures of merit of a run."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +69,7 @@ class PositionMetrics:
 def evaluate_position(time: NDArray[np.float64], error: NDArray[np.float64], last_change: float) -> PositionMetrics:
     """Evaluate a position error (rad) on the solver's grid of times (s); see :func:`evaluate`."""
     settled = error[int(np.searchsorted(time, settled_start(last_change, float(time[-1])))) :]
-    return PositionMetrics(rms(error), float(np.max(np.abs(error))), rms(settled), float(np.max(np.abs(settled))))
+    return PositionMetrics(rms(error), largest_size(error), rms(settled), largest_size(settled))
 
 
 def evaluate(
@@ -90,16 +91,16 @@ def evaluate(
         Time of the last change of friction, s; zero without one.
     """
     error = reference - velocity
-    moving = np.nonzero(reference)[0]
-    begin = int(moving[0]) if moving.size else 0
+    squares = np.square(error)
+    begin = int(np.argmax(reference != 0.0))
     start = slice(begin, int(np.searchsorted(time, time[begin] + START, side="right")))
     settled = slice(int(np.searchsorted(time, settled_start(last_change, float(time[-1])))), None)
     return Metrics(
-        rms(error),
-        float(np.max(np.abs(error))),
-        rms(error[start]),
-        rms(error[settled]),
-        float(np.max(np.abs(error[settled]))),
+        root_of_mean(squares),
+        largest_size(error),
+        root_of_mean(squares[start]),
+        root_of_mean(squares[settled]),
+        largest_size(error[settled]),
         float(np.sum(np.abs(np.diff(torque)))),
     )
 
@@ -123,4 +124,14 @@ def settled_start(last_change: float, end: float) -> float:
 
 def rms(values: NDArray[np.float64]) -> float:
     """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+    return root_of_mean(np.square(values))
+
+
+def root_of_mean(squares: NDArray[np.float64]) -> float:
+    """Return the root of the mean."""
+    return math.sqrt(np.mean(squares))
+
+
+def largest_size(values: NDArray[np.float64]) -> float:
+    """Return the largest absolute value."""
+    return max(float(np.max(values)), -float(np.min(values)))

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.design.margins import largest_setting, loop_margins
+from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.margins import maximum_sensitivity as sensitivity_of
 
 SLOWEST = 0.1
@@ -135,6 +135,44 @@ def _without_leading_zeros(polynomial: Polynomial) -> Polynomial:
     return polynomial[begin:]
 
 
+def sampled_loop(proportional: float, integral: float, delay: int) -> SampledLoop:
+    """Return a loop free of units, its gains to twelve digits: joints of any inertia in equal loops share a design."""
+    return SampledLoop(float(f"{proportional:.12g}"), float(f"{integral:.12g}"), delay)
+
+
+def _opened(
+    loop: SampledLoop, angle: float, compensation: Callable[[SampledLoop, float], Compensation]
+) -> tuple[Polynomial, Polynomial, float]:
+    return *open_loop(loop, compensation(loop, angle)), 0.1 * min(loop.proportional, angle, 1.0)
+
+
+@cache
+def fastest_angle(loop: SampledLoop, bound: float, compensation: Callable[[SampledLoop, float], Compensation]) -> float:
+    """Return the largest bandwidth, rad a sample, that a bound on the maximum sensitivity allows.
+
+    Raises
+    ------
+    ValueError
+        No bandwidth meets the bound.
+    """
+    start = SLOWEST * min(loop.proportional, 1.0)
+    least = sensitivity_of(*_opened(loop, start, compensation))
+    if least > bound:
+        raise ValueError(
+            f"maximum_sensitivity = {bound:g} is not allowed: with the slowest observer the loop has "
+            f"{least:.4g} already"
+        )
+    return largest_setting(lambda angle: sensitivity_of(*_opened(loop, angle, compensation)), bound, start, math.pi)
+
+
+@cache
+def margins_at(
+    loop: SampledLoop, angle: float, compensation: Callable[[SampledLoop, float], Compensation]
+) -> LoopMargins:
+    """Return the margins of a loop with an observer of a bandwidth, rad a sample."""
+    return loop_margins(*_opened(loop, angle, compensation))
+
+
 @cache
 def design_observer(
     inertia: float,
@@ -175,23 +213,14 @@ def design_observer(
     _check("integral", gains[1], gains[1] >= 0.0, "zero or more, N m/rad")
     _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
     _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
-    loop = SampledLoop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay))
-
-    def opened(angle: float) -> tuple[Polynomial, Polynomial, float]:
-        return *open_loop(loop, compensation(loop, angle)), 0.1 * min(loop.proportional, angle, 1.0)
-
+    loop = sampled_loop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay))
     if bandwidth is None:
-        start = SLOWEST * min(loop.proportional, 1.0)
-        least = sensitivity_of(*opened(start))
-        if least > maximum_sensitivity:
-            raise ValueError(
-                f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: with the slowest observer the loop has "
-                f"{least:.4g} already"
-            )
-        angle = largest_setting(lambda any: sensitivity_of(*opened(any)), maximum_sensitivity, start, math.pi)
+        angle = fastest_angle(loop, maximum_sensitivity, compensation)
         bandwidth = angle / (2.0 * math.pi * period)
+    else:
+        angle = 2.0 * math.pi * bandwidth * period
     _check("bandwidth", bandwidth, 0.0 < bandwidth <= 0.5 / period, f"positive, at most {0.5 / period:g} Hz")
-    reached = loop_margins(*opened(2.0 * math.pi * bandwidth * period))
+    reached = margins_at(loop, angle, compensation)
     return ObserverDesign(
         bandwidth, reached.crossover / period, reached.maximum_sensitivity, reached.gain_margin, reached.phase_margin
     )

@@ -1,5 +1,6 @@
 import json
 import math
+import pickle
 import sys
 from io import StringIO
 
@@ -9,13 +10,14 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from adaptive_ff import load_scenario
-from benchmarks import speed
+from benchmarks import speed, speed_steps
 from benchmarks import speed_rivals as closed_loop
-from benchmarks.speed import Row, Sizes, shown
+from benchmarks.speed import Sizes
 from benchmarks.speed_rivals import CLoop, ExportedLoop, OwnLoop, PythonControlLoop, check_alike, shared_series
-from plant import step
+from benchmarks.speed_rows import Row, in_turn, shown
+from plant import sliding
 
-TINY = Sizes(duration=1.0, repeats=2, slow_repeats=1, lengths=(1, 2), calls=20)
+TINY = Sizes(duration=1.0, repeats=2, slow_repeats=1, lengths=(1, 2), calls=20, commands=1)
 STUB = (sys.executable, "-c", "import pathlib, sys; pathlib.Path(sys.argv[1]).mkdir()", "{out}")
 
 VARIANTS = {
@@ -106,7 +108,8 @@ def test_c_loop_takes_its_tolerance_from_python(library, monkeypatch, tmp_path):
     rival = CLoop(library, own)
     rival.run()
     check_alike(own.record, rival.record, "C")
-    monkeypatch.setattr(step, "RELATIVE_TOLERANCE", 1e9 * step.RELATIVE_TOLERANCE)
+    monkeypatch.setattr(sliding, "UPDATES", 0)
+    monkeypatch.setattr(sliding, "RELATIVE_TOLERANCE", 1e9 * sliding.RELATIVE_TOLERANCE)
     rival = CLoop(closed_loop.compile_loop(tmp_path), own)
     rival.run()
     with pytest.raises(ArithmeticError, match=r"C differs from our run by \S+, more than 1e-09"):
@@ -144,7 +147,7 @@ def test_jobs_take_turns_and_ratios_are_to_the_last():
         values = iter(times)
         return lambda: called.append(name) or next(values)
 
-    times, ratios = speed.in_turn(3, job("a", [1.0, 2.0, 9.0]), job("b", [2.0, 1.0, 3.0]))
+    times, ratios = in_turn(3, job("a", [1.0, 2.0, 9.0]), job("b", [2.0, 1.0, 3.0]))
     assert called == list("ababab")
     assert times == [2.0, 2.0]
     assert ratios == [2.0, 1.0]
@@ -183,13 +186,20 @@ def test_figures_are_shown_with_their_unit(value, unit, text):
     assert shown(value, unit) == text
 
 
+def here(function, *arguments):
+    """Call a function in this process, which spares the time of starting another; it can be sent to one."""
+    return pickle.loads(pickle.dumps(function))(*arguments)
+
+
 def test_report_holds_all_that_is_printed(monkeypatch):
-    monkeypatch.setattr(speed, "STEPPED", ("pi",))
+    monkeypatch.setattr(speed_steps, "STEPPED", ("pi",))
+    monkeypatch.setattr(speed_steps, "in_new_process", here)
     monkeypatch.setattr(speed, "COURSES", {"100 Hz, joint 1 kHz": {}})
     printed = StringIO()
     result = speed.report(Console(file=printed, width=120), TINY, STUB)
     assert set(result) == {"machine", "sizes", "measurements"}
     rows = [row for section in result["measurements"].values() for row in section]
+    assert sum(row["rival"] == "simple-pid" for row in rows) == 2
     text = printed.getvalue()
     assert text.startswith("processor: ")
     assert all(row["what"] in text for row in rows)

@@ -1,24 +1,53 @@
 import json
+import os
+import signal
 
 import pytest
 
+from adaptive_ff import load_scenario
 from adaptive_ff.cli import cluster
+from adaptive_ff.comparison import drawn_joints
 from tests.helpers.command_line import run_command_line
 
 distributed = pytest.importorskip("distributed")
 
 
+JOINT = ("--inertia", "0.5", "--torque", "20", "--speed", "6")
+
+
+@pytest.fixture
+def address():
+    """Address of a scheduler with two worker processes."""
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as running:
+        yield running.scheduler_address
+
+
 @pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
-def test_sweep_on_a_cluster_has_the_figures_of_one_here(tmp_path):
-    scenario = tmp_path / "joint.toml"
-    made = run_command_line("new", "--inertia", "0.5", "--torque", "20", "--speed", "6")
-    scenario.write_text("duration = 3.0\n" + made.out, encoding="utf-8")
-    sweep = ("sweep", str(scenario), "--runs", "4", "--out")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
-    ) as running:
-        done = run_command_line(*sweep, str(tmp_path / "there"), "--scheduler", running.scheduler_address)
+def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it_stopped(
+    address, tmp_path, monkeypatch
+):
+    file = tmp_path / "joint.toml"
+    file.write_text("duration = 3.0\n" + run_command_line("new", *JOINT).out, encoding="utf-8")
+    monkeypatch.setattr(drawn_joints, "BATCH", 1)
+    folder, shares = tmp_path / "there", []
+
+    def kill_one_then_stop(share):
+        shares.append(share)
+        if len(shares) == 2:
+            os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+        if len(shares) == 5:
+            raise KeyboardInterrupt
+
+    with distributed.Client(address) as client:
+        given = {"folder": folder, "executor": client.get_executor(), "progress": kill_one_then_stop}
+        with pytest.raises(KeyboardInterrupt):
+            drawn_joints.sweep(load_scenario(file), 8, **given)
+    assert shares == [count / 8 for count in range(1, 6)]
+    sweep = ("sweep", str(file), "--runs", "8", "--out")
+    done = run_command_line(*sweep, str(folder), "--scheduler", address)
     assert done.status == 0, done.err
+    lines = (folder / "sweep-1.jsonl").read_text(encoding="utf-8").splitlines()
+    assert sorted(json.loads(line)["draw"] for line in lines) == list(range(8))  # none was run again
     assert run_command_line(*sweep, str(tmp_path / "here")).status == 0
     there, here = (json.loads((tmp_path / name / "sweep.json").read_text()) for name in ("there", "here"))
     assert there == here

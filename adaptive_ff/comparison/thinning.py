@@ -1,0 +1,110 @@
+"""A controller of any kind driven over a course of which few samples are kept: memory for series does not grow."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from adaptive_ff.comparison import running
+from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, Record, empty_record
+from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
+from adaptive_ff.simulation.running_metrics import RunningMetrics, first_motion
+from controllers import Controller
+from controllers.arrays import NDArray
+from controllers.compiled import compiles
+
+
+class Thinned(NamedTuple):
+    """A run of which few samples are kept.
+
+    Attributes
+    ----------
+    samples : ndarray of int64, shape (kept,)
+        Which.
+    record : Record
+        All series at these samples.
+    metrics : RunningMetrics
+        Figures of merit of the whole run.
+    """
+
+    samples: NDArray[np.int64]
+    record: Record
+    metrics: RunningMetrics
+
+
+def drive_thinned(
+    controller: Any,
+    course: Course,
+    thin: int,
+    last_change: float,
+    progress: Callable[[float], None] | None = None,
+    *,
+    note: Callable[[int], None] | None = None,
+    parts: int = 1,
+) -> tuple[Thinned, tuple[str, ...], tuple[str, ...]]:
+    """Run a controller over a course as :func:`drive_over` does, and keep few of its samples.
+
+    Parameters
+    ----------
+    thin : int
+        One of so many samples is kept, and the last.
+    last_change : float
+        Time of the last change of the joint, s; zero without one.
+    controller, course, progress, note, parts
+        As for :func:`drive_over`.
+
+    Returns
+    -------
+    thinned : Thinned
+        The kept samples, and the figures of merit of the whole run.
+    names, watched : tuple of str
+        Names of the estimates and of the monitors in it.
+    """
+    registered = isinstance(controller, Controller)
+    compiled = registered and compiles()
+    block, state = running.running_state(controller, registered, compiled)
+    names = (controller if registered else block).estimate_names
+    watched = controller.monitor_names if registered else ()
+    run = run_in_memory if compiled else run_plain
+    position, count, given = start_position(course), course.noise.size, np.zeros(0)
+    metrics = RunningMetrics(course.reference.size, course.solver_period, first_motion(course.reference), last_change)
+    kept: list[Record] = []
+    part = min(running.PART, max(1, count // parts))
+    while position.sample < count:
+        start, stop = position.sample, min(position.sample + part, count)
+        window, position, first = part_of(course, position, stop)
+        record = empty_record(window, len(names), len(watched))
+        record.given[: start - first] = given[given.size - (start - first) :]
+        state, position = run(block, state, window, position, stop - first, record)
+        position, given = after_part(position, first), record.given
+        with np.errstate(over="ignore", invalid="ignore"):
+            _count(metrics, window, record, start - first, stop == count)
+        samples = kept_samples(start, stop, count, thin)
+        if samples.size:
+            kept.append(_at_samples(record, window, samples - first))
+        if registered and not compiled:
+            controller.state = state
+        if note is not None:
+            note(stop - 1)
+        if progress is not None:
+            progress(stop / count)
+    series = Record(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+    return Thinned(kept_samples(0, count, count, thin), series, metrics), names, watched
+
+
+def _count(metrics: RunningMetrics, course: Course, record: Record, start: int, ends: bool) -> None:
+    """Add what a part of a run holds from a sample on; the end of a part is the begin of the next one."""
+    begin = int(course.samples[start])
+    stop = None if ends else -1
+    error = course.reference[begin:stop] - record.velocity[begin:stop]
+    metrics.add(course.begin + begin, error, record.torque[start:])
+    if course.outer != NO_POSITION_LOOP:
+        metrics.add_position(course.begin + begin, course.planned[begin:stop] - record.position[begin:stop])
+
+
+def _at_samples(record: Record, course: Course, samples: NDArray[np.int64]) -> Record:
+    """Return the series at some samples, those of the solver's grid too; the position as its error."""
+    steps = course.samples[samples]
+    others = {name: getattr(record, name)[samples] for name in Record._fields[2:]}
+    return Record(record.velocity[steps], course.planned[steps] - record.position[steps], **others)

@@ -1,0 +1,58 @@
+"""A run in parts, each with a record of its own, so that the memory for its series does not grow with its length."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff.simulation.experiment import Course
+from adaptive_ff.simulation.loop import Position
+
+
+def part_of(course: Course, position: Position, stop: int) -> tuple[Course, Position, int]:
+    """Return the course from where a run has come to up to a sample, as a course of its own.
+
+    Parameters
+    ----------
+    course : Course
+        The whole course; the part has views of its series.
+    position : Position
+        Where the run has come to.
+    stop : int
+        Sample at which the part ends.
+
+    Returns
+    -------
+    part : Course
+        The part. It begins where the command was given that still acts, or one sample early: the time since the last
+        sample counts.
+    position : Position
+        The position in the part.
+    first : int
+        Sample of the whole course with which the part begins.
+    """
+    first = max(0, min(position.acting, position.sample - 1))
+    begin, end = int(course.samples[first]), int(course.samples[stop])
+    part = course._replace(
+        samples=course.samples[first : stop + 1] - begin,
+        reference=course.reference[begin : end + 1],
+        noise=course.noise[first:stop],
+        planned=course.planned[begin : end + 1],
+        plan=course.plan._replace(starts=course.plan.starts - begin),
+        begin=begin,
+    )
+    return part, _shifted(position, -first), first
+
+
+def after_part(position: Position, first: int) -> Position:
+    """Return the position in the whole course for one in a part that begins with a sample."""
+    return _shifted(position, first)
+
+
+def _shifted(position: Position, samples: int) -> Position:
+    acting = position.acting + samples if position.acting >= 0 else -1
+    return position._replace(sample=position.sample + samples, acting=acting)
+
+
+def kept_samples(start: int, stop: int, count: int, thin: int) -> NDArray[np.int64]:
+    """Return which samples from start to stop are kept: every so many of all, and the last of them all."""
+    kept = np.arange(-(-start // thin) * thin, stop, thin)
+    return np.append(kept, count - 1) if stop == count and (count - 1) % thin else kept
