@@ -1,4 +1,4 @@
-"""The stated minimum versions are enough: an installation with each dependency at its lower bound compares and identifies.
+"""The stated minimum versions are enough: an installation of the lower bounds compares and identifies.
 
 It takes minutes (a download, an installation, a first compilation), so it runs where it is asked for:
 ``MINIMUM_VERSIONS=1 python -m pytest tests/test_minimum_versions.py``, as ``.ci/run`` does.

@@ -80,10 +80,8 @@ def kernels(modules: tuple[str, ...] = MUTATED) -> dict[str, FunctionType]:
 
 
 def drawn(found: list[Mutant], count: int, seed: int) -> list[Mutant]:
-    """Return a sample of mutants, in the order of the files."""
-    if count >= len(found):
-        return found
-    return [found[place] for place in sorted(np.random.default_rng(seed).choice(len(found), count, replace=False))]
+    """Return a sample of mutants, in the order in which they are drawn: a run that is cut short is a smaller sample."""
+    return [found[place] for place in np.random.default_rng(seed).permutation(len(found))[:count]]
 
 
 def main(
@@ -103,7 +101,9 @@ def main(
     settings.register_profile("mutation", deadline=None, derandomize=True, database=None, phases=PHASES)
     files = [str(ROOT / "tests" / name) for name in TESTS]
     with patch.dict(CONTROLLERS, {name: CONTROLLERS[name] for name in LINE_UP}, clear=True):
-        pytest.main([*OPTIONS, *files], [run])
+        status = pytest.main([*OPTIONS, *files], [run])
+    if status != pytest.ExitCode.OK:
+        raise typer.Exit(1)
     if timing:
         for name, one in sorted(run.noted.items(), key=lambda pair: pair[1].seconds):
             print(f"{one.seconds:8.3f} {'' if one.passed else 'left out'} {len(one.kernels)} {name}")

@@ -9,6 +9,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from types import FunctionType
 from typing import Any
@@ -31,6 +32,9 @@ LONGEST = 3600.0
 """Processor time of all tests together at most, s."""
 
 CALLED = "_called_by_tests"
+
+NO_ANSWER = "out of time"
+"""What is told of a process that was ended or died."""
 
 
 class TooSlow(BaseException):
@@ -83,7 +87,10 @@ class Mutation:
         if session.testsfailed:
             raise session.Interrupted(f"{session.testsfailed} files of tests cannot be collected")
         items = {item.nodeid: item for item in session.items}
-        noted, modules = _in_fork(lambda: self._note(items), LONGEST)
+        answer = _in_fork(lambda: self._note(items), LONGEST)
+        if answer == NO_ANSWER:
+            raise RuntimeError("the tests without a mutant ended their process")
+        noted, modules = answer
         for name in modules:  # once here, not in every fork
             if name not in sys.modules and not name.startswith("hypothesis"):
                 _import_quietly(name)
@@ -153,8 +160,10 @@ def _passes(item: pytest.Item, following: pytest.Item | None, limit: float = 0.0
     signal.setitimer(signal.ITIMER_PROF, limit, limit)  # again, where something swallows the first
     try:
         reports = runtestprotocol(item, log=False, nextitem=following)
-    except TooSlow:
-        item.session._setupstate.teardown_exact(None)
+    except BaseException:  # it may come in the middle of a report as well
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        with suppress(BaseException):
+            item.session._setupstate.teardown_exact(None)
         return False
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -172,11 +181,13 @@ def _in_fork(work: Callable[[], Any], limit: float) -> Any:
     if child == 0:
         os.close(reading)
         resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(limit), math.ceil(limit) + 1))
-        with os.fdopen(writing, "w") as pipe:
-            json.dump(work(), pipe)
-        os._exit(0)
+        try:
+            with os.fdopen(writing, "w") as pipe:
+                pipe.write(json.dumps(work()))
+        finally:
+            os._exit(0)  # whatever happened, a fork must not go on as its parent would
     os.close(writing)
     with os.fdopen(reading) as pipe:
         text = pipe.read()
     os.waitpid(child, 0)
-    return json.loads(text) if text else "out of time"
+    return json.loads(text) if text else NO_ANSWER
