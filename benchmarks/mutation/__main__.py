@@ -53,6 +53,7 @@ TESTS = (
     "controllers/test_pi.py",
     "plant/test_step.py",
     "plant/test_directions.py",
+    "plant/test_changes.py",
 )
 """Tests of these kernels; those that call a mutated one are found out by calling them."""
 
