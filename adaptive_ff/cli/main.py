@@ -19,6 +19,7 @@ from adaptive_ff.cli.export import export_command
 from adaptive_ff.cli.identify import identify_command
 from adaptive_ff.cli.matrix import matrix_command
 from adaptive_ff.cli.new import new_command
+from adaptive_ff.cli.printable import printable
 from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
@@ -112,9 +113,7 @@ def _explained(error: Exception) -> str | None:
 
 
 def _refuse(message: str) -> int:
-    # names of columns come from files: what a terminal would obey must not reach it
-    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(message.split()))
-    print(f"adaptive-ff: {shown}", file=sys.stderr)
+    print(f"adaptive-ff: {printable(' '.join(message.split()))}", file=sys.stderr)
     return BAD_INPUT
 
 
@@ -127,4 +126,4 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     del category, filename, lineno, file, line
-    print(f"adaptive-ff: warning: {' '.join(str(message).split())}", file=sys.stderr)
+    print(f"adaptive-ff: warning: {printable(' '.join(str(message).split()))}", file=sys.stderr)

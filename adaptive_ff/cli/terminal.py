@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from adaptive_ff.cli.common import SETTINGS, TableForm
+from adaptive_ff.cli.printable import printable
 
 COMPILES = "First run on this machine: the controllers are compiled, once (some 15 to 30 s)."
 
@@ -64,7 +65,7 @@ class Printer(Console):
 
     def say(self, sentence: str) -> None:
         """Print a sentence as it is."""
-        self.print(sentence, highlight=False, markup=False, soft_wrap=True)
+        self.print(printable(sentence), highlight=False, markup=False, soft_wrap=True)
 
 
 def plain_table(table: Table, form: TableForm) -> str:
@@ -95,7 +96,7 @@ def error_console() -> Console:
 def warn(errors: Console, cautions: Sequence[str]) -> None:
     """Print warnings, one a line."""
     for caution in cautions:
-        errors.print(f"warning: {caution}", markup=False)
+        errors.print(f"warning: {printable(caution)}", markup=False)
 
 
 def warn_of_skips(errors: Console, skipped: Sequence[Any], file: str) -> None:

@@ -5,7 +5,7 @@ import control
 import numpy as np
 import pytest
 
-from controllers import PI, check_gains, design_pi
+from controllers import PI, check_gains, design_pi, hand_over, planned_inputs
 
 INERTIA, PERIOD = 20.0, 0.01
 GAINS = (2.0 * math.pi * 5.0 * INERTIA, (2.0 * math.pi * 5.0) ** 2 * INERTIA / 5.0)
@@ -286,3 +286,39 @@ def test_anti_windup_takes_out_no_more_than_was_refused():
     assert PERIOD * 2000.0 / 10.0 > 1.0
     controller.step(0.0, 0.0, realised_torque=asked - 3.0)
     assert controller.state.integral == pytest.approx(integral - 3.0)
+
+
+def test_a_torque_that_is_not_finite_is_none_and_the_loop_begins_anew():
+    controller = PI(100.0, 2000.0, PERIOD).run_uncompiled()
+    controller.step(0.5, 0.1)
+    controller.state = controller.state._replace(integral=math.inf)
+    output = controller.step_plain(planned_inputs(0.5, 0.1, math.nan, math.nan, PERIOD))
+    assert tuple(output) == (0.0, 0.0)
+    assert controller.state.integral == 0.0
+    assert (controller.faults, controller.rejected, controller.state.samples) == (1, 0, 2)
+    assert controller.state.commands == (0.0,)
+    assert controller.step(0.5, 0.1) == pytest.approx(40.0 + 20.0 * 0.4)
+
+
+def test_a_correction_adds_to_the_plan_and_the_feedforward_is_told_apart():
+    controller = PI(100.0, 0.0, PERIOD).run_uncompiled()
+    inputs = planned_inputs(0.5, 0.1, math.nan, math.nan, PERIOD)._replace(correction=0.2, feedforward=7.0)
+    assert tuple(controller.step_plain(inputs)) == pytest.approx((100.0 * 0.6 + 7.0, 7.0))
+
+
+def test_torque_of_a_lost_measurement_is_held_two_seconds_and_fades_in_one():
+    controller = PI(100.0, 2000.0, PERIOD)
+    controller.step(0.5, 0.0)
+    held = controller.state.integral
+    torques = [controller.step(0.5, math.nan) for _ in range(320)]
+    assert torques[:199] == [held] * 199
+    assert torques[250] == pytest.approx(held * (1.0 - 0.51), rel=1e-9)
+    assert torques[301:] == [0.0] * 19
+
+
+def test_torque_that_is_handed_over_leaves_the_integral():
+    loop = PI(100.0, 2000.0, PERIOD)
+    loop.step(0.5, 0.1)
+    state = loop.state
+    assert hand_over(loop.parameters, state, 3.0) == state._replace(integral=state.integral - 3.0)
+    assert hand_over(check_gains(100.0, 0.0), state, 3.0) is state

@@ -1,4 +1,5 @@
 import math
+from unittest.mock import patch
 
 import numba
 import numpy as np
@@ -9,6 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from plant import JointParameters, JointState, Stribeck, initial_state, sliding_friction, step_joint
+from plant import sliding
+from plant.friction import sliding_friction_and_slope
 from plant.joint import check_unique_step
 
 STRIBECK = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
@@ -275,3 +278,24 @@ def test_friction_without_lag_dissipates_and_energy_does_not_grow_without_torque
     coasting = step_joint(joint, state, joint.offset, period)
     assert abs(coasting.velocity) <= abs(state.velocity)
     assert coasting.velocity * state.velocity >= 0.0
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+@pytest.mark.parametrize("shape", [1.0, 1.5])
+def test_newton_needs_few_steps(shape, lag):
+    """With a wrong slope or bracket the root is still found, by bisection, which takes some forty."""
+    joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
+    state, counts = initial_state(joint, 0.1), []
+
+    def counted(*arguments):
+        counts[-1] += 1
+        return sliding_friction_and_slope(*arguments)
+
+    with patch.object(sliding, "sliding_friction_and_slope", counted):
+        for torque in 120.0 * np.sin(0.02 * np.arange(600)):
+            counts.append(0)
+            state = step_joint(joint, state, torque, 1e-3)
+    used = np.array([count for count in counts if count])
+    assert used.size > 400
+    assert np.mean(used) < 3.5
+    assert np.max(used) < 12

@@ -352,3 +352,25 @@ def test_plain_python_equals_compiled_while_the_lag_is_tuned():
     assert fast.state.timing.lag != fast.state.estimator.recursion.estimate[FRICTION_LAG]
     assert fast.state.timing.lag == pytest.approx(plain.state.timing.lag, rel=1e-12)
     assert fast.state.timing.evidence == pytest.approx(plain.state.timing.evidence, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [101, 102])
+def test_evidence_is_that_of_fading_sums(seed):
+    """Oracle: sums over all samples, each with the weight that it has left."""
+    rng, memory, duration, lag = np.random.default_rng(seed), 0.7, 0.01, 0.03
+    slopes, errors = rng.standard_normal(300), 0.2 + 0.5 * rng.standard_normal(300)
+    state = initial_timing_state(check_gains(*GAINS), lag)
+    learnt = memory
+    sums, fitted = np.zeros(4), np.zeros(2)
+    for slope, error in zip(slopes, errors, strict=True):
+        learnt += duration
+        state = learn_timing(state._replace(slope=float(slope)), float(error), learnt, memory, duration)
+        sums *= math.exp(-duration / memory)
+        sums += slope**2, (slope * error) ** 2, slope**3 * error, slope**4
+        energy, squares, cross, fourth = sums
+        limit, left = CLIP * math.sqrt(squares / energy), squares - cross**2 / fourth
+        weight = energy / max(left, LEAST_LEFT * squares)
+        fitted *= math.exp(-duration / min(LONGEST * memory, GROWTH * learnt))
+        fitted += weight * slope**2, weight * slope * (np.clip(error, -limit, limit) + slope * lag)
+        assert tuple(state.evidence)[:6] == pytest.approx((*fitted, *sums), rel=1e-9)
+    assert state.evidence.since == lag

@@ -287,3 +287,15 @@ def test_true_parameters_fed_forward_leave_an_error_that_vanishes_with_the_perio
     assert errors[2] < 0.15e-3
     assert errors[2] < 0.01 * tracking_error("pi", 2.5e-4, 4)
     assert errors[2] < 0.03 * tracking_error("fixed", 2.5e-4, 4)
+
+
+def test_exchanged_model_at_rest_changes_nothing_and_in_motion_what_friction_changes():
+    old = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+    new = old._replace(coulomb=70.0, stiction=100.0, offset=5.0)
+    state = FeedforwardState(33.0, 0.4, True)
+    assert exchange_model(state, old, new, 0.0) is state
+    for reference in (1.0, 0.3, -0.3):
+        found = exchange_model(state, old, new, reference)
+        change = model_friction(new, abs(reference)) - model_friction(old, abs(reference))
+        assert found.friction == pytest.approx(33.0 + math.copysign(change, reference), rel=1e-12)
+        assert found[1:] == (0.4, True)

@@ -17,6 +17,7 @@ from adaptive_ff.regression.torque_form import (
     FILTER_TORQUE,
     FILTER_VELOCITY,
     REGRESSORS,
+    Signals,
     TorqueForm,
     advance_signals_in_place,
     initial_signals,
@@ -210,3 +211,30 @@ def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_wit
     assert torque == pytest.approx(7.0 * (1.0 - 2.0 * math.exp(-1.0)), rel=1e-12)
     assert row == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.0, -7.0 * 50.0 * math.exp(-1.0)], rel=1e-12)
     assert signals.filters[FILTER_TORQUE, 0] == torque
+
+
+@pytest.mark.parametrize("count", [5, 8])
+@pytest.mark.parametrize("velocity", [0.03, -0.2, 0.0])
+def test_settled_filters_are_those_of_a_motion_that_has_lasted(velocity, count):
+    moved = Signals(initial_signals(count).filters, velocity)
+    for _ in range(100):
+        moved = advance_signals_in_place(FORM, moved, 0.0, velocity, 0.01)
+    settled = settle_signals_in_place(FORM, initial_signals(count), velocity)
+    assert settled.filters == pytest.approx(moved.filters, rel=1e-12, abs=1e-12)
+    assert settled.velocity == velocity
+
+
+@pytest.mark.parametrize(
+    ("velocity", "reference", "valid", "expected"),
+    [
+        (0.2, 0.1, True, 0.31),
+        (0.1, 0.1, True, 0.31),  # exactly the speed of the gate
+        (-0.2, -0.1, True, 0.31),
+        (0.099, 0.1, True, 0.0),
+        (0.2, -0.1, True, 0.0),
+        (0.2, 0.0, True, 0.0),
+        (0.2, 0.1, False, 0.0),
+    ],
+)
+def test_a_joint_slides_while_it_moves_fast_enough_along_its_reference(velocity, reference, valid, expected):
+    assert sliding_time(0.3, velocity, reference, valid, 0.1, 0.01) == pytest.approx(expected)

@@ -1,4 +1,4 @@
-"""An hour without excitation at 1 kHz: ``python -m benchmarks.endurance [--hours H]``.
+"""An hour without excitation at 1 kHz: ``python -m benchmarks.endurance --idle [--hours H]``.
 
 The joint works for a minute, then runs at constant speed, or stands, for an hour, then works for another minute. Shown
 are the bounds of the estimator's information matrix, the estimates, and how the last minute is tracked beside the
@@ -6,13 +6,10 @@ oracle.
 """
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
-import typer
 from numpy.typing import NDArray
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import load_scenario
@@ -91,20 +88,16 @@ def endure(name: str, seconds: float, speed: float) -> Outcome:
     return Outcome(eigenvalues, estimates, rms(error[work // 2 : work]), rms(error[rest:]))
 
 
-def main(hours: Annotated[float, typer.Option(min=0.001, help="Length without excitation, h.")] = 1.0) -> None:
-    """Print what constant speed and standstill do to the adaptive controller."""
-    table = Table(title=f"{hours:g} h at 1 kHz without excitation", box=SIMPLE)
+def table(hours: float) -> Table:
+    """Return what constant speed and standstill do to the adaptive controller."""
+    rows = Table(title=f"{hours:g} h at 1 kHz without excitation", box=SIMPLE)
     headings = ("between", "controller", "information", "estimates after it", "rms before, mrad/s", "after")
     for heading in headings:
-        table.add_column(heading)
+        rows.add_column(heading)
     for label, speed in ((f"constant {SPEED:g} rad/s", SPEED), ("standstill", 0.0)):
         for name in ("oracle", "adaptive"):
             outcome = endure(name, 3600.0 * hours, speed)
             bounds = "" if np.isnan(outcome.eigenvalues[0]) else "{:.2g} to {:.2g}".format(*outcome.eigenvalues)
             estimates = ", ".join(f"{value:.4g}" for value in outcome.estimates.values())
-            table.add_row(label, name, bounds, estimates, f"{1e3 * outcome.before:.3g}", f"{1e3 * outcome.after:.3g}")
-    Console().print(table)
-
-
-if __name__ == "__main__":
-    typer.run(main)
+            rows.add_row(label, name, bounds, estimates, f"{1e3 * outcome.before:.3g}", f"{1e3 * outcome.after:.3g}")
+    return rows

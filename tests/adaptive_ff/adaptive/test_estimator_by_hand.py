@@ -1,0 +1,354 @@
+"""The estimator beside a second one, written with matrices and without kernels, on random signals."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive import change_detection as changes
+from adaptive_ff.adaptive import estimator as kernels
+from adaptive_ff.adaptive.change_detection import NO_ALARM, Surprise, attribute_change, note_surprise
+from adaptive_ff.adaptive.estimator_state import PRIOR, Levels, initial_estimator_state, load_count, with_levels
+from adaptive_ff.estimation.instruments import AGREEMENT, EXCITED
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.regression.torque_form import Signals
+
+PERIOD = 0.01
+TRUTH = np.array([23.0, 50.0, 80.0, 70.0, 0.03, 6.0, 8.0, 9.0])
+LOADS = np.array([12.0, -7.0, 5.0])
+
+
+def parameters(names, regressors=0):
+    controller = AdaptiveController(
+        1256.6,
+        15791.4,
+        PERIOD,
+        inertia=20.0,
+        stribeck_velocity=0.05,
+        memory=0.9,
+        parameters=names,
+        regressors=regressors,
+    )
+    return controller.parameters.estimator
+
+
+def truth(estimator):
+    size = estimator.first.size - load_count(estimator)
+    return np.concatenate([TRUTH[:size], LOADS[: load_count(estimator)]])
+
+
+def columns(estimator, signals, loads, ratio):
+    """Regressors of the equation: acceleration's derivative, then one for each parameter, then slopes of the loads."""
+    pole, filters = estimator.form.pole, signals.filters
+    second = pole**2 * (signals.velocity - filters[1, 0]) - 2.0 * pole * filters[1, 1]
+    plain = [ratio * second, ratio * filters[1, 1], *filters[2:4, 0], filters[1, 0], -filters[0, 1], 1.0]
+    size = estimator.first.size - loads.shape[0]
+    return np.concatenate([[*plain, *filters[4:, 0]][: size + 1], loads[:, 0], loads[:, 1]])
+
+
+def predicted(estimate, row):
+    """The equation, term by term."""
+    loads = row.size - estimate.size - 1
+    size = estimate.size - loads
+    inertia, lag = estimate[0], estimate[4]
+    torque = inertia * (row[1] + lag * row[0]) + estimate[1:4] @ row[2:5] + lag * row[5]
+    torque += estimate[5:size] @ row[6 : size + 1]
+    return torque + estimate[size:] @ (row[size + 1 : size + 1 + loads] + lag * row[size + 1 + loads :])
+
+
+def gradient(estimator, estimate, row):
+    """The equation is linear in each parameter alone, so a difference is the derivative."""
+    moved = [predicted(estimate + step, row) - predicted(estimate, row) for step in np.diag(np.ones(estimate.size))]
+    return np.array(moved) * estimator.scale / estimator.torque_scale
+
+
+def draw(estimator, rng, direction, factor, load, noise, speed=1.0):
+    """Measured and modelled signals of a joint whose friction is so many times what it was, and loads."""
+    count = 6 if estimator.first.size - load_count(estimator) > 6 else 4
+    shape = np.array([[40.0, 300.0], [0.2, 1.0], [0.6, 3.0], [0.4, 3.0], [0.4, 3.0], [0.2, 1.0]])[:count]
+    model = Signals(shape * rng.uniform(0.3, 1.0, shape.shape) * rng.choice([-1.0, 1.0], shape.shape), 0.0)
+    model.filters[1:4, 0] = direction * np.abs(model.filters[1:4, 0])
+    model.filters[4:] = np.abs(model.filters[4:])
+    model = model._replace(velocity=model.filters[1, 0] + 0.01 * rng.standard_normal())
+    loads = rng.uniform(-1.0, 1.0, (load_count(estimator), 3))
+    measured = Signals(model.filters * (1.0 + noise * rng.standard_normal(shape.shape)), model.velocity)
+    measured.filters[1] *= speed
+    there = truth(estimator).copy()
+    there[1:4] *= factor
+    there[5:8] *= factor
+    if estimator.first.size - load_count(estimator) > 5:
+        there[5] += load
+    for signals in (measured, model):
+        signals.filters[0, 0] = predicted(there, columns(estimator, signals, loads, 1.0))
+    measured.filters[0, 0] += rng.standard_normal()
+    return measured, model, loads
+
+
+class Twin:
+    """The estimator with matrices."""
+
+    def __init__(self, estimator):
+        self.estimator = estimator
+        state = initial_estimator_state(estimator)
+        self.estimate, self.information = estimator.first.copy(), state.recursion.information.copy()
+        self.agreement = np.zeros((self.estimate.size, 2))
+        self.levels, self.surprise, self.alarm = state.levels, Surprise(0.0, 0.0), NO_ALARM
+        self.forgotten = 0
+
+    def learn(self, measured, model, loads, duration, ratio):
+        estimator = self.estimator
+        row = columns(estimator, measured, loads, ratio)
+        z = gradient(estimator, self.estimate, columns(estimator, model, loads, ratio))
+        x = gradient(estimator, self.estimate, row)
+        keep = math.exp(-duration / estimator.memory)
+        squared_error, peak, speed, learnt, stuck = self.levels
+        if learnt > kernels.PEAK_MEMORIES * estimator.memory:
+            fading = 1.0 - (1.0 - keep) / kernels.PEAK_MEMORIES
+            peak, speed = fading * peak, fading * speed
+        speed = max(speed, abs(model.filters[1, 0]))
+        if abs(measured.filters[1, 0]) >= kernels.SPEED_FACTOR * speed:
+            self.levels = Levels(squared_error, peak, speed, learnt, stuck)
+            return
+        torque = measured.filters[0, 0]
+        peak, learnt = max(peak, abs(torque)), learnt + duration
+        largest = kernels.PEAK_FACTOR * peak
+        floor = min(kernels.FLOOR * squared_error + kernels.SMALLEST_FLOOR, kernels.LARGEST_FLOOR)
+        instrument = self.instrument(z, x, keep, floor)
+        unit = estimator.torque_scale
+        error = np.clip((torque - predicted(self.estimate, row)) / unit, -largest / unit, largest / unit)
+        friction = self.friction() @ row[1 : self.estimate.size + 1] / unit
+        window = changes.JUMP_WINDOW / estimator.form.pole
+        self.surprise = note_surprise(self.surprise, friction, error, duration, window)
+        usual = changes.JUMP * (squared_error + changes.LEAST_ERROR)
+        product, square = self.surprise
+        noticed = learnt > estimator.memory and product**2 / square > usual
+        if self.estimate.size - load_count(estimator) > 5:
+            longest = changes.LONGEST_WAIT * estimator.memory
+            self.alarm = attribute_change(self.alarm, noticed, self.surprise, friction, window, longest, duration)
+            if self.alarm.cause == changes.UNDECIDED:
+                self.levels = Levels(squared_error, peak, speed, learnt, stuck)
+                return
+        squared = error**2
+        if noticed:
+            squared = min(squared, usual)
+            self.forget(window / estimator.memory)
+        self.levels = Levels(keep * squared_error + (1.0 - keep) * squared, peak, speed, learnt, stuck)
+        self.information = keep * self.information + (1.0 - keep) * (
+            np.outer(instrument, instrument) + floor * np.eye(instrument.size)
+        )
+        self.correct((1.0 - keep) * error * np.linalg.solve(self.information, instrument), largest, speed)
+
+    def instrument(self, z, x, keep, floor):
+        self.agreement = keep * self.agreement + (1.0 - keep) * np.column_stack([z * z, z * x])
+        power, common = self.agreement.T
+        if np.any((common < AGREEMENT[0] * power - floor) | (common > AGREEMENT[1] * power + floor)):
+            return x
+        return np.where(power < EXCITED * floor, 0.0, z)
+
+    def friction(self):
+        """The parameters of friction, the others zero."""
+        size = self.estimate.size - load_count(self.estimator)
+        places = [1, 2, 3, *range(6, size)]
+        only = np.zeros(self.estimate.size)
+        only[places] = self.estimate[places]
+        return only
+
+    def forget(self, share):
+        estimator, cause = self.estimator, self.alarm.cause
+        if cause != changes.LOAD:
+            self.release(self.friction() / estimator.scale, share * self.surprise.friction_squared)
+        if cause in (changes.LOAD, changes.EITHER) and self.estimate.size - load_count(estimator) > 5:
+            unit = np.zeros(self.estimate.size)
+            unit[5] = 1.0
+            self.release(unit, share * (estimator.scale[5] / estimator.torque_scale) ** 2)
+
+    def release(self, direction, known):
+        """What a large variance along the direction makes of the covariance, until so much is known."""
+        total = direction @ self.information @ direction
+        if total > known:
+            self.forgotten += 1
+            covariance = np.linalg.inv(self.information) + (1.0 / known - 1.0 / total) * np.outer(direction, direction)
+            self.information = np.linalg.inv(covariance)
+
+    def correct(self, step, peak, speed):
+        """Move each parameter that would leave its range back, the others where the quadratic form is least."""
+        size, scale = self.estimate.size - load_count(self.estimator), self.estimator.scale
+        inertia, lag = self.estimator.ranges[0], self.estimator.ranges[4]
+        low = np.array([inertia[0], 0.0, 0.0, 0.0, lag[0], -peak, -peak, -peak / speed][:size] + [-peak] * LOADS.size)
+        high = np.array([inertia[1], peak, peak, peak / speed, lag[1], peak, peak, peak / speed][:size])
+        high = np.concatenate([high, [peak] * LOADS.size])[: self.estimate.size]
+        low = low[: self.estimate.size]
+        covariance = np.linalg.inv(self.information)
+        for i in range(self.estimate.size):
+            value = self.estimate[i] + step[i] * scale[i]
+            possible = np.clip(value, low[i], high[i])
+            step = step + (possible - value) / scale[i] * covariance[:, i] / covariance[i, i]
+        self.estimate = np.clip(self.estimate + step * scale, low, high)
+
+
+def course(estimator, seed):
+    """Samples: learning, friction and load that change, errors of sensors, a time that varies."""
+    rng = np.random.default_rng(seed)
+    for k in range(800):
+        factor = 1.0 if k < 200 else 2.5 if k < 400 else 0.7
+        load = 60.0 if 500 <= k < 600 else 0.0
+        speed = 40.0 if rng.uniform() < 0.01 else 1.0
+        noise = 2.0 if 700 <= k < 750 else 0.02
+        drawn = draw(estimator, rng, rng.choice([-1.0, 1.0]), factor, load, noise, speed)
+        yield *drawn, rng.uniform(0.5, 1.5) * PERIOD, rng.uniform(0.8, 1.2)
+
+
+@pytest.mark.parametrize(
+    ("names", "regressors"),
+    [(ESTIMATED, 0), (WITH_OFFSET, 0), (WITH_GRAVITY, 0), (PER_DIRECTION_WITH_GRAVITY, 1)],
+)
+def test_estimator_is_the_one_with_matrices(names, regressors):
+    estimator = parameters(names, regressors)
+    state, twin = initial_estimator_state(estimator), Twin(estimator)
+    causes, first = set(), True
+    for measured, model, loads, duration, ratio in course(estimator, seed=201):
+        state.loads[:] = loads
+        state = kernels.learn_in_place(estimator, state, measured, model, duration, ratio)
+        twin.learn(measured, model, loads, duration, ratio)
+        causes.add(state.alarm.cause)
+        if first:  # before rounding has grown
+            assert state.recursion.information == pytest.approx(twin.information, rel=1e-13, abs=1e-15)
+            first = False
+        assert np.allclose(state.recursion.estimate, twin.estimate, rtol=1e-5, atol=1e-6)
+        assert np.allclose(state.levels, twin.levels, rtol=1e-6, atol=0.0)
+        assert state.alarm.cause == twin.alarm.cause
+    assert state.recursion.information == pytest.approx(twin.information, rel=1e-4, abs=1e-7)
+    assert twin.forgotten > 0 or load_count(estimator) > 0
+    assert names != WITH_OFFSET or changes.UNDECIDED in causes
+
+
+@pytest.mark.parametrize("cause", [changes.NOTHING, changes.FRICTION, changes.LOAD, changes.EITHER])
+@pytest.mark.parametrize("names", [ESTIMATED, WITH_OFFSET, PER_DIRECTION_WITH_GRAVITY])
+def test_what_a_change_is_attributed_to_is_forgotten(names, cause):
+    estimator = parameters(names)
+    rng, twin = np.random.default_rng(301), Twin(estimator)
+    rows = rng.standard_normal((3 * twin.estimate.size, twin.estimate.size))
+    twin.estimate, twin.information = truth(estimator), 50.0 * rows.T @ rows
+    twin.surprise, twin.alarm = Surprise(0.0, 0.3), NO_ALARM._replace(cause=cause)
+    recursion = initial_estimator_state(estimator).recursion
+    recursion.estimate[:], recursion.information[:] = twin.estimate, twin.information
+    kernels.forget_in_place(estimator, recursion, 0.3, twin.alarm, 0.1)
+    twin.forget(0.1)
+    assert recursion.information == pytest.approx(twin.information, rel=1e-8, abs=1e-9)
+    assert twin.forgotten == {changes.LOAD: 0, changes.EITHER: 1}.get(cause, 1) + (
+        names != ESTIMATED and cause in (changes.LOAD, changes.EITHER)
+    )
+
+
+def signals(torque=0.0, speed=0.0, slope=0.0, velocity=0.0):
+    filters = np.zeros((4, 2))
+    filters[0, 0], filters[1] = torque, (speed, slope)
+    return Signals(filters, velocity)
+
+
+def guessed(measured, model, *, times=1, ratio=1.0, levels=None, names=ESTIMATED, loads=None, estimate=None):
+    estimator = parameters(names)
+    state = initial_estimator_state(estimator)
+    if loads is not None:
+        state.loads[:], state.recursion.estimate[-2:] = loads, (10.0, 20.0)
+    if estimate is not None:
+        state.recursion.estimate[1:3] = estimate
+    if levels is not None:
+        state = with_levels(state, levels, state.surprise, state.alarm)
+    for _ in range(times):
+        state = kernels.guess_friction_in_place(estimator, state, measured, model, PERIOD, ratio)
+    return state.recursion.estimate, state.levels
+
+
+MODEL = signals(speed=0.3, velocity=0.3)
+
+
+def test_friction_is_guessed_from_the_torque_that_does_not_accelerate():
+    estimate, levels = guessed(signals(100.0, 0.2, 1.5), MODEL, ratio=2.0)
+    assert estimate[1:3] == pytest.approx([0.9 * (100.0 - 20.0 * 2.0 * 1.5)] * 2)
+    assert tuple(levels) == (0.0, 100.0, 0.3, 0.0, 0.0)
+
+
+def test_guess_counts_against_the_motion_as_negative():
+    estimate, _ = guessed(signals(-100.0, 0.2), MODEL)
+    assert estimate[1] == 0.0
+    backward = signals(speed=-0.3, velocity=-0.3)
+    assert guessed(signals(-100.0, -0.2), backward)[0][1] == pytest.approx(90.0)
+
+
+def test_guess_is_at_most_twice_the_largest_torque_and_never_falls():
+    estimate, levels = guessed(signals(10.0, 0.2, -50.0), MODEL)
+    assert estimate[1:3] == pytest.approx([20.0, 20.0])
+    assert levels.torque == 10.0
+    estimate, levels = guessed(signals(-10.0, 0.2, -50.0), MODEL, levels=Levels(0.0, 4.0, 0.1, 0.0, 0.0))
+    assert estimate[1] == pytest.approx(20.0)
+    assert (levels.torque, levels.speed) == (10.0, 0.3)
+    assert guessed(signals(10.0, 0.2), MODEL, estimate=(30.0, 40.0))[0][1:3].tolist() == [30.0, 40.0]
+
+
+def test_guess_leaves_out_the_known_loads():
+    loads = np.array([[0.5, 1.0, 0.0], [1.0, 2.0, 0.0]])
+    estimate, _ = guessed(signals(100.0, 0.2), MODEL, names=WITH_GRAVITY, loads=loads)
+    lag = estimate[4]
+    assert estimate[1] == pytest.approx(0.9 * (100.0 - 10.0 * (0.5 + lag) - 20.0 * (1.0 + 2.0 * lag)))
+
+
+def test_nothing_is_guessed_from_a_speed_that_no_reference_had():
+    kept = Levels(0.5, 7.0, 0.2, 0.0, 0.3)
+    estimate, levels = guessed(signals(100.0, 0.9), MODEL, levels=kept)
+    assert estimate[1] == 0.0
+    assert levels == kept._replace(speed=0.3)
+    assert guessed(signals(100.0, 0.89), MODEL, levels=kept)[0][1] == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize(("times", "rises"), [(99, True), (102, False)])
+def test_a_joint_that_is_stuck_for_a_second_is_clamped(times, rises):
+    """The torque goes on rising; what is guessed of it after a second does not."""
+    estimator = parameters(ESTIMATED)
+    state = initial_estimator_state(estimator)
+    for k in range(1, times + 1):
+        state = kernels.guess_friction_in_place(estimator, state, signals(float(k), 0.0), MODEL, PERIOD)
+    assert state.levels.stuck == pytest.approx(times * PERIOD)
+    assert state.recursion.estimate[1] == pytest.approx(0.9 * times if rises else 0.9 * 100.0, rel=0.011)
+    assert (state.recursion.estimate[1] < 0.9 * times) is not rises
+
+
+def test_a_joint_is_not_yet_clamped_after_exactly_a_second():
+    estimator = parameters(ESTIMATED)
+    state = initial_estimator_state(estimator)
+    for k in range(1, 6):  # quarters of a second add up without rounding
+        state = kernels.guess_friction_in_place(estimator, state, signals(float(k), 0.0), MODEL, 0.25)
+    assert state.recursion.estimate[1:3].tolist() == [0.9 * 4.0] * 2
+
+
+@pytest.mark.parametrize(
+    ("measured", "planned", "expected"),
+    [(0.099, 0.5, 0.71), (0.1, 0.5, 0.0), (-0.1, 0.5, 0.0), (0.05, 0.1, 0.71), (0.05, -0.2, 0.71), (0.05, 0.099, 0.7)],
+)
+def test_time_stuck_goes_on_while_the_reference_moves_and_the_joint_does_not(measured, planned, expected):
+    levels = Levels(0.0, 0.0, 0.0, 0.0, 0.7)
+    found = kernels.time_stuck(levels, 1.0, signals(speed=measured), signals(speed=planned), 0.01)
+    assert found == pytest.approx(expected)
+
+
+def test_peaks_fade_after_ten_memories():
+    levels = Levels(0.3, 50.0, 0.4, 20.0, 0.1)
+    assert kernels.faded(levels, 0.9, 2.0) is levels
+    assert kernels.faded(levels, 0.9, 1.9) == pytest.approx((0.3, 0.99 * 50.0, 0.99 * 0.4, 20.0, 0.1))
+
+
+def test_a_gain_that_is_not_finite_costs_the_information_and_no_estimate():
+    estimator = parameters(WITH_OFFSET)
+    state = initial_estimator_state(estimator)
+    state.recursion.estimate[:], state.agreement[:], state.recursion.information[:] = 3.0, 5.0, 7.0
+    state.recursion.gain[:] = 1.0
+    assert kernels.recover_in_place(estimator, state) is False
+    assert np.all(state.recursion.information == 7.0)
+    state.recursion.gain[2] = math.nan
+    assert kernels.recover_in_place(estimator, state) is True
+    assert np.all(state.recursion.gain == 0.0)
+    assert np.all(state.agreement == 0.0)
+    expected = PRIOR * np.diag((estimator.scale / estimator.deviation) ** 2)
+    assert state.recursion.information == pytest.approx(expected)
+    assert np.all(state.recursion.estimate == 3.0)
