@@ -296,6 +296,9 @@ def test_newton_needs_few_steps(shape, lag):
             counts.append(0)
             state = step_joint(joint, state, torque, 1e-3)
     used = np.array([count for count in counts if count])
+    if shape == 1.0:  # one exponential does, but at reversals
+        assert used.size < 30
+        return
     assert used.size > 400
     assert np.mean(used) < 3.5
     assert np.max(used) < 12
