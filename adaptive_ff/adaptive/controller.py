@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidates import FACTORS
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
@@ -81,6 +82,7 @@ def adaptive_parameters(
     deviation: float | Mapping[str, float] = DEVIATION,
     torque_limit: float = math.inf,
     feedforward_includes_inertia: bool = False,
+    candidates: Sequence[float] = (),
 ) -> tuple[tuple[str, ...], AdaptiveParameters]:
     """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
 
@@ -130,6 +132,7 @@ def adaptive_parameters(
         float(gear_ratio),
         prior.deviation,
         prior.given,
+        np.array([factor * stribeck_velocity for factor in candidates]),
     )
     return named, AdaptiveParameters(
         feedback,
@@ -206,7 +209,7 @@ class AdaptiveBase(IdentifyingController):
     def uncertainties(self) -> dict[str, float]:
         """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
         errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
-        return dict(zip(self.estimate_names, errors.tolist(), strict=True))
+        return dict(zip(self.estimate_names[: errors.size], errors.tolist(), strict=True))
 
     @property
     def feedforward_lag(self) -> float:
@@ -371,6 +374,7 @@ class AdaptiveController(AdaptiveBase):
         torque_limit: float = math.inf,
         feedforward_includes_inertia: bool = False,
         observer_bandwidth: float | None = None,
+        candidates: Sequence[float] = FACTORS,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -391,7 +395,10 @@ class AdaptiveController(AdaptiveBase):
             deviation=deviation,
             torque_limit=torque_limit,
             feedforward_includes_inertia=feedforward_includes_inertia,
+            candidates=candidates,
         )
+        if candidates:
+            self.estimate_names = (*self.estimate_names, "stribeck_velocity")
         pole = _observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
         super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)

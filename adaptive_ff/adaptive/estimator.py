@@ -25,6 +25,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_state import forgetful
 from adaptive_ff.adaptive.change_detection import (
     EITHER,
     JUMP,
@@ -46,12 +47,13 @@ from adaptive_ff.adaptive.estimator_state import (
     EstimatorState,
     Levels,
     load_count,
+    with_candidates,
     with_levels,
 )
+from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
-    move_parameter_in_place,
     update_resetting_in_place,
 )
 from adaptive_ff.model.bounds import (
@@ -376,6 +378,7 @@ def learn_in_place(
         # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
         forget_in_place(estimator, recursion, surprise.friction_squared, alarm, window / estimator.memory)
+        state = with_candidates(state, forgetful(state.candidates))
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
     levels = Levels(squared_error, largest_torque, speed, learnt, levels.stuck)
     update_resetting_in_place(recursion, floor, keep, error)
@@ -384,27 +387,3 @@ def learn_in_place(
     write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
     correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
     return with_levels(state, levels, surprise, alarm)
-
-
-@register_jitable(forceinline=True)
-def correct_in_place(
-    scale: NDArray[np.float64],
-    estimate: NDArray[np.float64],
-    correction: NDArray[np.float64],
-    factor: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    work: NDArray[np.float64],
-) -> None:
-    """Add a scaled correction to the estimate and keep it possible.
-
-    A parameter that would leave its range is moved back with the others adjusted; what still lies outside after
-    that is cut off.
-    """
-    for i in range(estimate.size):
-        value = estimate[i] + correction[i] * scale[i]
-        possible = min(max(value, ranges[i, 0]), ranges[i, 1])
-        if possible != value:
-            move_parameter_in_place(factor, i, (possible - value) / scale[i], correction, work)
-    for i in range(estimate.size):
-        estimate[i] += correction[i] * scale[i]
-    confine_in_place(estimate, ranges)

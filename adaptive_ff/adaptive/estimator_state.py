@@ -6,6 +6,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_state import CandidateState, initial_candidate_state
 from adaptive_ff.adaptive.change_detection import NO_ALARM, Alarm, Surprise
 from adaptive_ff.estimation.resetting import ResettingState, initial_resetting_state
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
@@ -48,6 +49,8 @@ class EstimatorParameters(NamedTuple):
         Standard deviation of the first estimate.
     given : bool
         Whether that is the estimate of a model, which no guess replaces.
+    candidates : ndarray, shape (m,)
+        Stribeck velocities that are tried, rad/s; see ``candidates``.
     """
 
     form: TorqueForm
@@ -61,6 +64,7 @@ class EstimatorParameters(NamedTuple):
     gear_ratio: float
     deviation: NDArray[np.float64]
     given: bool
+    candidates: NDArray[np.float64]
 
 
 class Levels(NamedTuple):
@@ -127,6 +131,8 @@ class EstimatorState(NamedTuple):
         Further known regressors at the present sample; written before each step.
     scratch : Scratch
         Scratch.
+    candidates : CandidateState
+        Candidates for the Stribeck velocity, and the one in use.
     """
 
     recursion: ResettingState
@@ -137,6 +143,7 @@ class EstimatorState(NamedTuple):
     loads: MutableArray
     regressors: MutableArray
     scratch: Scratch
+    candidates: CandidateState
 
 
 @register_jitable(forceinline=True)
@@ -167,6 +174,9 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
         initial_loads(loads),
         np.zeros(estimator.regressors),
         Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
+        initial_candidate_state(
+            estimator.candidates, estimator.form.stribeck_velocity, estimator.first[: size - loads]
+        ),
     )
 
 
@@ -174,8 +184,39 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
 def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
     """Return the state with other levels, short means and alarm; it shares the arrays."""
     return EstimatorState(
-        state.recursion, state.agreement, levels, surprise, alarm, state.loads, state.regressors, state.scratch
+        state.recursion,
+        state.agreement,
+        levels,
+        surprise,
+        alarm,
+        state.loads,
+        state.regressors,
+        state.scratch,
+        state.candidates,
     )
+
+
+@register_jitable(forceinline=True)
+def with_candidates(state: EstimatorState, candidates: CandidateState) -> EstimatorState:
+    """Return the state with another state of the candidates; it shares the arrays."""
+    return EstimatorState(
+        state.recursion,
+        state.agreement,
+        state.levels,
+        state.surprise,
+        state.alarm,
+        state.loads,
+        state.regressors,
+        state.scratch,
+        candidates,
+    )
+
+
+@register_jitable(forceinline=True)
+def form_in_use(estimator: EstimatorParameters, state: EstimatorState) -> TorqueForm:
+    """Return the regression with the Stribeck velocity that is in use."""
+    form = estimator.form
+    return TorqueForm(form.pole, state.candidates.stribeck_velocity, form.stribeck_shape)
 
 
 @register_jitable(forceinline=True)

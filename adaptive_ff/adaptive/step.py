@@ -12,6 +12,12 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidates import (
+    compare_candidates_in_place,
+    follow_candidates_in_place,
+    settle_candidates_in_place,
+)
+from adaptive_ff.adaptive.change_detection import UNDECIDED
 from adaptive_ff.adaptive.command import (
     CommandParameters,
     CommandState,
@@ -32,9 +38,11 @@ from adaptive_ff.adaptive.estimator import (
 from adaptive_ff.adaptive.estimator_state import (
     EstimatorParameters,
     EstimatorState,
+    form_in_use,
     initial_estimator_state,
     load_count,
     may_guess,
+    with_candidates,
 )
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,
@@ -43,6 +51,7 @@ from adaptive_ff.adaptive.lag_tuning import (
     advance_response,
     best_lag,
     drop_stale_evidence,
+    empty_evidence,
     initial_timing_state,
     lag_torque,
     learn_timing,
@@ -196,7 +205,7 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
 @register_jitable(forceinline=True)
 def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
-    form, loads = block.estimator.form, load_count(block.estimator)
+    form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
     return torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
 
 
@@ -309,19 +318,22 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float,
     """
     valid, delay, clear = math.isfinite(inputs.velocity), block.feedback.delay, doubt.left <= 0.0
     velocity = inputs.velocity if valid else state.measured.velocity
-    form = block.estimator.form
+    form, candidates = form_in_use(block.estimator, state.estimator), state.estimator.candidates
     measured, model = state.measured, state.model
     if state.feedback.samples == 0:
         measured = settle_signals_in_place(form, measured, velocity)
         model = settle_signals_in_place(form, model, inputs.reference)
+        settle_candidates_in_place(candidates, form.stribeck_shape, inputs.reference)
     acting = acting_torque(inputs, asked_torque(block.feedback, state.feedback), delayed(state.known_torques, delay))
     lagged_torque = state.lagged_torque
     if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
     measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
     follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
+    follow_candidates_in_place(form, candidates, model.velocity, inputs.reference, inputs.dt)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
-    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid and clear, block.slowest, inputs.dt)
+    slowest = block.slowest * (form.stribeck_velocity / block.estimator.form.stribeck_velocity)
+    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid and clear, slowest, inputs.dt)
     timing = state.timing
     if block.tunes_lag and state.command.share == 1.0 and clear:
         timing = tune_lag(block, state, inputs, seen)
@@ -349,7 +361,16 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
     if learns:
+        before_learnt, bend = estimator.levels.learnt, estimator.candidates.stribeck_velocity
         estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
+        if estimator.levels.learnt > before_learnt and estimator.alarm.cause != UNDECIDED:
+            candidates = compare_candidates_in_place(
+                block.estimator, estimator, period.measured, period.model, inputs.dt, ratio
+            )
+            estimator = with_candidates(estimator, candidates)
+            if candidates.stribeck_velocity != bend:  # the errors so far are those of another model
+                identified = estimator.recursion.estimate[FRICTION_LAG]
+                timing = with_evidence(timing, empty_evidence(identified), identified)
     else:
         estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
@@ -409,9 +430,12 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
 def write_adaptive(block: Block, state: Block, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
     loads = load_count(block.estimator)
-    write_model(identified_model(block, state), row, loads)
-    for i in range(row.size - loads, row.size):
+    bends = row.size - block.estimator.first.size  # one, where the Stribeck velocity is identified as well
+    write_model(identified_model(block, state), row, loads + bends)
+    for i in range(row.size - loads - bends, row.size - bends):
         row[i] = state.estimator.recursion.estimate[i]
+    if bends > 0:
+        row[row.size - 1] = state.estimator.candidates.stribeck_velocity
 
 
 STEPS[AdaptiveParameters] = step_adaptive

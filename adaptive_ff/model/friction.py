@@ -130,6 +130,7 @@ IDENTIFIED = {
 """What may be identified, by the name that a user gives."""
 
 UNITS = {
+    "stribeck_velocity": "rad/s",
     "inertia": "kg m²",
     "coulomb": "N m",
     "stiction": "N m",

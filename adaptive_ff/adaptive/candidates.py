@@ -1,0 +1,284 @@
+"""A bank of candidates for what the regression assumes of friction and is not linear in: the Stribeck velocity.
+
+The columns ``g`` and ``h`` of the torque form need a Stribeck velocity ``Vs``. A few candidates for it run beside the
+one in use. Candidate ``i`` has filters of its own for its columns over the reference, which are free of noise, and
+fading second moments of its row ``x_i``, which are the normal equations of least squares:
+
+    S_i <- S_i + (1 - lambda) (x_i x_i' - S_i),    x_i = (w''_f, w'_f, g_f, h_f, w_f, -u'_f, 1, ..; u_f)
+
+All but ``g`` and ``h`` is common to the candidates; ``u_f`` is measured. Its estimate ``P_i`` is fitted to these
+moments by Gauss-Newton, one candidate and one step at each sample, so that the time of a step does not grow with their
+number but for the moments. The prior is the estimate in use, which holds what the motion does not excite:
+
+    P_i <- P_i + (A_i + rho I)^-1 (b_i + rho (P - P_i))
+
+``A_i`` and ``b_i`` are the moments of the gradient of the prediction, and of the gradient with its error. The score is
+the mean squared error of the torque ``E_i`` that ``P_i`` leaves on these rows. On rows of the reference the noise does not
+depend on the candidate; on measured rows a candidate with a smooth curve would win because it averages the chatter of
+the sign. A candidate that leaves clearly less than the one in use takes its place: the estimator goes on with its
+estimate and its information.
+"""
+
+import math
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.adaptive.candidate_state import CandidateState, with_choice, with_turn
+from adaptive_ff.adaptive.correction import correct_in_place
+from adaptive_ff.adaptive.estimator import add_loads, scale_inertia_in_place
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
+from adaptive_ff.estimation.resetting import ResettingState, factor_in_place, solve_in_place
+from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, STICTION_ASYMMETRY
+from adaptive_ff.model.friction import adhesion_share
+from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay
+from adaptive_ff.regression.torque_form import (
+    FILTER_ADHESION,
+    FILTER_COULOMB,
+    FILTER_SHARE,
+    FILTER_TORQUE,
+    Signals,
+    TorqueForm,
+    write_regressors,
+)
+
+FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Stribeck velocities of the candidates, over the assumed one."""
+
+MEMORIES = 4.0
+"""Memory of the moments, in memories of the estimator ..."""
+
+GROWTH = 0.5
+"""... and at most this share of the time for which there have been any: the first ones come from a poor start."""
+
+MARGIN = 0.97
+"""Mean squared error of a candidate over that of the one in use, below which it takes its place."""
+
+FIRST = 0.5
+"""Time for which there must have been moments before that, in memories of the estimator."""
+
+PRIOR = 0.02
+"""Weight ``rho`` of the estimate in use, times the mean squared error in units of the torque scale squared ..."""
+
+LEAST_PRIOR = 1e-9
+"""... and at least this."""
+
+
+@register_jitable(forceinline=True)
+def settle_candidates_in_place(candidates: CandidateState, shape: float, velocity: float) -> None:
+    """Set the filters to those of a reference that has had a velocity (rad/s) for long."""
+    direction = math.copysign(1.0, velocity) if velocity != 0.0 else 0.0
+    for i in range(candidates.velocities.size):
+        share = adhesion_share(abs(velocity), candidates.velocities[i], shape)
+        filters = candidates.filters[i]
+        filters[0, 0], filters[1, 0] = direction * (1.0 - share), direction * share
+        if filters.shape[0] > 2:
+            filters[2, 0] = abs(direction) * share
+
+
+@register_jitable(forceinline=True)
+def advance_candidates_one_way_in_place(
+    candidates: CandidateState, pole: float, shape: float, start: float, end: float, duration: float
+) -> None:
+    """Advance the filters over a motion of the reference that does not reverse."""
+    if duration <= 0.0:
+        return
+    direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
+    decay = filter_decay(pole, duration)
+    for i in range(candidates.velocities.size):
+        first = adhesion_share(abs(start), candidates.velocities[i], shape)
+        last = adhesion_share(abs(end), candidates.velocities[i], shape)
+        filters = candidates.filters[i]
+        slip, slips = direction * (1.0 - first), direction * (1.0 - last)
+        advance_filter_in_place(filters[0], pole, decay, slip, slips, duration)
+        advance_filter_in_place(filters[1], pole, decay, direction * first, direction * last, duration)
+        if filters.shape[0] > 2:
+            sliding = abs(direction)
+            advance_filter_in_place(filters[2], pole, decay, sliding * first, sliding * last, duration)
+
+
+@register_jitable(forceinline=True)
+def follow_candidates_in_place(
+    form: TorqueForm, candidates: CandidateState, start: float, end: float, duration: float
+) -> None:
+    """Advance the filters over the motion of the reference from a velocity to another (rad/s) in a duration (s)."""
+    if candidates.velocities.size == 0:
+        return
+    pole, shape = form.pole, form.stribeck_shape
+    if start * end < 0.0:
+        turn = duration * start / (start - end)
+        advance_candidates_one_way_in_place(candidates, pole, shape, start, 0.0, turn)
+        advance_candidates_one_way_in_place(candidates, pole, shape, 0.0, end, duration - turn)
+    else:
+        advance_candidates_one_way_in_place(candidates, pole, shape, start, end, duration)
+
+
+@register_jitable(forceinline=True)
+def note_moments_in_place(candidates: CandidateState, share: float) -> None:
+    """Take the row, whose columns ``g`` and ``h`` are each candidate's own, into account with a share."""
+    row, size = candidates.row, candidates.row.size
+    for i in range(candidates.velocities.size):
+        filters, moments = candidates.filters[i], candidates.moments[i]
+        row[COULOMB + 1] = filters[0, 0]
+        row[STICTION + 1] = filters[1, 0]
+        if filters.shape[0] > 2:
+            row[STICTION_ASYMMETRY + 1] = filters[2, 0]
+        for j in range(size):
+            for k in range(size):
+                moments[j, k] += share * (row[j] * row[k] - moments[j, k])
+
+
+@register_jitable(forceinline=True)
+def residual_moments_in_place(
+    moments: NDArray[np.float64], estimate: NDArray[np.float64], correlation: NDArray[np.float64]
+) -> float:
+    """Return the mean squared error that an estimate leaves, and write its mean products with the regressors."""
+    inertia, lag, last = estimate[INERTIA], estimate[FRICTION_LAG], estimate.size + 1
+    for j in range(last + 1):
+        predicted = inertia * (moments[1, j] + lag * moments[0, j])
+        for i in range(COULOMB, estimate.size):
+            predicted += estimate[i] * moments[i + 1, j]
+        correlation[j] = moments[last, j] - predicted
+    squared = correlation[last] - inertia * (correlation[1] + lag * correlation[0])
+    for i in range(COULOMB, estimate.size):
+        squared -= estimate[i] * correlation[i + 1]
+    return max(squared, 0.0)
+
+
+@register_jitable(forceinline=True)
+def write_information(
+    estimator: EstimatorParameters,
+    moments: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    products: NDArray[np.float64],
+    information: NDArray[np.float64],
+) -> None:
+    """Write the moments of the scaled gradient into the first places of a matrix; ``products`` is scratch."""
+    inertia, lag, size = estimate[INERTIA], estimate[FRICTION_LAG], estimate.size
+    for j in range(size + 2):
+        for i in range(size):
+            products[i, j] = moments[i + 1, j]
+        products[INERTIA, j] += lag * moments[0, j]
+        products[FRICTION_LAG, j] += inertia * moments[0, j]
+    unit = estimator.torque_scale * estimator.torque_scale
+    for i in range(size):
+        for j in range(size):
+            product = products[i, j + 1]
+            if j == INERTIA:
+                product += lag * products[i, 0]
+            elif j == FRICTION_LAG:
+                product += inertia * products[i, 0]
+            information[i, j] = estimator.scale[i] * estimator.scale[j] / unit * product
+
+
+@register_jitable(forceinline=True)
+def fit_in_place(
+    estimator: EstimatorParameters, recursion: ResettingState, candidates: CandidateState, ranges: NDArray[np.float64]
+) -> None:
+    """Improve the estimate of the candidate whose turn it is by one step, and note its error."""
+    moments, estimate = candidates.moments[candidates.turn], candidates.estimates[candidates.turn]
+    correlation, gain, factor, size = candidates.row, candidates.gain, candidates.factor, estimate.size
+    squared = residual_moments_in_place(moments, estimate, correlation)
+    candidates.errors[candidates.turn] = squared
+    unit = estimator.torque_scale
+    prior = PRIOR * squared / (unit * unit) + LEAST_PRIOR
+    write_information(estimator, moments, estimate, candidates.products, factor)
+    for i in range(size):
+        gain[i] = correlation[i + 1]
+    gain[INERTIA] += estimate[FRICTION_LAG] * correlation[0]
+    gain[FRICTION_LAG] += estimate[INERTIA] * correlation[0]
+    for i in range(size):
+        scale = estimator.scale[i]
+        gain[i] = gain[i] * scale / (unit * unit) + prior * (recursion.estimate[i] - estimate[i]) / scale
+        factor[i, i] += prior
+    factor_in_place(factor)
+    solve_in_place(factor, gain)
+    correct_in_place(estimator.scale, estimate, gain, factor, ranges, candidates.work)
+
+
+@register_jitable(forceinline=True)
+def take_candidate_in_place(
+    estimator: EstimatorParameters, state: EstimatorState, place: int, measured: Signals, model: Signals
+) -> None:
+    """Let the estimator go on with a candidate's estimate, information and filters.
+
+    The filters over the measurements have none of its own: those over the reference take their place, and what they
+    differ by is forgotten within a few time constants of the filters.
+    """
+    candidates, recursion = state.candidates, state.recursion
+    estimate, information, filters = candidates.estimates[place], recursion.information, candidates.filters[place]
+    size = estimate.size
+    write_information(estimator, candidates.moments[place], estimate, candidates.products, candidates.factor)
+    floor = PRIOR * candidates.errors[place] / (estimator.torque_scale * estimator.torque_scale) + LEAST_PRIOR
+    for i in range(size):
+        recursion.estimate[i] = estimate[i]
+        for j in range(size):
+            information[i, j] = candidates.factor[i, j]
+        for j in range(size, information.shape[0]):
+            information[i, j] = 0.0
+            information[j, i] = 0.0
+        information[i, i] += floor
+    for k in range(2):
+        measured.filters[FILTER_COULOMB, k] = filters[0, k]
+        measured.filters[FILTER_ADHESION, k] = filters[1, k]
+        model.filters[FILTER_COULOMB, k] = filters[0, k]
+        model.filters[FILTER_ADHESION, k] = filters[1, k]
+        if measured.filters.shape[0] > FILTER_SHARE:
+            measured.filters[FILTER_SHARE, k] = filters[2, k]
+            model.filters[FILTER_SHARE, k] = filters[2, k]
+
+
+@register_jitable(forceinline=True)
+def compare_candidates_in_place(
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    measured: Signals,
+    model: Signals,
+    duration: float,
+    ratio: float,
+) -> CandidateState:
+    """Take a sample of sliding motion, from which the estimator has just learnt, into account for all candidates.
+
+    Parameters
+    ----------
+    estimator : EstimatorParameters
+        The estimator.
+    state : EstimatorState
+        Its state; where another candidate is chosen, its estimate and information are changed in place.
+    measured, model : Signals
+        Filters over the measurements, and over the reference and the torque of the model; their friction is that of
+        the candidate in use, and is changed in place with it.
+    duration : float
+        Time since the last sample, s.
+    ratio : float
+        Inertia in the present configuration over that of the first estimate.
+
+    Returns
+    -------
+    CandidateState
+        The new state of the candidates.
+    """
+    candidates, row = state.candidates, state.candidates.row
+    if candidates.velocities.size == 0:
+        return candidates
+    write_regressors(estimator.form, model, candidates.row)
+    scale_inertia_in_place(candidates.row, ratio)
+    loads = add_loads(0.0, state.recursion.estimate, state.scratch.row)
+    row[row.size - 1] = measured.filters[FILTER_TORQUE, 0] - loads
+    seen = candidates.seen + duration
+    if candidates.seen == 0.0:
+        for i in range(candidates.velocities.size):
+            for j in range(candidates.estimates.shape[1]):
+                candidates.estimates[i, j] = state.recursion.estimate[j]
+    memory = min(MEMORIES * estimator.memory, GROWTH * seen)
+    note_moments_in_place(candidates, -math.expm1(-duration / memory))
+    fit_in_place(estimator, state.recursion, candidates, state.scratch.ranges)
+    tried, chosen = candidates.turn, candidates.chosen
+    candidates = with_turn(candidates, tried + 1 if tried + 1 < candidates.velocities.size else 0, seen)
+    # errors on the same moments: one bad sample must not count for the one and not yet for the other
+    usual = residual_moments_in_place(candidates.moments[chosen], candidates.estimates[chosen], row)
+    if seen < FIRST * estimator.memory or not candidates.errors[tried] < MARGIN * usual:
+        return candidates
+    take_candidate_in_place(estimator, state, tried, measured, model)
+    return with_choice(candidates, tried)
