@@ -31,6 +31,8 @@ class CandidateState(NamedTuple):
         The one whose turn it is.
     seen : float
         For how long there have been moments, s of sliding motion.
+    waited : float
+        For how long no moments have been taken, s of sliding motion.
     stribeck_velocity : float
         Stribeck velocity in use, rad/s; without candidates, the assumed one.
     row : ndarray, shape (n + 2,)
@@ -51,6 +53,7 @@ class CandidateState(NamedTuple):
     chosen: int
     turn: int
     seen: float
+    waited: float
     stribeck_velocity: float
     row: MutableArray
     products: MutableArray
@@ -85,6 +88,7 @@ def initial_candidate_state(
         chosen,
         0,
         0.0,
+        0.0,
         float(assumed),
         np.zeros(size + 2),
         np.zeros((size, size + 2)),
@@ -95,8 +99,8 @@ def initial_candidate_state(
 
 
 @register_jitable(forceinline=True)
-def with_turn(state: CandidateState, turn: int, seen: float) -> CandidateState:
-    """Return the state with another turn and time seen (s); it shares the arrays."""
+def with_turn(state: CandidateState, turn: int, seen: float, waited: float) -> CandidateState:
+    """Return the state with another turn, time seen and time waited (s); it shares the arrays."""
     return CandidateState(
         state.velocities,
         state.filters,
@@ -106,6 +110,7 @@ def with_turn(state: CandidateState, turn: int, seen: float) -> CandidateState:
         state.chosen,
         turn,
         seen,
+        waited,
         state.stribeck_velocity,
         state.row,
         state.products,
@@ -127,6 +132,7 @@ def with_choice(state: CandidateState, chosen: int) -> CandidateState:
         chosen,
         state.turn,
         state.seen,
+        state.waited,
         state.velocities[chosen],
         state.row,
         state.products,
@@ -139,4 +145,4 @@ def with_choice(state: CandidateState, chosen: int) -> CandidateState:
 @register_jitable(forceinline=True)
 def forgetful(state: CandidateState) -> CandidateState:
     """Return the state as if there had been no moments: those that there are fade with the next ones."""
-    return with_turn(state, state.turn, 0.0)
+    return with_turn(state, state.turn, 0.0, 0.0)

@@ -52,10 +52,10 @@ MEMORIES = 4.0
 GROWTH = 0.5
 """... and at most this share of the time for which there have been any: the first ones come from a poor start."""
 
-MARGIN = 0.97
+MARGIN = 0.75
 """Mean squared error of a candidate over that of the one in use, below which it takes its place."""
 
-FIRST = 0.5
+FIRST = 1.0
 """Time for which there must have been moments before that, in memories of the estimator."""
 
 PRIOR = 0.02
@@ -198,6 +198,15 @@ def fit_in_place(
 
 
 @register_jitable(forceinline=True)
+def least_error(errors: NDArray[np.float64]) -> float:
+    """Return the least of the errors."""
+    least = errors[0]
+    for i in range(errors.size):
+        least = min(least, errors[i])
+    return least  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
 def take_candidate_in_place(
     estimator: EstimatorParameters, state: EstimatorState, place: int, measured: Signals, model: Signals
 ) -> None:
@@ -230,6 +239,30 @@ def take_candidate_in_place(
 
 
 @register_jitable(forceinline=True)
+def take_sample_in_place(
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    measured: Signals,
+    model: Signals,
+    duration: float,
+    ratio: float,
+) -> CandidateState:
+    """Take a sample of sliding motion into account for all candidates; arguments as below."""
+    candidates, row = state.candidates, state.candidates.row
+    write_regressors(estimator.form, model, row)
+    scale_inertia_in_place(row, ratio)
+    loads = add_loads(0.0, state.recursion.estimate, state.scratch.row)
+    row[row.size - 1] = measured.filters[FILTER_TORQUE, 0] - loads
+    if candidates.seen == 0.0:
+        for i in range(candidates.velocities.size):
+            for j in range(candidates.estimates.shape[1]):
+                candidates.estimates[i, j] = state.recursion.estimate[j]
+    seen = candidates.seen + duration
+    note_moments_in_place(candidates, -math.expm1(-duration / min(MEMORIES * estimator.memory, GROWTH * seen)))
+    return with_turn(candidates, candidates.turn, seen, 0.0)
+
+
+@register_jitable(forceinline=True)
 def compare_candidates_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,
@@ -238,7 +271,9 @@ def compare_candidates_in_place(
     duration: float,
     ratio: float,
 ) -> CandidateState:
-    """Take a sample of sliding motion, from which the estimator has just learnt, into account for all candidates.
+    """Compare the candidates at a sample of sliding motion from which the estimator has just learnt.
+
+    At one sample their moments are taken, at the next the one whose turn it is improves its estimate.
 
     Parameters
     ----------
@@ -259,26 +294,21 @@ def compare_candidates_in_place(
     CandidateState
         The new state of the candidates.
     """
-    candidates, row = state.candidates, state.candidates.row
+    candidates = state.candidates
     if candidates.velocities.size == 0:
         return candidates
-    write_regressors(estimator.form, model, candidates.row)
-    scale_inertia_in_place(candidates.row, ratio)
-    loads = add_loads(0.0, state.recursion.estimate, state.scratch.row)
-    row[row.size - 1] = measured.filters[FILTER_TORQUE, 0] - loads
-    seen = candidates.seen + duration
-    if candidates.seen == 0.0:
-        for i in range(candidates.velocities.size):
-            for j in range(candidates.estimates.shape[1]):
-                candidates.estimates[i, j] = state.recursion.estimate[j]
-    memory = min(MEMORIES * estimator.memory, GROWTH * seen)
-    note_moments_in_place(candidates, -math.expm1(-duration / memory))
+    waited = candidates.waited + duration
+    if candidates.seen == 0.0 or candidates.waited > 0.0:
+        return take_sample_in_place(estimator, state, measured, model, waited, ratio)
     fit_in_place(estimator, state.recursion, candidates, state.scratch.ranges)
-    tried, chosen = candidates.turn, candidates.chosen
-    candidates = with_turn(candidates, tried + 1 if tried + 1 < candidates.velocities.size else 0, seen)
+    tried, chosen, error = candidates.turn, candidates.chosen, candidates.errors[candidates.turn]
+    following = tried + 1 if tried + 1 < candidates.velocities.size else 0
+    candidates = with_turn(candidates, following, candidates.seen, waited)
+    if candidates.seen < FIRST * estimator.memory or error > least_error(candidates.errors):
+        return candidates
     # errors on the same moments: one bad sample must not count for the one and not yet for the other
-    usual = residual_moments_in_place(candidates.moments[chosen], candidates.estimates[chosen], row)
-    if seen < FIRST * estimator.memory or not candidates.errors[tried] < MARGIN * usual:
+    usual = residual_moments_in_place(candidates.moments[chosen], candidates.estimates[chosen], candidates.row)
+    if not error < MARGIN * usual:
         return candidates
     take_candidate_in_place(estimator, state, tried, measured, model)
     return with_choice(candidates, tried)
