@@ -15,8 +15,6 @@ class CandidateState(NamedTuple):
 
     Attributes
     ----------
-    velocities : ndarray, shape (m,)
-        Their Stribeck velocities, rad/s.
     filters : ndarray, shape (m, k, 2)
         Filtered value and derivative of ``g``, ``h``, and ``|h|`` where friction differs by direction.
     moments : ndarray, shape (m, n + 2, n + 2)
@@ -45,7 +43,6 @@ class CandidateState(NamedTuple):
         Scratch.
     """
 
-    velocities: MutableArray
     filters: MutableArray
     moments: MutableArray
     estimates: MutableArray
@@ -63,7 +60,7 @@ class CandidateState(NamedTuple):
 
 
 def initial_candidate_state(
-    velocities: NDArray[np.float64], assumed: float, first: NDArray[np.float64]
+    velocities: NDArray[np.float64], begin: float, first: NDArray[np.float64]
 ) -> CandidateState:
     """Return the state of candidates that have seen nothing.
 
@@ -71,16 +68,15 @@ def initial_candidate_state(
     ----------
     velocities : ndarray, shape (m,)
         Their Stribeck velocities, rad/s.
-    assumed : float
+    begin : float
         The one to begin with, rad/s: one of them where there are any.
     first : ndarray, shape (n,)
         First estimate of friction.
     """
     count, size = velocities.size, first.size
     rows = 2 if size <= len(WITH_OFFSET) else 3
-    chosen = int(np.argmin(np.abs(velocities - assumed))) if count else 0
+    chosen = int(np.argmin(np.abs(velocities - begin))) if count else 0
     return CandidateState(
-        velocities.copy(),
         np.zeros((count, rows, 2)),
         np.zeros((count, size + 2, size + 2)),
         np.tile(first, (count, 1)),
@@ -89,7 +85,7 @@ def initial_candidate_state(
         0,
         0.0,
         0.0,
-        float(assumed),
+        float(begin),
         np.zeros(size + 2),
         np.zeros((size, size + 2)),
         np.zeros((size, size)),
@@ -102,7 +98,6 @@ def initial_candidate_state(
 def with_turn(state: CandidateState, turn: int, seen: float, waited: float) -> CandidateState:
     """Return the state with another turn, time seen and time waited (s); it shares the arrays."""
     return CandidateState(
-        state.velocities,
         state.filters,
         state.moments,
         state.estimates,
@@ -121,10 +116,9 @@ def with_turn(state: CandidateState, turn: int, seen: float, waited: float) -> C
 
 
 @register_jitable(forceinline=True)
-def with_choice(state: CandidateState, chosen: int) -> CandidateState:
-    """Return the state with another candidate in use; it shares the arrays."""
+def with_choice(state: CandidateState, chosen: int, velocity: float) -> CandidateState:
+    """Return the state with another candidate, and its Stribeck velocity (rad/s), in use; it shares the arrays."""
     return CandidateState(
-        state.velocities,
         state.filters,
         state.moments,
         state.estimates,
@@ -133,7 +127,7 @@ def with_choice(state: CandidateState, chosen: int) -> CandidateState:
         state.turn,
         state.seen,
         state.waited,
-        state.velocities[chosen],
+        velocity,
         state.row,
         state.products,
         state.factor,

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.candidates import FACTORS
+from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_velocity, begin_velocity, candidate_velocities
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.prior import prior_of
-from adaptive_ff.adaptive.state_check import check_estimator_state, check_share
+from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share
 from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
@@ -82,7 +82,7 @@ def adaptive_parameters(
     deviation: float | Mapping[str, float] = DEVIATION,
     torque_limit: float = math.inf,
     feedforward_includes_inertia: bool = False,
-    candidates: Sequence[float] = (),
+    stribeck_factors: Sequence[float] = (),
 ) -> tuple[tuple[str, ...], AdaptiveParameters]:
     """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
 
@@ -120,6 +120,7 @@ def adaptive_parameters(
         model=model,
         deviation=deviation,
     )
+    velocities = candidate_velocities(float(stribeck_velocity), stribeck_factors)
     estimator = EstimatorParameters(
         TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
         prior.first,
@@ -132,7 +133,8 @@ def adaptive_parameters(
         float(gear_ratio),
         prior.deviation,
         prior.given,
-        np.array([factor * stribeck_velocity for factor in candidates]),
+        velocities,
+        begin_velocity(velocities, float(stribeck_velocity), model),
     )
     return named, AdaptiveParameters(
         feedback,
@@ -157,6 +159,7 @@ class AdaptiveBase(IdentifyingController):
         feedback = self.parameters.feedback
         largest = largest_torque(feedback.proportional, feedback.integral)
         check_estimator_state(self.parameters.estimator, state.estimator, largest)
+        check_candidate_state(self.parameters.estimator, state.estimator.candidates)
         check_share("command.share", state.command.share)
         if not 0.0 <= state.timing.lag <= self.parameters.estimator.ranges[FRICTION_LAG, 1] * (1.0 + 1e-9):
             raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
@@ -179,6 +182,7 @@ class AdaptiveBase(IdentifyingController):
         count = block.estimator.first.size - load_count(block.estimator)
         measured = initial_signals(count)
         measured.filters[FILTER_TORQUE, 0] = torque
+        state.estimator.candidates.filters[:] = 0.0
         self.state = state._replace(
             feedforward=FeedforwardState(friction, reference, True),
             measured=measured,
@@ -208,8 +212,11 @@ class AdaptiveBase(IdentifyingController):
     @property
     def uncertainties(self) -> dict[str, float]:
         """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
-        errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
-        return dict(zip(self.estimate_names[: errors.size], errors.tolist(), strict=True))
+        estimator, state = self.parameters.estimator, self.state.estimator
+        errors = assess(estimator, state, self.parameters.period).errors.tolist()
+        if estimator.candidates.size > 0:
+            errors.append(assess_velocity(estimator, state.candidates).error)
+        return dict(zip(self.estimate_names, errors, strict=True))
 
     @property
     def feedforward_lag(self) -> float:
@@ -328,6 +335,9 @@ class AdaptiveController(AdaptiveBase):
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then
         identified as ever, and fed once.
+    stribeck_factors : sequence of float, optional
+        Stribeck velocities that are tried, over the assumed one: positive, ascending, 1 among them. The one in use is
+        the estimate ``stribeck_velocity``. With none of them the assumed one is kept.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
         delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
@@ -374,7 +384,7 @@ class AdaptiveController(AdaptiveBase):
         torque_limit: float = math.inf,
         feedforward_includes_inertia: bool = False,
         observer_bandwidth: float | None = None,
-        candidates: Sequence[float] = FACTORS,
+        stribeck_factors: Sequence[float] = FACTORS,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -395,9 +405,9 @@ class AdaptiveController(AdaptiveBase):
             deviation=deviation,
             torque_limit=torque_limit,
             feedforward_includes_inertia=feedforward_includes_inertia,
-            candidates=candidates,
+            stribeck_factors=stribeck_factors,
         )
-        if candidates:
+        if len(stribeck_factors) > 0:
             self.estimate_names = (*self.estimate_names, "stribeck_velocity")
         pole = _observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)

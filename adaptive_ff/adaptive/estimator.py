@@ -41,6 +41,7 @@ from adaptive_ff.adaptive.change_detection import (
     forget_offset_in_place,
     note_surprise,
 )
+from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator_state import (
     PRIOR,
     EstimatorParameters,
@@ -50,7 +51,6 @@ from adaptive_ff.adaptive.estimator_state import (
     with_candidates,
     with_levels,
 )
-from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
@@ -62,7 +62,6 @@ from adaptive_ff.model.bounds import (
     INERTIA,
     OFFSET,
     STICTION,
-    confine_in_place,
     write_ranges,
 )
 from adaptive_ff.regression.known_loads import advance_loads_in_place, load_torque, write_loads

@@ -50,7 +50,9 @@ class EstimatorParameters(NamedTuple):
     given : bool
         Whether that is the estimate of a model, which no guess replaces.
     candidates : ndarray, shape (m,)
-        Stribeck velocities that are tried, rad/s; see ``candidates``.
+        Stribeck velocities that are tried, rad/s, in ascending order; see ``adaptive.candidates``.
+    begin : float
+        The one to begin with, rad/s; that of the regression where there are none.
     """
 
     form: TorqueForm
@@ -65,6 +67,7 @@ class EstimatorParameters(NamedTuple):
     deviation: NDArray[np.float64]
     given: bool
     candidates: NDArray[np.float64]
+    begin: float
 
 
 class Levels(NamedTuple):
@@ -174,9 +177,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
         initial_loads(loads),
         np.zeros(estimator.regressors),
         Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
-        initial_candidate_state(
-            estimator.candidates, estimator.form.stribeck_velocity, estimator.first[: size - loads]
-        ),
+        initial_candidate_state(estimator.candidates, estimator.begin, estimator.first[: size - loads]),
     )
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from adaptive_ff.adaptive.candidate_state import CandidateState
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
 from adaptive_ff.model.bounds import write_ranges
@@ -49,6 +50,23 @@ def check_estimator_state(estimator: EstimatorParameters, state: EstimatorState,
             f"state.estimator.recursion.estimate[{place}] = {estimate[place]} is not allowed: "
             f"it must be from {ranges[place, 0]:g} to {ranges[place, 1]:g}"
         )
+
+
+def check_candidate_state(estimator: EstimatorParameters, state: CandidateState) -> None:
+    """Raise ``ValueError`` where the candidates of an estimator cannot have come to a state."""
+    count = estimator.candidates.size
+    for name in ("chosen", "turn"):
+        place = getattr(state, name)
+        if not 0 <= place < max(count, 1):
+            raise ValueError(f"state.estimator.candidates.{name} = {place} is not allowed: there are {count}")
+    wanted = estimator.candidates[state.chosen] if count > 0 else estimator.begin
+    if not math.isclose(state.stribeck_velocity, wanted, rel_tol=ROUNDING):
+        raise ValueError(
+            f"state.estimator.candidates.stribeck_velocity = {state.stribeck_velocity} is not allowed: "
+            f"that of the candidate in use is {wanted:g} rad/s"
+        )
+    if state.seen < 0.0 or state.waited < 0.0 or np.any(state.errors < 0.0):
+        raise ValueError("state.estimator.candidates is not allowed: times and mean squares must be zero or more")
 
 
 def check_share(name: str, value: Any) -> None:

@@ -210,6 +210,13 @@ def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueMode
 
 
 @register_jitable(forceinline=True)
+def gate_speed(block: Block, estimator: EstimatorState) -> float:
+    """Return the speed below which the joint may stick, rad/s: it is that of the curve in use."""
+    speed: float = block.slowest * (estimator.candidates.stribeck_velocity / block.estimator.form.stribeck_velocity)
+    return speed
+
+
+@register_jitable(forceinline=True)
 def inertia_ratio(block: Block, inputs: Inputs) -> float:
     """Return the inertia that is given for the present configuration over the one that is estimated at first.
 
@@ -323,21 +330,36 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float,
     if state.feedback.samples == 0:
         measured = settle_signals_in_place(form, measured, velocity)
         model = settle_signals_in_place(form, model, inputs.reference)
-        settle_candidates_in_place(candidates, form.stribeck_shape, inputs.reference)
+        settle_candidates_in_place(block.estimator, candidates, inputs.reference)
     acting = acting_torque(inputs, asked_torque(block.feedback, state.feedback), delayed(state.known_torques, delay))
     lagged_torque = state.lagged_torque
     if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
     measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
     follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
-    follow_candidates_in_place(form, candidates, model.velocity, inputs.reference, inputs.dt)
+    follow_candidates_in_place(block.estimator, candidates, model.velocity, inputs.reference, inputs.dt)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
-    slowest = block.slowest * (form.stribeck_velocity / block.estimator.form.stribeck_velocity)
-    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid and clear, slowest, inputs.dt)
+    slowest, steady = gate_speed(block, state.estimator), valid and clear
+    sliding = sliding_time(state.sliding, velocity, inputs.reference, steady, slowest, inputs.dt)
     timing = state.timing
     if block.tunes_lag and state.command.share == 1.0 and clear:
         timing = tune_lag(block, state, inputs, seen)
     return Period(measured, model, lagged_torque, sliding, timing, clear)
+
+
+@register_jitable(forceinline=True)
+def choose_candidate_in_place(
+    block: Block, state: Block, estimator: EstimatorState, period: Period, duration: float, ratio: float
+) -> EstimatorState:
+    """Compare the candidates for what friction is assumed to be, at a sample that the estimator has learnt from."""
+    if estimator.candidates.errors.size > 0:
+        learnt = estimator.levels.learnt > state.estimator.levels.learnt
+        if learnt and estimator.alarm.cause != UNDECIDED:
+            candidates = compare_candidates_in_place(
+                block.estimator, estimator, period.measured, period.model, duration, ratio
+            )
+            return with_candidates(estimator, candidates)
+    return estimator
 
 
 @register_jitable(forceinline=True)
@@ -361,16 +383,11 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
     if learns:
-        before_learnt, bend = estimator.levels.learnt, estimator.candidates.stribeck_velocity
         estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
-        if estimator.levels.learnt > before_learnt and estimator.alarm.cause != UNDECIDED:
-            candidates = compare_candidates_in_place(
-                block.estimator, estimator, period.measured, period.model, inputs.dt, ratio
-            )
-            estimator = with_candidates(estimator, candidates)
-            if candidates.stribeck_velocity != bend:  # the errors so far are those of another model
-                identified = estimator.recursion.estimate[FRICTION_LAG]
-                timing = with_evidence(timing, empty_evidence(identified), identified)
+        estimator = choose_candidate_in_place(block, state, estimator, period, inputs.dt, ratio)
+        if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
+            since = estimator.recursion.estimate[FRICTION_LAG]
+            timing = with_evidence(timing, empty_evidence(since), since)
     else:
         estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]

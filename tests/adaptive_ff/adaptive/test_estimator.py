@@ -7,7 +7,8 @@ import pytest
 from closed_loops import drive
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.estimator import PEAK_FACTOR, correct_in_place
+from adaptive_ff.adaptive.correction import correct_in_place
+from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.estimation.instruments import AGREEMENT, choose_instrument_in_place, gradients_agree
 from adaptive_ff.estimation.resetting import factor_in_place, move_parameter_in_place
