@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_velocity, begin_velocity, candidate_velocities
+from adaptive_ff.adaptive.candidate_choice import (
+    BENT_FACTORS,
+    FACTORS,
+    assess_choice,
+    begin_velocity,
+    candidate_distances,
+    candidate_velocities,
+    chosen_names,
+)
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
@@ -83,6 +91,7 @@ def adaptive_parameters(
     torque_limit: float = math.inf,
     feedforward_includes_inertia: bool = False,
     stribeck_factors: Sequence[float] = (),
+    presliding_factors: Sequence[float] = (),
 ) -> tuple[tuple[str, ...], AdaptiveParameters]:
     """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
 
@@ -134,6 +143,8 @@ def adaptive_parameters(
         prior.deviation,
         prior.given,
         velocities,
+        candidate_distances(float(stribeck_velocity / pole), presliding_factors),
+        np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
         begin_velocity(velocities, float(stribeck_velocity), model),
     )
     return named, AdaptiveParameters(
@@ -183,8 +194,9 @@ class AdaptiveBase(IdentifyingController):
         measured = initial_signals(count)
         measured.filters[FILTER_TORQUE, 0] = torque
         state.estimator.candidates.filters[:] = 0.0
+        state.estimator.candidates.bent[:] = 0.0
         self.state = state._replace(
-            feedforward=FeedforwardState(friction, reference, True),
+            feedforward=FeedforwardState(friction, reference, True, 0.0, 0.0),
             measured=measured,
             model=initial_signals(count),
             sliding=-block.hold,
@@ -214,8 +226,7 @@ class AdaptiveBase(IdentifyingController):
         """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
         estimator, state = self.parameters.estimator, self.state.estimator
         errors = assess(estimator, state, self.parameters.period).errors.tolist()
-        if estimator.candidates.size > 0:
-            errors.append(assess_velocity(estimator, state.candidates).error)
+        errors += [one.error for one in assess_choice(estimator, state.candidates)]
         return dict(zip(self.estimate_names, errors, strict=True))
 
     @property
@@ -338,6 +349,9 @@ class AdaptiveController(AdaptiveBase):
     stribeck_factors : sequence of float, optional
         Stribeck velocities that are tried, over the assumed one: positive, ascending, 1 among them. The one in use is
         the estimate ``stribeck_velocity``. With none of them the assumed one is kept.
+    presliding_factors : sequence of float, optional
+        Presliding distances that are tried with the assumed Stribeck velocity ``Vs``, over ``Vs`` by the pole of the
+        filters: positive and ascending. The one in use is the estimate ``presliding``, zero where there is none.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
         delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
@@ -385,6 +399,7 @@ class AdaptiveController(AdaptiveBase):
         feedforward_includes_inertia: bool = False,
         observer_bandwidth: float | None = None,
         stribeck_factors: Sequence[float] = FACTORS,
+        presliding_factors: Sequence[float] = BENT_FACTORS,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -406,9 +421,9 @@ class AdaptiveController(AdaptiveBase):
             torque_limit=torque_limit,
             feedforward_includes_inertia=feedforward_includes_inertia,
             stribeck_factors=stribeck_factors,
+            presliding_factors=presliding_factors,
         )
-        if len(stribeck_factors) > 0:
-            self.estimate_names = (*self.estimate_names, "stribeck_velocity")
+        self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
         pole = _observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
         super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)

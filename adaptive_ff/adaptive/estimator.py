@@ -47,6 +47,7 @@ from adaptive_ff.adaptive.estimator_state import (
     EstimatorParameters,
     EstimatorState,
     Levels,
+    damping_in_use,
     load_count,
     with_candidates,
     with_levels,
@@ -65,7 +66,7 @@ from adaptive_ff.model.bounds import (
     write_ranges,
 )
 from adaptive_ff.regression.known_loads import advance_loads_in_place, load_torque, write_loads
-from adaptive_ff.regression.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
+from adaptive_ff.regression.torque_form import DAMPING, FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
 
 FLOOR = 0.2
 """Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
@@ -359,7 +360,8 @@ def learn_in_place(
     largest = peak / estimator.torque_scale
     floor = min(FLOOR * levels.squared_error + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     choose_instrument_in_place(state.agreement, scratch.model_gradient, gradient, keep, floor, recursion.instrument)
-    error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
+    known = damping_in_use(state) * measured.bent[DAMPING, 0]
+    error = (torque - known - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
     friction = add_friction(0.0, estimate, row) / estimator.torque_scale
     window = JUMP_WINDOW / estimator.form.pole

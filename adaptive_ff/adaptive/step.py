@@ -12,6 +12,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_state import CandidateState
 from adaptive_ff.adaptive.candidates import (
     compare_candidates_in_place,
     follow_candidates_in_place,
@@ -38,6 +39,7 @@ from adaptive_ff.adaptive.estimator import (
 from adaptive_ff.adaptive.estimator_state import (
     EstimatorParameters,
     EstimatorState,
+    damping_in_use,
     form_in_use,
     initial_estimator_state,
     load_count,
@@ -58,7 +60,7 @@ from adaptive_ff.adaptive.lag_tuning import (
     note_friction,
     with_evidence,
 )
-from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, write_model
+from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, with_bristles, write_model
 from adaptive_ff.model.feedforward import (
     FeedforwardState,
     ahead,
@@ -69,6 +71,7 @@ from adaptive_ff.model.feedforward import (
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import (
+    BENT,
     Signals,
     advance_signals_in_place,
     initial_signals,
@@ -206,7 +209,8 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
 def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
-    return torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
+    model = torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
+    return with_bristles(model, form.presliding, damping_in_use(estimator))
 
 
 @register_jitable(forceinline=True)
@@ -348,6 +352,17 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float,
 
 
 @register_jitable(forceinline=True)
+def with_bent(state: FeedforwardState, candidates: CandidateState) -> FeedforwardState:
+    """Return the state with the shares of the candidate in use, as they are over the reference."""
+    slip, adhesion = 0.0, 0.0
+    if candidates.bent.shape[0] > 0:
+        place = candidates.chosen - (candidates.errors.size - candidates.bent.shape[0])
+        if place >= 0:
+            slip, adhesion = candidates.bent[place, BENT, 0], candidates.bent[place, BENT, 1]
+    return FeedforwardState(state.friction, state.reference, state.started, slip, adhesion)
+
+
+@register_jitable(forceinline=True)
 def choose_candidate_in_place(
     block: Block, state: Block, estimator: EstimatorState, period: Period, duration: float, ratio: float
 ) -> EstimatorState:
@@ -382,12 +397,14 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
+    handed = state.feedforward
     if learns:
         estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
         estimator = choose_candidate_in_place(block, state, estimator, period, inputs.dt, ratio)
         if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
             since = estimator.recursion.estimate[FRICTION_LAG]
             timing = with_evidence(timing, empty_evidence(since), since)
+            handed = with_bent(handed, estimator.candidates)
     else:
         estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
@@ -395,7 +412,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     timing = drop_stale_evidence(timing, identified, block.period, young)
     timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
     new = fed_model(block, estimator, timing.lag)
-    moved = exchange_model(state.feedforward, old, new, start)
+    moved = exchange_model(handed, old, new, start)
     torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)
     return Fed(before, old_friction, torque, friction, feedforward, estimator, timing)
 
@@ -447,12 +464,14 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
 def write_adaptive(block: Block, state: Block, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
     loads = load_count(block.estimator)
-    bends = row.size - block.estimator.first.size  # one, where the Stribeck velocity is identified as well
+    bends = row.size - block.estimator.first.size  # Stribeck velocity and presliding distance, where they are tried
     write_model(identified_model(block, state), row, loads + bends)
     for i in range(row.size - loads - bends, row.size - bends):
         row[i] = state.estimator.recursion.estimate[i]
     if bends > 0:
-        row[row.size - 1] = state.estimator.candidates.stribeck_velocity
+        row[row.size - bends] = state.estimator.candidates.stribeck_velocity
+    if bends > 1:
+        row[row.size - 1] = state.estimator.candidates.presliding
 
 
 STEPS[AdaptiveParameters] = step_adaptive

@@ -16,7 +16,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from adaptive_ff.adaptive.candidate_choice import assess_velocity
+from adaptive_ff.adaptive.candidate_choice import assess_choice
 from adaptive_ff.adaptive.candidates import MEMORIES
 from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState, gate_speed
@@ -269,11 +269,10 @@ def _parameters(controller: AdaptiveBase, confidence: Confidence) -> tuple[Param
         pace = memory / share if share > 0.0 else math.inf
         error = float(confidence.errors[i])
         found.append(ParameterDiagnosis(name, unit_of(name), value, error, identifiable, apart, pace))
-    estimator, candidates = controller.parameters.estimator, controller.state.estimator.candidates
-    if estimator.candidates.size > 0:
-        error, known = assess_velocity(estimator, candidates)
-        name, value = "stribeck_velocity", candidates.stribeck_velocity
-        found.append(ParameterDiagnosis(name, unit_of(name), value, error, known, True, MEMORIES * memory))
+    pace = MEMORIES * memory
+    for one in assess_choice(controller.parameters.estimator, controller.state.estimator.candidates):
+        unit = unit_of(one.name)
+        found.append(ParameterDiagnosis(one.name, unit, one.value, one.error, one.identifiable, True, pace))
     return tuple(found)
 
 

@@ -7,7 +7,7 @@ import pytest
 from closed_loops import drive, lay_course, make
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_velocity
+from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_choice
 from adaptive_ff.adaptive.candidates import residual_moments_in_place
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import predict_torque
@@ -28,6 +28,7 @@ def without_candidates(scenario):
         inertia=scenario.feedback.inertia,
         stribeck_velocity=adaptation.stribeck_velocity,
         stribeck_factors=(),
+        presliding_factors=(),
     )
 
 
@@ -40,10 +41,12 @@ def test_a_joint_that_is_told_a_wrong_velocity_finds_its_own(factor):
     assert found["stribeck_velocity"] == pytest.approx(TRUE)
     assert found["stiction"] == pytest.approx(JOINT.joint.stiction, rel=0.05)
     assert found["coulomb"] == pytest.approx(JOINT.joint.coulomb, rel=0.1)
-    chosen = record.estimates[:, -1]
+    chosen = record.estimates[:, -2]
     assert chosen[0] == pytest.approx(factor * TRUE)
     assert np.count_nonzero(np.diff(chosen)) <= 2
-    assert assess_velocity(controller.parameters.estimator, controller.state.estimator.candidates).identifiable
+    velocity, distance = assess_choice(controller.parameters.estimator, controller.state.estimator.candidates)
+    assert velocity.identifiable
+    assert distance.value == 0.0
 
 
 def test_told_right_it_is_the_same_controller_to_the_bit():
@@ -51,13 +54,13 @@ def test_told_right_it_is_the_same_controller_to_the_bit():
     course = lay_course(scenario)
     (trying, _), (keeping, _) = drive(make("adaptive", scenario), course), drive(without_candidates(scenario), course)
     assert np.array_equal(trying.torque, keeping.torque)
-    assert np.array_equal(trying.estimates[:, :-1], keeping.estimates)
+    assert np.array_equal(trying.estimates[:, :-2], keeping.estimates)
 
 
 def test_what_the_choice_changes_in_the_torque_is_what_the_model_needs():
     scenario, controller = TOLD_A_QUARTER, make("adaptive", TOLD_A_QUARTER)
     record, _ = drive(controller, lay_course(scenario))
-    (change,) = np.flatnonzero(np.diff(record.estimates[:, -1]))
+    (change,) = np.flatnonzero(np.diff(record.estimates[:, -2]))
     steps = np.abs(np.diff(record.torque))
     # reversals step by some two times the stiction; the choice must not add one of its own
     assert steps[change] < 0.5 * np.max(steps)
@@ -83,9 +86,9 @@ def test_a_restored_state_goes_on_to_the_bit():
 
 def test_moments_give_the_error_that_the_rows_give():
     rng = np.random.default_rng(101)
-    rows, estimate = rng.standard_normal((50, 8)), np.array([20.0, 60.0, 90.0, 80.0, 0.02, 5.0])
+    rows, estimate = rng.standard_normal((50, 9)), np.array([20.0, 60.0, 90.0, 80.0, 0.02, 5.0, 40.0])
     errors = np.array([row[-1] - predict_torque(estimate, row[:-1]) for row in rows])
-    correlation = np.zeros(8)
+    correlation = np.zeros(9)
     squared = residual_moments_in_place(rows.T @ rows / 50.0, estimate, correlation)
     assert squared == pytest.approx(np.mean(errors**2), rel=1e-9)
     assert correlation == pytest.approx(errors @ rows / 50.0, rel=1e-9)
@@ -113,12 +116,34 @@ def test_a_state_with_a_velocity_that_no_candidate_has_is_refused():
     with pytest.raises(ValueError, match="stribeck_velocity"):
         controller.state_from_json(wrong)
     with pytest.raises(ValueError, match="chosen"):
-        controller.state_from_json(text.replace('"chosen": 2', '"chosen": 7'))
+        controller.state_from_json(text.replace('"chosen": 2', '"chosen": 17'))
 
 
 def test_before_anything_is_learnt_the_velocity_is_as_uncertain_as_the_grid_is_wide():
     controller = AdaptiveController(1000.0, 1e4, **SETTINGS)
     known = controller.uncertainties["stribeck_velocity"]
     assert known > 0.5 * (FACTORS[-1] - FACTORS[0]) * 0.05 / math.sqrt(3.0)
-    one = controller.diagnose().parameters[-1]
-    assert (one.name, one.unit, one.identifiable) == ("stribeck_velocity", "rad/s", False)
+    velocity, distance = controller.diagnose().parameters[-2:]
+    assert (velocity.name, velocity.unit, velocity.identifiable) == ("stribeck_velocity", "rad/s", False)
+    assert (distance.name, distance.unit, distance.identifiable) == ("presliding", "rad", False)
+
+
+def test_bristles_are_found_and_fed_forward():
+    scenario = load_scenario(SCENARIOS / "lugre_1e4.toml").modified(seed=101, duration=30.0)
+    course = lay_course(scenario)
+    errors = []
+    for controller in (make("adaptive", scenario), without_candidates(scenario)):
+        record, _ = drive(controller, course)
+        error = (course.reference - record.velocity)[-record.velocity.size // 4 :]
+        errors.append(float(np.sqrt(np.mean(error**2))))
+        if controller.state.estimator.candidates.errors.size > 0:
+            # bristles of 1e4 N m/rad under 60 to 90 N m of friction
+            assert 0.004 < controller.estimates["presliding"] < 0.012
+            assert controller.estimates["coulomb"] == pytest.approx(60.0, rel=0.1)
+    assert errors[0] < 0.8 * errors[1]
+
+
+@pytest.mark.parametrize("factors", [(0.0, 1.0), (3.0, 1.0), (math.nan,), (1.0, 2.0, 3.0, 4.0, 5.0)])
+def test_distances_that_are_no_grid_are_refused(factors):
+    with pytest.raises(ValueError, match="presliding_factors"):
+        AdaptiveController(1000.0, 1e4, **SETTINGS, presliding_factors=factors)
