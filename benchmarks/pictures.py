@@ -4,20 +4,21 @@ from pathlib import Path
 
 from adaptive_ff import compare
 from adaptive_ff.files import staged
+from adaptive_ff.report.drawing import write_figures, write_stamped
 from benchmarks.paper import closed_loop, offline
+from benchmarks.paper.__main__ import SOURCE
 
 FOLDER = Path(__file__).resolve().parent / "pictures"
 FROM_COMPARISON = ("tracking", "estimates")
 FROM_PAPER = ("figure_04", "figure_12")
-DOTS_PER_INCH = 150
 
 
 def main() -> None:
     """Draw the pictures of the built-in scenario and two of the paper's reproduction."""
-    drawn = {**compare().plot(), **offline.run().figures, **closed_loop.run().figures}
+    compared, papers = compare().plot(), {**offline.run().figures, **closed_loop.run().figures}
     with staged(FOLDER) as stage:
-        for name in (*FROM_COMPARISON, *FROM_PAPER):
-            drawn[name].savefig(stage / f"{name}.png", dpi=DOTS_PER_INCH)
+        write_figures({name: compared[name] for name in FROM_COMPARISON}, stage, ["png"])
+        write_stamped({name: papers[name] for name in FROM_PAPER}, stage, ["png"], SOURCE)
     print(f"Pictures are in {FOLDER}")
 
 

@@ -77,4 +77,5 @@ from .velocity.estimators import initial_velocity_state as initial_velocity_stat
 from .velocity.kalman import KalmanVelocity as KalmanVelocity
 from .velocity.kalman import kalman_velocity as kalman_velocity
 from .velocity.low_pass import LowPassVelocity as LowPassVelocity
+from .velocity.low_pass import low_pass_lag as low_pass_lag
 from .velocity.low_pass import low_pass_velocity as low_pass_velocity

@@ -322,8 +322,8 @@ class AdaptiveController(AdaptiveBase):
         Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.
     velocity_lag : float, optional
-        Time by which the measured velocity lags behind the joint's, s, such as half a period of a difference of
-        positions plus the time constant of a low-pass behind it.
+        Time by which the measured velocity lags behind the joint's, s: half a period for a difference of positions;
+        :func:`controllers.low_pass_lag` for one behind a low-pass.
     tunes_lag : bool, optional
         Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
         :mod:`adaptive_ff.adaptive.lag_tuning`. It must be false for a controller that only watches another's motion.

@@ -132,6 +132,12 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
 
 
 @register_jitable(forceinline=True)
+def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
+    """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
+    return seen + (plan - seen) * duration / (duration + lag)
+
+
+@register_jitable(forceinline=True)
 def observe(
     observer: ObserverParameters,
     state: ObserverState,
@@ -170,7 +176,7 @@ def observe(
     seen = reference
     lacking, lagged_torque = torque - delayed(state.fed, feedback.delay), state.lagged_torque
     if observer.velocity_lag > 0.0:
-        seen = state.reference + (reference - state.reference) * duration / (duration + observer.velocity_lag)
+        seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
     change = (velocity - state.velocity) - (seen - state.reference)
     residual = lacking - min(inertia, observer.inertia) * change / duration

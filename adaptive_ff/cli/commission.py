@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.table import Table
 
-from adaptive_ff.cli.options import Formats, JsonCopy, ScenarioFile, picture_formats
+from adaptive_ff.cli.options import Formats, JsonCopy, Report, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
 
@@ -27,6 +28,7 @@ def commission_command(
     out: Annotated[Path, typer.Option(help="Folder for all that is found.")] = Path("commissioned"),
     json: JsonCopy = None,
     formats: Formats = "png",
+    report: Report = False,
 ) -> None:
     """Excite, identify, tune the bandwidth and write the scenario, in one go: the recipe for a real joint."""
     from adaptive_ff.design_studies.commissioning import gain_on_the_true_joint, identified_scenario, record, tuned
@@ -37,6 +39,7 @@ def commission_command(
     from adaptive_ff.report.bandwidth_tables import best_table
     from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.excitation_plot import plot_excitation
+    from adaptive_ff.report.html_page import NAME, write_report
     from adaptive_ff.report.parameter_tables import parameters_table
     from adaptive_ff.scenario.file import to_toml, toml_text
     from adaptive_ff.scenario.scenario import load_scenario
@@ -77,6 +80,10 @@ def commission_command(
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
         write_stamped(pictures, stage, drawn, source if log is None else str(log))
+        shown: list[Table | str] = [parameters_table(found), best_table(study), *found.verdict, *_said(gain)]
+        if report:
+            title = f"Commissioning of {source if log is None else log}"
+            write_report(stage / NAME, title, shown, pictures, {"Scenario": to_toml(result)})
         (stage / "scenario.toml").write_text(to_toml(result), encoding="utf-8")
         summary = {
             "identification": found.to_dict(),
@@ -88,10 +95,7 @@ def commission_command(
             write_result(target, summary)
     warn(errors, found.cautions)
     console = Printer()
-    for one in (parameters_table(found), best_table(study)):
-        console.print(one)
-    for sentence in (*found.verdict, *_said(gain)):
-        console.say(sentence)
+    console.show(shown)
     console.say(f"scenario.toml, ready for compare and export, commission.json and the pictures are in {out}")
 
 

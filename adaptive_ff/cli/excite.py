@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from adaptive_ff.cli.options import OUT, Formats, JsonCopy, ScenarioFile, picture_formats
+from adaptive_ff.cli.options import OUT, Formats, JsonCopy, Report, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
 
@@ -27,6 +27,7 @@ def excite_command(
     out: Annotated[Path, typer.Option(help="Folder for excitation.csv, .toml, .json and the picture.")] = OUT,
     json: JsonCopy = None,
     formats: Formats = "png",
+    report: Report = False,
 ) -> None:
     """Find a motion that tells the parameters of a joint, within its limits, to record and identify."""
     from adaptive_ff.design_studies.exciting_motion import default_limits, exciting_motion
@@ -34,7 +35,8 @@ def excite_command(
     from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.excitation_plot import plot_excitation
     from adaptive_ff.report.excitation_table import intervals_table, motion_table
-    from adaptive_ff.scenario.file import toml_text
+    from adaptive_ff.report.html_page import NAME, write_report
+    from adaptive_ff.scenario.file import to_toml, toml_text
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
 
@@ -57,10 +59,13 @@ def excite_command(
         content = {"reference": motion.reference.model_dump()}
         (stage / "excitation.toml").write_text(toml_text(content), encoding="utf-8")
         pictures = {"excitation": plot_excitation(motion, linear=linear)}
-        write_stamped(pictures, stage, drawn, str(scenario or "built-in scenario"))
+        source = str(scenario or "built-in scenario")
+        shown = [motion_table(motion, linear=linear), intervals_table(motion)]
+        write_stamped(pictures, stage, drawn, source)
+        if report:
+            write_report(stage / NAME, f"Exciting motion for {source}", shown, pictures, {"Scenario": to_toml(loaded)})
         for file in (stage / "excitation.json", *beside.values()):
             write_result(file, motion.to_dict())
     console = Printer()
-    for table in (motion_table(motion, linear=linear), intervals_table(motion)):
-        console.print(table)
+    console.show(shown)
     console.say(f"excitation.csv, the table [reference] in excitation.toml, and the picture are in {out}")

@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
-from adaptive_ff.cli.options import OUT, Formats, JsonCopy, ScenarioFile, picture_formats
+from adaptive_ff.cli.options import OUT, Formats, JsonCopy, Report, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
 
@@ -21,6 +22,7 @@ def tune_command(
     out: Annotated[Path, typer.Option(help="Folder for the picture, tune.csv and tune.json.")] = OUT,
     json: JsonCopy = None,
     formats: Formats = "png",
+    report: Report = False,
 ) -> None:
     """Find the bandwidth that suits each controller: margins, noise and error over the bandwidth of the PI loop."""
     from adaptive_ff.comparison.own_bandwidth import FIRST_TUNING_SEED
@@ -28,6 +30,8 @@ def tune_command(
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.bandwidth_tables import best_table, errors_table, loops_table
     from adaptive_ff.report.drawing import write_stamped
+    from adaptive_ff.report.html_page import NAME, write_report
+    from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
 
@@ -51,12 +55,15 @@ def tune_command(
                 progress=advance,
             )
         write_csv(stage / "tune.csv", study.columns())
-        write_stamped({"tune": study.plot()}, stage, drawn, str(scenario or "built-in scenario"))
+        source, figures = str(scenario or "built-in scenario"), {"tune": study.plot()}
+        shown: list[Table | str] = [loops_table(study), errors_table(study), best_table(study)]
+        if loaded.sensor.encoder_resolution is not None:
+            shown.append("Margins are those of the loop without the filter that makes a velocity of encoder readings.")
+        write_stamped(figures, stage, drawn, source)
+        if report:
+            write_report(stage / NAME, f"Bandwidths for {source}", shown, figures, {"Scenario": to_toml(loaded)})
         for file in (stage / "tune.json", *beside.values()):
             write_result(file, study.to_dict())
     console = Printer()
-    for table in (loops_table(study), errors_table(study), best_table(study)):
-        console.print(table)
-    if loaded.sensor.encoder_resolution is not None:
-        console.say("Margins are those of the loop without the filter that makes a velocity of the encoder's readings.")
+    console.show(shown)
     console.say(f'Picture, tune.csv and tune.json are in {out}; bandwidth = "auto" in a scenario uses the best ones.')

@@ -46,6 +46,7 @@ def make_oracle(scenario: Scenario, added: float = 0.0) -> ModelBased:
         [(time, tuned(model)) for time, model in model_course(scenario)],
         gravity=scenario.joint.weight,
         delay=scenario.delay,
+        velocity_lag=scenario.velocity_lag,
     )
 
 

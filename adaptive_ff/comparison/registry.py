@@ -36,7 +36,13 @@ def _pi(scenario: Scenario) -> PI:
 
 
 def _with_model(scenario: Scenario, model: TorqueModel) -> ModelBased:
-    return ModelBased(*scenario.feedback.gains, scenario.sampling.period, model, delay=scenario.assumed_delay)
+    return ModelBased(
+        *scenario.feedback.gains,
+        scenario.sampling.period,
+        model,
+        delay=scenario.assumed_delay,
+        velocity_lag=scenario.velocity_lag,
+    )
 
 
 def _inertia_feedforward(scenario: Scenario) -> ModelBased:

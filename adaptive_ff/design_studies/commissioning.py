@@ -112,7 +112,7 @@ def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenari
     joint = tomllib.loads(scenario_text(found, "reference.csv"))["joint"]
     joint["solver_period"] = scenario.joint.solver_period
     content = scenario.model_dump(exclude_unset=True)
-    told = {name: joint[name] for name in ("inertia", "coulomb", "viscous")}
+    assumed = {name: joint[name] for name in ("inertia", "coulomb", "viscous")}
     try:
         return Scenario.model_validate(
             {
@@ -120,7 +120,7 @@ def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenari
                 "joint": {**joint, "axis": scenario.joint.axis},
                 "feedback": {**content["feedback"], "inertia": joint["inertia"]},
                 "adaptation": {**content["adaptation"], "stribeck_velocity": joint["stribeck_velocity"]},
-                "fixed": told,
+                "fixed": assumed,
             }
         )
     except ValueError as error:

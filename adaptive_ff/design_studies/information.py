@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
-"""Parameters whose intervals are told."""
+"""Parameters whose intervals are given."""
 
 GATE_SHARE = 0.4
 """Speed of the gate over the Stribeck velocity, as in ``comparison.calibration``."""

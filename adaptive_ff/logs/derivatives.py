@@ -1,6 +1,7 @@
 """Velocity and acceleration from samples, without delay: low-pass forward and backward, then central differences."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from scipy import signal
@@ -37,10 +38,18 @@ def lowpass(values: Array, corners: tuple[float, ...], period: float) -> Array:
     period : float
         Sample time, s.
     """
-    sections = [signal.butter(ORDER, corner, fs=1.0 / period, output="sos") for corner in corners]
+    sections = [_sections(corner, period) for corner in corners]
     padding = min(math.ceil(PADDING / (min(corners) * period)), values.size - 1)
     filtered: Array = signal.sosfiltfilt(np.vstack(sections), values, padlen=padding)
     return filtered
+
+
+@lru_cache(maxsize=64)
+def _sections(corner: float, period: float) -> Array:
+    """Return the sections of a Butterworth low-pass; cached, as designing one takes longer than filtering by it."""
+    sections: Array = signal.butter(ORDER, corner, fs=1.0 / period, output="sos")
+    sections.setflags(write=False)
+    return sections
 
 
 def differentiate(values: Array, period: float) -> Array:

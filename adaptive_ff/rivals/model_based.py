@@ -12,6 +12,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.observer import plan_as_measured
 from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.model.friction import TorqueModel
 from controllers import (
@@ -27,6 +28,7 @@ from controllers import (
     initial_pi_state,
     plausible_inputs,
     with_feedforward,
+    with_reference,
     without_estimates,
 )
 
@@ -50,6 +52,8 @@ class ModelBasedParameters(NamedTuple):
         Torque ``gravity sin(q + gravity_phase)`` of a weight along the planned position ``q``, N m and rad.
     period : float
         Nominal period, s.
+    velocity_lag : float
+        Time by which the measured velocity lags behind the joint's, s.
     """
 
     feedback: PIParameters
@@ -59,6 +63,7 @@ class ModelBasedParameters(NamedTuple):
     gravity: float
     gravity_phase: float
     period: float
+    velocity_lag: float
 
 
 class ModelBasedState(NamedTuple):
@@ -74,17 +79,20 @@ class ModelBasedState(NamedTuple):
         Time since the first sample, s.
     position : float
         Integral of the reference since then, rad.
+    seen : float
+        Last reference as the measured velocity shows it, rad/s.
     """
 
     feedback: PIState
     feedforward: FeedforwardState
     time: float
     position: float
+    seen: float
 
 
 def initial_model_based_state(parameters: ModelBasedParameters) -> ModelBasedState:
     """Return the state of the loop at rest."""
-    return ModelBasedState(initial_pi_state(parameters.feedback), initial_feedforward_state(), 0.0, 0.0)
+    return ModelBasedState(initial_pi_state(parameters.feedback), initial_feedforward_state(), 0.0, 0.0, 0.0)
 
 
 @register_jitable
@@ -111,12 +119,18 @@ def model_in_row(models: NDArray[np.float64], row: int) -> TorqueModel:
 def step_model_based(
     block: ModelBasedParameters, state: ModelBasedState, inputs: Inputs
 ) -> tuple[Output, ModelBasedState]:
-    """Do one sample: feedforward of the model as it is now, then feedback."""
+    """Do one sample: feedforward of the model as it is now, then feedback.
+
+    The feedback compares the measured velocity with the plan behind the same lag; else it would brake where the
+    feedforward accelerates.
+    """
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
-    time = position = 0.0
+    time, position, seen = 0.0, 0.0, inputs.reference
     if state.feedback.samples > 0:
         time = state.time + inputs.dt
         position = state.position + 0.5 * inputs.dt * (state.feedforward.reference + inputs.reference)
+        if block.velocity_lag > 0.0:
+            seen = plan_as_measured(block.velocity_lag, state.seen, inputs.reference, inputs.dt)
     acting = time + block.feedback.delay * block.period
     model = block.model
     for change in range(block.times.size):
@@ -134,8 +148,9 @@ def step_model_based(
     if block.gravity > 0.0:
         middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference
         torque += block.gravity * math.sin(middle + block.gravity_phase)
-    output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, torque), guard)
-    return output, ModelBasedState(feedback, feedforward, time, position)
+    compared = with_reference(with_feedforward(inputs, torque), seen)
+    output, feedback = feed_back(block.feedback, state.feedback, compared, guard)
+    return output, ModelBasedState(feedback, feedforward, time, position, seen)
 
 
 STEPS[ModelBasedParameters] = step_model_based
@@ -161,6 +176,8 @@ class ModelBased(Controller):
         Amplitude (N m) and phase (rad) of the torque of a weight along the planned position, zero at the start.
     delay : float, optional
         Computation delay of the drive, sampling periods.
+    velocity_lag : float, optional
+        Time by which the measured velocity lags behind the joint's, s; see :func:`controllers.low_pass_lag`.
     """
 
     def __init__(
@@ -173,7 +190,10 @@ class ModelBased(Controller):
         *,
         gravity: tuple[float, float] = (0.0, 0.0),
         delay: float = 0.0,
+        velocity_lag: float = 0.0,
     ) -> None:
+        if not 0.0 <= velocity_lag < math.inf:
+            raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
         parameters = ModelBasedParameters(
             check_gains(proportional, integral, delay, period),
             TorqueModel(*(float(value) for value in model)),
@@ -182,5 +202,6 @@ class ModelBased(Controller):
             float(gravity[0]),
             float(gravity[1]),
             float(period),
+            float(velocity_lag),
         )
         super().__init__(parameters, period, initial_model_based_state)

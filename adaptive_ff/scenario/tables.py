@@ -18,7 +18,14 @@ from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
-from controllers import difference_velocity, kalman_velocity, kalman_velocity_gains, low_pass_velocity, pi_gains
+from controllers import (
+    difference_velocity,
+    kalman_velocity,
+    kalman_velocity_gains,
+    low_pass_lag,
+    low_pass_velocity,
+    pi_gains,
+)
 from plant.fields import NonNegative, Positive, Table
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -91,7 +98,7 @@ class VelocityEstimate(Table):
         """Return by how much the velocity lags behind the joint's, s; that of the Kalman filter is taken as none."""
         if self.method == "kalman":
             return 0.0
-        return 0.5 * period + (1.0 / (2.0 * math.pi * self.cutoff) if self.method == "low_pass" else 0.0)
+        return low_pass_lag(self.cutoff, period) if self.method == "low_pass" else 0.5 * period
 
     def noise(self, resolution: float, period: float) -> float:
         """Return the noise that an encoder's resolution (rad) leaves in the velocity, rad/s (standard deviation).

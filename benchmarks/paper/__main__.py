@@ -16,6 +16,7 @@ from rich.table import Table
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.files import staged, write_json
+from adaptive_ff.report.drawing import write_stamped
 from benchmarks.paper import closed_loop, misprints, offline, online, reversal, rounding, stribeck
 from benchmarks.paper.experiment import Experiment, Row
 
@@ -30,8 +31,10 @@ EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
 }
 """In the order of the table."""
 
+SOURCE = "seed 1, python -m benchmarks.paper"
+"""What stands below each picture."""
+
 BAD_INPUT = 2
-DOTS_PER_INCH = 150
 WIDTH = 170
 """Characters in a line where the output is no terminal."""
 
@@ -120,8 +123,7 @@ def run_and_write(out: Path, json: Path | None, errors: Console) -> list[Experim
             raise InputError(f"{json}: cannot be written: it is a folder")
         experiments = run_all(errors)
         for experiment in experiments:
-            for name, figure in experiment.figures.items():
-                figure.savefig(stage / f"{name}.png", dpi=DOTS_PER_INCH)
+            write_stamped(experiment.figures, stage, ["png"], SOURCE)
         if json is not None and beside is not None:
             write_json(beside / json.name, to_dict(experiments))
     return experiments

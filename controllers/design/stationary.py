@@ -1,7 +1,6 @@
 """Gains of a Kalman filter that has settled, by filterpy."""
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 SETTLED = 1e-13
@@ -31,6 +30,9 @@ def stationary_gain(transition: NDArray[np.float64], process_noise: NDArray[np.f
     ValueError
         The gain does not settle.
     """
+    # here, not above: filterpy loads scipy.stats, half a second that only the Kalman observers need
+    from filterpy.kalman import KalmanFilter
+
     size = transition.shape[0]
     kalman = KalmanFilter(dim_x=size, dim_z=1)
     kalman.F, kalman.Q, kalman.P = transition, process_noise, np.eye(size) + process_noise

@@ -84,3 +84,20 @@ def low_pass_velocity(cutoff: float, period: float) -> LowPassVelocity:
     """
     check_positive(cutoff=cutoff, period=period)
     return LowPassVelocity(2.0 * math.pi * float(cutoff), float(period))
+
+
+def low_pass_lag(cutoff: float, period: float) -> float:
+    """Return by how much such a velocity lags behind that of a joint that accelerates evenly, s.
+
+    Half a period of the difference, and ``Ts k/(1 - k)`` of the low-pass with ``k = exp(-wc Ts)``: less than the
+    ``1/wc`` of one in continuous time, as each difference counts as if it had been there for all of its period.
+
+    Parameters
+    ----------
+    cutoff : float
+        Corner frequency of the low-pass, Hz.
+    period : float
+        Sampling period, s.
+    """
+    check_positive(cutoff=cutoff, period=period)
+    return period * (0.5 + 1.0 / math.expm1(2.0 * math.pi * cutoff * period))

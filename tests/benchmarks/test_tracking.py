@@ -120,14 +120,14 @@ def test_scenarios_differ_in_what_their_names_say():
         return load_scenario(SCENARIOS / f"{name}.toml")
 
     built_in = load_scenario()
-    same, told = load("paper_100hz").model_dump(), built_in.model_dump()
+    same, assumed = load("paper_100hz").model_dump(), built_in.model_dump()
     apart = {"fixed": None, "reference": None}  # the peak of the reference is a default there
-    assert {**same, **apart} == {**told, **apart}
+    assert {**same, **apart} == {**assumed, **apart}
     motion = load("paper_100hz").reference_velocity()
     assert motion == pytest.approx(built_in.reference_velocity(), rel=1e-12, abs=1e-15)
     assert [load(f"friction_{way}").change[0].friction_scale for way in ("drops", "rises")] == [0.6, 1.5]
-    told = [load(f"vs_{way}").adaptation.stribeck_velocity for way in ("half", "double")]
-    assert told == [0.5 * built_in.joint.stribeck_velocity, 2.0 * built_in.joint.stribeck_velocity]
+    assumed = [load(f"vs_{way}").adaptation.stribeck_velocity for way in ("half", "double")]
+    assert assumed == [0.5 * built_in.joint.stribeck_velocity, 2.0 * built_in.joint.stribeck_velocity]
     assert [load(f"inertia_{way}").feedback.inertia for way in ("low", "high")] == [16.0, 24.0]
     assert load("delay").delay == 1.0
     assert np.ptp(load("standstill").reference.pause) == 60.0

@@ -90,11 +90,11 @@ def test_not_told_it_stays_in_saturation_about_as_long_as_it_was_blocked():
 
 @pytest.mark.parametrize("unknown", [None, math.nan, math.inf, -math.inf])
 def test_realised_torque_that_is_not_known_counts_as_what_was_asked(unknown):
-    controller, told = PI(*GAINS, PERIOD), PI(*GAINS, PERIOD)
+    controller, informed = PI(*GAINS, PERIOD), PI(*GAINS, PERIOD)
     torque = 0.0
     for k in range(50):
         velocity = 0.01 * k
-        torque = told.step(0.3, velocity, realised_torque=torque)
+        torque = informed.step(0.3, velocity, realised_torque=torque)
         assert controller.step(0.3, velocity, realised_torque=unknown) == torque
 
 
@@ -152,7 +152,7 @@ def test_bad_delay_is_refused(delay):
 def behind_a_delay(controller, delay, limit=math.inf, samples=200):
     """Step through a motion behind a drive that holds torques back; return the torques asked for, and the integrals.
 
-    The drive applies the torque of a sample from so many periods later on, for a period; what is told is the mean.
+    The drive applies the torque of a sample from so many periods later on, for a period; what is reported is the mean.
     """
     held, realised, torques, integrals = [], None, [], []
     for k in range(samples):

@@ -12,6 +12,8 @@ PRINTED = {
     "design_a_loop": "friction slope",
     "choose_a_bandwidth": "largest difference, rad/s: 0.0",
     "in_your_own_loop": "36 to 40 s: rms error",
+    "arm_in_mujoco": "elbow: rms error",
+    "read_update_write": "right: rms error",
     "position_loop": "rms position error: PI",
     "identify_a_log": "Identifiable from the log: inertia",
     "own_controller": "'mine':",

@@ -69,7 +69,7 @@ def drive(controller, course, *, position=None, run=run_compiled):
 def own_loop(controller, course, *, limit=SCENARIO.actuator.torque_limit, load=0.0, lost=None, watch=None):
     """Run a user's own loop: ``step`` around a joint. Return the torques that the drive gave.
 
-    The joint carries a known load, which is told as ``feedforward``; measurements in ``lost`` (by sample) are replaced;
+    The joint carries a known load, given as ``feedforward``; measurements in ``lost`` (by sample) are replaced;
     ``watch`` is called with the number of each sample before it.
     """
     joint, realised, torques = Joint(SCENARIO.joint, float(course.reference[0])), None, []

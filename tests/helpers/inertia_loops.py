@@ -36,7 +36,7 @@ def run_inertia(
     reference,
     *,
     load=0.0,
-    told=0.0,
+    known=0.0,
     disturbance=0.0,
     dt=PERIOD,
     delay=0,
@@ -48,11 +48,11 @@ def run_inertia(
 ):
     """Velocity (as measured) and estimated disturbance at each sample.
 
-    ``load`` opposes the torque over the period that begins with a sample, ``told`` is the part of it that is told;
+    ``load`` opposes the torque over the period that begins with a sample, ``known`` is what the controller knows of it;
     ``disturbance`` is added to the measurement. The drive gives a command after ``delay`` periods, within a limit.
     """
     count = len(reference)
-    load, told, disturbance, dt = (np.broadcast_to(series, count) for series in (load, told, disturbance, dt))
+    load, known, disturbance, dt = (np.broadcast_to(series, count) for series in (load, known, disturbance, dt))
     late, realised, before = [0.0] * delay, None, controller.period
     measured, estimates = [], []
     for k in range(count):
@@ -62,7 +62,7 @@ def run_inertia(
             measured[-1],
             next_reference=reference[k + 1] if preview and k + 1 < count else None,
             realised_torque=realised if tell else None,
-            feedforward=told[k],
+            feedforward=known[k],
             dt=before,
         )
         estimates.append(controller.disturbance)

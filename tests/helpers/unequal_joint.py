@@ -80,7 +80,7 @@ def applied(torques, whole, rest):
 def unequal_loop(controller, course, joint=EQUAL, *, delay=0.0, limit=400.0, tell=True, known=None):
     """Run a controller's ``step`` around an unequal joint behind a drive with computation delay, in periods.
 
-    ``known`` are further loads, a sample each, told as ``feedforward``; each acts while the torque of its sample does.
+    ``known`` are further loads, a sample each, given as ``feedforward``; each acts while the torque of its sample does.
     Return the error on the solver's grid, and the torques that were asked for.
     """
     whole, rest = int(delay), delay - int(delay)

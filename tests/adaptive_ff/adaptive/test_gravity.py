@@ -97,11 +97,11 @@ def test_further_regressors_carry_what_another_joint_hangs_on_this_one(unloaded)
     def sines(time, position):
         return math.sin(position + other(time)), math.cos(position + other(time))
 
-    told, alone = make(regressors=2), make()
-    run = drive(told, reference_joint(), 0.0, END, load=load, position=known_position, regressors=sines)
+    informed, alone = make(regressors=2), make()
+    run = drive(informed, reference_joint(), 0.0, END, load=load, position=known_position, regressors=sines)
     assert settled(run) < 1.2 * unloaded
-    assert told.estimates["regressor_1"] == pytest.approx(40.0, abs=3.0)
-    assert told.estimates["regressor_2"] == pytest.approx(0.0, abs=3.0)
+    assert informed.estimates["regressor_1"] == pytest.approx(40.0, abs=3.0)
+    assert informed.estimates["regressor_2"] == pytest.approx(0.0, abs=3.0)
     assert settled(drive(alone, reference_joint(), 0.0, END, load=load, position=known_position)) > 1.5 * settled(run)
 
 

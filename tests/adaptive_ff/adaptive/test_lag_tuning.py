@@ -223,7 +223,7 @@ def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
 
 
 def test_a_slope_that_grows_without_bounds_starts_anew():
-    """Gains for a joint of 20 kg m^2, told to be one of 0.5: the loop that they make with it is not stable."""
+    """Gains for a joint of 20 kg m^2, assumed to be one of 0.5: the loop that they make with it is not stable."""
     feedback = check_gains(*pi_gains(20.0, 10.0))
     state, grown, anew = initial_timing_state(feedback, LAG), 0.0, 0
     for k in range(3000):
@@ -284,7 +284,7 @@ def test_at_100_hz_a_later_feedforward_than_the_true_lag_does_better_than_the_tr
 
 
 def test_tuned_lag_is_the_one_fed_forward():
-    """Frozen, the controller is the loop with a told model of that lag, and no other."""
+    """Frozen, the controller is the loop with a given model of that lag, and no other."""
     controller, _, _ = tuned(201, "adaptive_unsupervised")
     frozen = make("adaptive_unsupervised")
     frozen.state_from_json(controller.state_to_json())
@@ -294,10 +294,10 @@ def test_tuned_lag_is_the_one_fed_forward():
     frozen.state = frozen.state._replace(
         estimator=estimates, timing=initial_timing_state(controller.parameters.feedback, timing.lag)
     )
-    told = TorqueModel(*estimates.recursion.estimate[:FRICTION_LAG], timing.lag, 0.05, 1.0)
+    assumed = TorqueModel(*estimates.recursion.estimate[:FRICTION_LAG], timing.lag, 0.05, 1.0)
     course = lay_course(SCENARIO.modified(duration=10.0, seed=203))
     found, _ = drive(frozen, course)
-    expected, _ = drive(ModelBased(*SCENARIO.feedback.gains, PERIOD, told), course)
+    expected, _ = drive(ModelBased(*SCENARIO.feedback.gains, PERIOD, assumed), course)
     assert frozen.state.timing.lag == timing.lag
     assert found.feedforward == pytest.approx(expected.feedforward, rel=1e-9, abs=1e-9)
 

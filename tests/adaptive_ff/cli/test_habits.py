@@ -114,7 +114,7 @@ def test_numbers_have_no_exponent_where_it_can_be_avoided():
     ]
 
 
-COMMANDS = ("compare", "matrix", "sweep", "identify", "replay", "score")
+COMMANDS = ("compare", "matrix", "sweep", "tune", "excite", "commission", "identify", "replay", "score")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

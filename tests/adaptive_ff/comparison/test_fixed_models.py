@@ -25,8 +25,8 @@ def model(form, source, scenario=SCENARIO):
     return fixed_model(scenario, true_model(scenario), form, source)
 
 
-def error_with(scenario, told):
-    loop = ModelBased(*scenario.feedback.gains, scenario.sampling.period, told)
+def error_with(scenario, assumed):
+    loop = ModelBased(*scenario.feedback.gains, scenario.sampling.period, assumed)
     return simulate(scenario, loop).metrics.rms_error_settled
 
 
@@ -44,10 +44,10 @@ def test_every_form_comes_from_every_source_and_the_oracle_is_the_true_lagged_on
 @pytest.mark.parametrize("name", sorted(FIXED))
 def test_every_fixed_feedforward_runs(name):
     controller = CONTROLLERS[name](SCENARIO)
-    told = controller.parameters.model
+    assumed = controller.parameters.model
     lagged = name.startswith("lagged")
-    assert (told.friction_lag > 0.0) == lagged
-    assert (told.stiction == told.coulomb) == name.startswith("coulomb")
+    assert (assumed.friction_lag > 0.0) == lagged
+    assert (assumed.stiction == assumed.coulomb) == name.startswith("coulomb")
     run = simulate(SCENARIO.modified(duration=4.0), controller)
     assert np.ptp(run.feedforward) > 50.0
 
@@ -86,8 +86,8 @@ def test_the_viscous_coefficient_is_not_negative_and_a_joint_that_stands_has_a_f
 
 
 def test_nominal_parameters_are_off_by_a_factor_of_their_own_that_the_seed_draws():
-    told = SCENARIO.modified(adaptation={"stribeck_velocity": 0.07}, feedback={"inertia": 15.0})
-    drawn = [nominal_source(told.model_copy(update={"seed": seed}), TRUTH) for seed in range(400)]
+    assumed = SCENARIO.modified(adaptation={"stribeck_velocity": 0.07}, feedback={"inertia": 15.0})
+    drawn = [nominal_source(assumed.model_copy(update={"seed": seed}), TRUTH) for seed in range(400)]
     names = ("coulomb", "stiction", "viscous", "friction_lag")
     factors = np.log([[getattr(row, name) / getattr(TRUTH, name) for name in names] for row in drawn])
     limit = math.log(SPREAD)
@@ -141,7 +141,7 @@ def test_changes_of_friction_are_not_in_the_calibration_run_and_the_seed_is():
 
 @pytest.mark.parametrize("form", ["coulomb", "stribeck", "lagged"])
 def test_what_is_identified_is_possible_even_where_what_is_told_is_wrong(form):
-    """A light joint under loud noise, told ten times its inertia and a fifth of its Stribeck velocity."""
+    """A light joint under loud noise, assumed to have ten times its inertia and a fifth of its Stribeck velocity."""
     scenario = SCENARIO.modified(
         joint={"inertia": 4.0, "viscous": 0.0, "friction_lag": 0.0},
         sensor={"velocity_noise": 0.02},

@@ -37,8 +37,8 @@ class Faulty(Proportional):
         self.output = output
 
     def step(self, reference, velocity, *, next_reference, realised_torque, feedforward, dt):
-        told = {"next_reference": next_reference, "realised_torque": realised_torque, "feedforward": feedforward}
-        torque = super().step(reference, velocity, **told, dt=dt)
+        assumed = {"next_reference": next_reference, "realised_torque": realised_torque, "feedforward": feedforward}
+        torque = super().step(reference, velocity, **assumed, dt=dt)
         return self.output if len(self.given) == 50 else torque
 
 

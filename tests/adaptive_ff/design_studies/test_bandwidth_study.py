@@ -109,12 +109,12 @@ def test_wrong_arguments_are_refused():
 
 def test_command_prints_tables_and_writes_files(tmp_path):
     scenario = write_scenario(tmp_path, {**short(), "duration": 2.0})
-    options = ("--controller", "pi", "--seeds", 1, "--tuning-seeds", 1, "--out", tmp_path / "out")
+    options = ("--controller", "pi", "--seeds", 1, "--tuning-seeds", 1, "--out", tmp_path / "out", "--report")
     outcome = run_command_line("tune", scenario, *options)
     assert outcome.status == 0, outcome.err
     assert "sensitivity" in outcome.out
     assert "own, Hz" in outcome.out
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"tune.png", "tune.csv", "tune.json"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"tune.png", "tune.csv", "tune.json", "report.html"}
     content = json.loads((tmp_path / "out" / "tune.json").read_text())
     best = content["controllers"]["pi"]["best_bandwidth"]
     assert best in [loop["bandwidth"] for loop in content["loops"]]

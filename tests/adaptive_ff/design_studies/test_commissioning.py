@@ -20,7 +20,7 @@ def commissioned(tmp_path_factory):
     scenario = write_scenario(folder, content)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1))
-        outcome = run_command_line("commission", scenario, "--out", folder / "out")
+        outcome = run_command_line("commission", scenario, "--out", folder / "out", "--report")
     return folder / "out", outcome, scenario
 
 
@@ -28,7 +28,15 @@ def test_everything_is_written_and_said(commissioned):
     folder, outcome, _ = commissioned
     assert outcome.status == 0, outcome.err
     names = {path.name for path in folder.iterdir()}
-    assert names >= {"excitation.csv", "excitation.toml", "log.csv", "scenario.toml", "commission.json", "tune.png"}
+    assert names >= {
+        "excitation.csv",
+        "excitation.toml",
+        "log.csv",
+        "scenario.toml",
+        "commission.json",
+        "tune.png",
+        "report.html",
+    }
     assert "On the simulated joint: settled rms error" in outcome.out
     assert "give the log with --log" in outcome.out
 

@@ -125,11 +125,12 @@ def test_wrong_series_are_refused():
 
 def test_command_writes_a_motion_that_reads_back(tmp_path, monkeypatch):
     monkeypatch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=1))
-    outcome = run_command_line("excite", "--period", 5, "--fastest", 1, "--velocity", 0.5, "--out", tmp_path / "out")
+    limits = ("--period", 5, "--fastest", 1, "--velocity", 0.5)
+    outcome = run_command_line("excite", *limits, "--out", tmp_path / "out", "--report")
     assert outcome.status == 0, outcome.err
     assert "95 % intervals over those of 60 s of multisine" in outcome.out
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {f"excitation.{ending}" for ending in ("csv", "toml", "json", "png")}
+    assert names == {"report.html", *(f"excitation.{ending}" for ending in ("csv", "toml", "json", "png"))}
     table = tomllib.loads((tmp_path / "out" / "excitation.toml").read_text())["reference"]
     series = SCENARIO.modified(duration=5.0, reference=table).reference_velocity()
     recorded = {"kind": "csv", "path": str(tmp_path / "out" / "excitation.csv")}

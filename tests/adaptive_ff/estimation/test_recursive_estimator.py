@@ -19,14 +19,14 @@ from adaptive_ff.estimation.updates import single_update
 TRUE = np.array([20.0, 60.0, 0.5])
 PERIOD, NOISE = 0.001, 2.0
 DEVIATION = np.array([30.0, 100.0, 2.0])
-TOLD = {"first_deviation": DEVIATION, "noise": NOISE}
+PRIOR = {"first_deviation": DEVIATION, "noise": NOISE}
 
 MAKERS = {
-    "least squares": lambda **more: LeastSquares(np.zeros(3), PERIOD, **{**TOLD, **more}),
-    "forgetting": lambda **more: LeastSquares(np.zeros(3), PERIOD, **{**TOLD, "memory": 2.0, **more}),
-    "resetting": lambda **more: ExponentialResetting(np.zeros(3), PERIOD, **{**TOLD, "memory": 2.0, **more}),
-    "instruments": lambda **more: InstrumentalVariable(np.zeros(3), PERIOD, **{**TOLD, "memory": 2.0, **more}),
-    "random walk": lambda **more: KalmanRandomWalk(np.zeros(3), PERIOD, **{**TOLD, "walk": 0.01 * DEVIATION, **more}),
+    "least squares": lambda **more: LeastSquares(np.zeros(3), PERIOD, **{**PRIOR, **more}),
+    "forgetting": lambda **more: LeastSquares(np.zeros(3), PERIOD, **{**PRIOR, "memory": 2.0, **more}),
+    "resetting": lambda **more: ExponentialResetting(np.zeros(3), PERIOD, **{**PRIOR, "memory": 2.0, **more}),
+    "instruments": lambda **more: InstrumentalVariable(np.zeros(3), PERIOD, **{**PRIOR, "memory": 2.0, **more}),
+    "random walk": lambda **more: KalmanRandomWalk(np.zeros(3), PERIOD, **{**PRIOR, "walk": 0.01 * DEVIATION, **more}),
 }
 
 estimators = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
@@ -86,11 +86,11 @@ def test_it_finds_the_parameters_and_says_how_well(make):
 
 @estimators
 def test_intervals_hold_the_truth_as_often_as_they_say(make):
-    """500 series of 600 equations, the error three times as large as was told where that is estimated."""
-    inside, told = np.zeros(3), 1.0 if make is MAKERS["random walk"] else 1.0 / 3.0
+    """500 series of 600 equations, the error three times as large as was assumed where that is estimated."""
+    inside, assumed = np.zeros(3), 1.0 if make is MAKERS["random walk"] else 1.0 / 3.0
     walk = {"walk": 0.0} if make is MAKERS["random walk"] else {}
     for seed in range(500):
-        estimator = make(noise=told * NOISE, **walk)
+        estimator = make(noise=assumed * NOISE, **walk)
         feed(estimator, *data(600, seed=1000 + seed))
         lower, upper = estimator.interval(0.9).T
         inside += (lower <= TRUE) & (upper >= TRUE)

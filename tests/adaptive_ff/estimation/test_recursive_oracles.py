@@ -128,8 +128,8 @@ def noisy_regressors(steps, seed):
 
 def test_instruments_give_the_batch_solution_and_remove_the_bias_that_least_squares_has():
     clean, rows, outputs = noisy_regressors(100_000, seed=28)
-    told = {"first_deviation": DEVIATION, "noise": 1.0, "memory": 200.0}
-    estimator, biased = InstrumentalVariable(FIRST, PERIOD, **told), ExponentialResetting(FIRST, PERIOD, **told)
+    assumed = {"first_deviation": DEVIATION, "noise": 1.0, "memory": 200.0}
+    estimator, biased = InstrumentalVariable(FIRST, PERIOD, **assumed), ExponentialResetting(FIRST, PERIOD, **assumed)
     estimator.run(rows, outputs, instruments=clean)
     biased.run(rows, outputs)
     weights = math.exp(-PERIOD / 200.0) ** np.arange(outputs.size - 1, -1, -1)

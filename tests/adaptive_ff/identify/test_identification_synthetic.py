@@ -88,9 +88,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say_though_errors_are_correla
     truth = {**JOINT, "friction_lag": 0.0}
     held = dict.fromkeys(truth, 0)
     seeds = range(101, 161)
-    prepared = prepare(make_log(), 10.0)
+    prepared = prepare(make_log(period=0.004), 10.0)
     for seed in seeds:
-        log = make_log(noise=0.3, seed=seed)
+        log = make_log(period=0.004, noise=0.3, seed=seed)
         piece = condition(log, prepared.pieces[0], 10.0, prepared.period, prepared.rest)
         fitted = fit_terms(Problem([piece], prepared.rest.speeds, 0.1, 0.0), terms, 0.95, start={"friction_lag": 0.0})
         for name, true in truth.items():

@@ -14,13 +14,13 @@ from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
 from controllers import PI, pi_gains
 
-TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05, "rest_speed": 0.0}
+ASSUMED = {"inertia": 20.0, "stribeck_velocity": 0.05, "rest_speed": 0.0}
 MODEL = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 NOT_JUDGED_IN_A_BAND = math.inf
 
 
 def log_of(run):
-    """The log of a simulated run: what the controller was told, its torques with the stamp of their command."""
+    """The log of a simulated run: what the controller assumed, its torques with the stamp of their command."""
     columns = run.columns()
     extra = {"reference_velocity": columns["reference"], "feedforward": columns["feedforward"]}
     return Log("run", columns["time"], columns["torque"], velocity=columns["measured"], extra=extra)
@@ -30,8 +30,8 @@ def log_of(run):
 def run():
     scenario = load_scenario().modified(duration=20.0, seed=101)
     gains = pi_gains(20.0, 10.0)
-    told = {"inertia": 20.0, "stribeck_velocity": 0.05, "memory": 5.0, "tunes_lag": False}
-    own = UnsupervisedController(*gains, 0.01, **told)
+    assumed = {"inertia": 20.0, "stribeck_velocity": 0.05, "memory": 5.0, "tunes_lag": False}
+    own = UnsupervisedController(*gains, 0.01, **assumed)
     return simulate(scenario, own)
 
 
@@ -43,8 +43,8 @@ def driven():
 
 
 def watch_run(log, **options):
-    told = {**TOLD, "identify": "symmetric", "torque_delay": 0.005, "fixed": MODEL, "band": NOT_JUDGED_IN_A_BAND}
-    return replay_log(log, **{**told, **options})
+    assumed = {**ASSUMED, "identify": "symmetric", "torque_delay": 0.005, "fixed": MODEL, "band": NOT_JUDGED_IN_A_BAND}
+    return replay_log(log, **{**assumed, **options})
 
 
 def test_replay_learns_what_the_controller_learnt_in_the_loop(run):
@@ -83,10 +83,10 @@ def held_log(noise, period=0.002, samples=10_000):
 def test_perfect_model_leaves_the_noise():
     noise = 0.05 * np.random.default_rng(103).standard_normal(10_000)
     model = TorqueModel(2.0, 3.0, 3.0, 4.0, 0.0, 0.05, 1.0, -0.5)
-    told = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.0, "torque_delay": 0.001, "fixed": model}
-    silent = replay_log(held_log(0.0), **told)
+    assumed = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.0, "torque_delay": 0.001, "fixed": model}
+    silent = replay_log(held_log(0.0), **assumed)
     assert silent.left["fixed"].whole < 1e-3 * silent.left["none"].whole
-    found = replay_log(held_log(noise), **told)
+    found = replay_log(held_log(noise), **assumed)
     in_band = lowpass(noise, (20.0,), 0.002)
     assert found.left["fixed"].whole == pytest.approx(float(np.sqrt(np.mean(in_band**2))), rel=0.02)
     assert found.left["fixed"].second_half == pytest.approx(float(np.sqrt(np.mean(in_band[5000:] ** 2))), rel=0.03)
@@ -108,7 +108,7 @@ def test_fixed_model_is_that_of_the_first_half():
 @pytest.mark.parametrize("part", [1_000_000, 137])
 def test_parts_make_no_difference(driven, part):
     for log, options in (
-        (driven, {**TOLD, "identify": "directions", "torque_delay": 0.005}),
+        (driven, {**ASSUMED, "identify": "directions", "torque_delay": 0.005}),
         (make_log(duration=20.0, noise=0.1), {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.01}),
     ):
         whole, parted = (replay_log(log, fixed=MODEL, part=size, **options) for size in (50_000, part))
@@ -123,14 +123,14 @@ def test_future_of_the_log_changes_nothing_before(as_position):
     log = make_log(duration=10.0, noise=0.1, as_position=as_position)
     reference = make_log(duration=10.0, as_position=False).velocity
     log = replace(log, extra={"reference_velocity": reference})
-    told = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.01, "fixed": MODEL, "band": math.inf}
+    assumed = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.01, "fixed": MODEL, "band": math.inf}
     other = {"torque": log.torque.copy(), "position": log.motion.copy()}
     since = 3000
     other["torque"][since:] *= -2.0
     # a position drifts away, as one that jumps would be cut there as a defect
     other["position"][since:] += 0.3 * (log.time[since:] - log.time[since]) if as_position else 0.5
     changed = replace(log, torque=other["torque"], **{"position" if as_position else "velocity": other["position"]})
-    before, after = replay_log(log, **told).series, replay_log(changed, **told).series
+    before, after = replay_log(log, **assumed).series, replay_log(changed, **assumed).series
     for name, history in before.estimates["adaptive"].items():
         assert np.array_equal(history[:since], after.estimates["adaptive"][name][:since])
     given, others = before.feedforward["adaptive"][0], after.feedforward["adaptive"][0]
@@ -140,11 +140,11 @@ def test_future_of_the_log_changes_nothing_before(as_position):
 
 def test_coming_reference_counts_one_sample_ahead_and_not_more():
     log = make_log(duration=10.0, as_position=False)
-    told = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.0, "fixed": MODEL, "band": math.inf}
+    assumed = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.0, "fixed": MODEL, "band": math.inf}
     reference = log.velocity.copy()
     reference[3000:] += 0.1
     series = [
-        replay_log(replace(log, extra={"reference_velocity": given}), **told).series.feedforward["fixed"][0]
+        replay_log(replace(log, extra={"reference_velocity": given}), **assumed).series.feedforward["fixed"][0]
         for given in (log.velocity, reference)
     ]
     assert np.array_equal(series[0][:2999], series[1][:2999])
@@ -165,7 +165,7 @@ def test_state_is_saved_and_restored_exactly(driven):
         for part in (slice(0, middle), slice(middle, None))
     ]
     jumping = replace(driven, time=np.append(driven.time[:middle], driven.time[middle:] - 3.0))
-    options = {**TOLD, "identify": "offset", "fixed": MODEL}
+    options = {**ASSUMED, "identify": "offset", "fixed": MODEL}
     one = replay_log(jumping, **options)
     assert [skip.reason for skip in one.skipped] == ["the clock jumps back, from 9.99 s to 7 s"]
     first = replay_log(halves[0], **options)
@@ -211,9 +211,10 @@ def test_motion_stands_for_a_reference_and_it_is_said():
     found = replay_log(make_log(duration=20.0))
     assert any("no reference" in note for note in found.notes)
     assert found.left["adaptive"].second_half < 0.1 * found.left["none"].second_half
-    told = replay_log(replace(make_log(duration=20.0), extra={"reference_position": make_log(duration=20.0).position}))
-    assert not any("no reference" in note for note in told.notes)
-    assert told.left["fixed"].whole == pytest.approx(found.left["fixed"].whole, abs=0.1)
+    log = make_log(duration=20.0)
+    planned = replay_log(replace(log, extra={"reference_position": log.position}))
+    assert not any("no reference" in note for note in planned.notes)
+    assert planned.left["fixed"].whole == pytest.approx(found.left["fixed"].whole, abs=0.1)
 
 
 def test_slow_sampling_is_judged_at_all_frequencies():

@@ -11,12 +11,12 @@ from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.scenario.truth import true_model
 
 GAINS = SCENARIO.feedback.gains
-TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05}
+ASSUMED = {"inertia": 20.0, "stribeck_velocity": 0.05}
 RESPONSE = 20.0 / GAINS[0]
 
 
 def with_lags(lags, period=0.01, **others):
-    return FeedbackErrorLearning(*GAINS, period, **{**TOLD, "lags": lags, **others})
+    return FeedbackErrorLearning(*GAINS, period, **{**ASSUMED, "lags": lags, **others})
 
 
 def teach(controller, model, lag=0):
@@ -129,4 +129,4 @@ def test_inertia_stays_within_what_all_controllers_believe():
 )
 def test_wrong_values_are_refused_by_name(wrong):
     with pytest.raises(ValueError, match=f"{next(iter(wrong))} = "):
-        FeedbackErrorLearning(*GAINS, 0.01, **{**TOLD, **wrong})
+        FeedbackErrorLearning(*GAINS, 0.01, **{**ASSUMED, **wrong})

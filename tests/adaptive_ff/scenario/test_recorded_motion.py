@@ -82,9 +82,9 @@ def test_adaptive_feedforward_improves_tracking_by_a_factor_of_three_and_more_th
 
 
 def test_joint_is_identified_though_its_inertia_was_told_wrong(result):
-    told, estimates = result["scenario"]["feedback"]["inertia"], result["controllers"]["adaptive"]["estimates"]
+    assumed, estimates = result["scenario"]["feedback"]["inertia"], result["controllers"]["adaptive"]["estimates"]
     true = result["scenario"]["joint"]
-    assert abs(estimates["inertia"] - true["inertia"]) < 0.5 * abs(told - true["inertia"])
+    assert abs(estimates["inertia"] - true["inertia"]) < 0.5 * abs(assumed - true["inertia"])
     for name in ("coulomb", "viscous"):
         assert estimates[name] == pytest.approx(true[name], rel=0.15)
 

@@ -1,4 +1,4 @@
-"""Drives with a computation delay: every controller is told how long it is."""
+"""Drives with a computation delay: every controller knows how long it is."""
 
 import numpy as np
 import pytest
@@ -12,11 +12,11 @@ from adaptive_ff.rivals.paper import PaperController
 from controllers import PI, pi_gains
 
 GAINS, PERIOD = pi_gains(20.0, 5.0), SCENARIO.sampling.period
-TOLD = {"inertia": 20.0, "stribeck_velocity": 0.05}
+ASSUMED = {"inertia": 20.0, "stribeck_velocity": 0.05}
 
 
 def adaptive(delay, parameters=ESTIMATED):
-    return UnsupervisedController(*GAINS, PERIOD, **TOLD, parameters=parameters, delay=delay)
+    return UnsupervisedController(*GAINS, PERIOD, **ASSUMED, parameters=parameters, delay=delay)
 
 
 def oracle(delay, joint=EQUAL):
@@ -38,10 +38,10 @@ def error(controller, course, delay, joint=EQUAL):
 
 
 def test_feedforward_that_knows_the_delay_is_better_than_one_that_does_not_and_than_none(course):
-    told = error(oracle(1.0), course, 1.0)
-    assert told < 0.7 * error(oracle(0.0), course, 1.0)
-    assert told < 0.15 * error(PI(*GAINS, PERIOD, delay=1.0), course, 1.0)
-    assert told < 1.4 * error(oracle(0.0), course, 0.0)
+    assumed = error(oracle(1.0), course, 1.0)
+    assert assumed < 0.7 * error(oracle(0.0), course, 1.0)
+    assert assumed < 0.15 * error(PI(*GAINS, PERIOD, delay=1.0), course, 1.0)
+    assert assumed < 1.4 * error(oracle(0.0), course, 0.0)
 
 
 @pytest.mark.parametrize("delay", [0.5, 1.0, 1.5])
@@ -64,7 +64,7 @@ def test_adaptive_controller_finds_unequal_directions_behind_a_delay(course):
 MAKERS = {
     "PI": lambda delay: PI(*GAINS, PERIOD, delay=delay),
     "ModelBased": oracle,
-    "PaperController": lambda delay: PaperController(*GAINS, PERIOD, **TOLD, delay=delay),
+    "PaperController": lambda delay: PaperController(*GAINS, PERIOD, **ASSUMED, delay=delay),
     "UnsupervisedController": adaptive,
 }
 controllers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
@@ -73,9 +73,9 @@ controllers = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
 @controllers
 @pytest.mark.parametrize("delay", [0.0, 1.0, 1.5])
 def test_torque_that_is_not_told_is_taken_as_what_was_asked_for_in_that_period(make, delay, short_course):
-    _, told = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf)
+    _, assumed = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf)
     _, untold = unequal_loop(make(delay), short_course, delay=delay, limit=np.inf, tell=False)
-    assert untold == pytest.approx(told, abs=1e-3)  # rounding, amplified by a large covariance at the start
+    assert untold == pytest.approx(assumed, abs=1e-3)  # rounding, amplified by a large covariance at the start
 
 
 @controllers

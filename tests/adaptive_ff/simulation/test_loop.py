@@ -16,21 +16,21 @@ SHORT = SCENARIO.modified(duration=6.0)
 
 
 class Script:
-    """Gives torques from a list and writes down what it is told."""
+    """Gives torques from a list and writes down what it is reported."""
 
     def __init__(self, torques):
-        self.torques, self.told = iter(torques), []
+        self.torques, self.reported = iter(torques), []
 
     def step(self, reference, velocity, *, realised_torque, **_):
-        self.told.append(realised_torque)
+        self.reported.append(realised_torque)
         return next(self.torques)
 
 
 def run_script(course, torques):
-    """Run a list of torques; return the record and what the controller was told of the drive."""
+    """Run a list of torques; return the record and what the controller heard of the drive."""
     script, record = Script(torques), empty_record(course, 0)
     run_plain(own_controller(script), None, course, start_position(course), course.noise.size, record)
-    return record, script.told
+    return record, script.reported
 
 
 def delayed(steps, samples=40):
@@ -42,15 +42,15 @@ def delayed(steps, samples=40):
 def test_a_command_acts_from_the_delay_on_until_the_next_one_does(steps):
     torques = 300.0 * np.sin(np.arange(40.0))
     course = delayed(steps)
-    record, told = run_script(course, torques)
+    record, reported = run_script(course, torques)
     held = np.concatenate([np.zeros(steps), np.repeat(torques, 10)])[:400]
     joint = Joint(SCENARIO.joint)
     expected = [0.0, *(joint.step(torque, 0.001) for torque in held)]
     assert np.array_equal(record.velocity, expected)
     assert record.given == pytest.approx(torques, rel=1e-14)
     assert record.torque == pytest.approx(held.reshape(-1, 10).mean(axis=1), rel=1e-12, abs=1e-12)
-    assert told[0] is None
-    assert told[1:] == pytest.approx(record.torque[:-1].tolist(), rel=1e-14)
+    assert reported[0] is None
+    assert reported[1:] == pytest.approx(record.torque[:-1].tolist(), rel=1e-14)
 
 
 @pytest.mark.parametrize("part", [1, 7])

@@ -33,7 +33,7 @@ def test_proportional_feedback_alone_leaves_the_load_over_the_gain():
 @observing
 def test_known_load_that_is_told_does_not_appear_in_the_estimate(name):
     load = 30.0 + 20.0 * np.sin(0.05 * np.arange(600))
-    velocity, disturbance = run_inertia(make_observing(name, 8.0), REST, load=load, told=load)
+    velocity, disturbance = run_inertia(make_observing(name, 8.0), REST, load=load, known=load)
     assert np.max(np.abs(disturbance)) < 1e-10
     assert np.max(np.abs(velocity)) < 1e-12
     _, untold = run_inertia(make_observing(name, 8.0), REST, load=load)

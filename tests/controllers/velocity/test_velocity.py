@@ -11,6 +11,7 @@ from controllers import (
     initial_velocity_state,
     kalman_velocity,
     kalman_velocity_gains,
+    low_pass_lag,
     low_pass_velocity,
 )
 
@@ -109,6 +110,13 @@ def test_low_pass_has_half_the_power_at_its_cutoff():
     slow = low_pass_velocity(5.0, PERIOD)
     found, _ = estimate(slow, np.sin(2.0 * math.pi * 5.0 * time) / (2.0 * math.pi * 5.0))
     assert np.sqrt(2.0 * np.mean(found[-2000:] ** 2)) == pytest.approx(math.sqrt(0.5), rel=0.01)
+
+
+@pytest.mark.parametrize("period", [0.01, 0.002, 0.0005])
+def test_lag_is_that_behind_a_joint_that_accelerates_evenly(period):
+    time = period * np.arange(4000)
+    found, _ = estimate(low_pass_velocity(50.0, period), 0.5 * 3.0 * time**2, dt=np.full(time.size, period))
+    assert time[-1] - found[-1] / 3.0 == pytest.approx(low_pass_lag(50.0, period), rel=1e-7)
 
 
 def quantisation_noise(block, samples=200_000):

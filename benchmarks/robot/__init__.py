@@ -1,0 +1,1 @@
+"""Hinges and arms in MuJoCo, whose physics is not this package's: ``python -m benchmarks.robot``."""

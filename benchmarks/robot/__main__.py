@@ -1,0 +1,151 @@
+"""PI, fixed and adaptive feedforward on machines in MuJoCo: ``python -m benchmarks.robot``.
+
+Hinges and arms with MuJoCo's own Coulomb or LuGre friction, along multisines (velocity loop, noise of 2 mrad/s) or from
+point to point behind a position loop (encoder of 6 urad); gravity given to all controllers, or to none. ``fixed`` knows
+the true friction and the inertia in the middle of the motion, ``adaptive`` knows that inertia and learns the rest.
+
+Errors are roots of mean squares over the seeds for each joint; then the middle and the worst joint are printed: PI's
+error over that of ``adaptive`` (above 1: better than PI), settled (second half) and in the first 5 s, and that of
+``adaptive`` over that of ``fixed``.
+"""
+
+import itertools
+import os
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.box import SIMPLE
+from rich.table import Table
+
+from adaptive_ff.cli.terminal import error_console, progress_bars
+from adaptive_ff.files import write_json
+from adaptive_ff.report.drawing import write_figures
+from adaptive_ff.workers import pool_of_workers
+from benchmarks.robot.circle import picture
+from benchmarks.robot.loops import MAKERS, Driven, Setup, drive
+from benchmarks.robot.machines import KINDS, make_machine
+from benchmarks.robot.plans import moves, multisines
+from benchmarks.wide import wide_console
+
+RATES = (100, 500, 1000)
+FRICTIONS = ("coulomb", "LuGre")
+START = 5.0  # s
+LEAST_MEDIAN, LEAST, LARGEST_OVER_FIXED = 3.0, 1.0, 1.3
+"""Asked where gravity is not given: of the middle joint and of each; and where it is, over fixed feedforward."""
+
+QUANTITIES = ("velocity", "start", "position")
+
+
+class Case(NamedTuple):
+    """A machine and how it is driven."""
+
+    machine: str
+    friction: str
+    setup: Setup
+
+    @property
+    def name(self) -> str:
+        """Its name in the table."""
+        loop = "moves, position loop" if self.setup.cascade else "multisine, velocity loop"
+        gravity = "" if self.machine == "hinge" else f", gravity {'given' if self.setup.gravity_given else 'learnt'}"
+        return f"{self.machine}, {self.friction}, {self.setup.rate} Hz, {loop}{gravity}"
+
+
+def cases() -> list[Case]:
+    """Return all of them."""
+    found = []
+    for machine, friction, rate, cascade in itertools.product(KINDS, FRICTIONS, RATES, (False, True)):
+        for given in (False,) if machine == "hinge" else (False, True):
+            found.append(Case(machine, friction, Setup(rate, cascade, given)))
+    return found
+
+
+def squares(driven: Driven, rate: int) -> NDArray[np.float64]:
+    """Return mean squares of a run, shape (quantities, joints)."""
+    half, start = driven.torque.shape[0] // 2, round(START * rate)
+    parts = driven.velocity_error[half:], driven.velocity_error[:start], driven.position_error[half:]
+    return np.array([np.mean(part**2, axis=0) for part in parts])
+
+
+def run_case(case: Case, seeds: range, duration: float) -> dict[str, Any]:
+    """Return the errors of all controllers, and the figures that are printed."""
+    machine, plans = make_machine(case.machine, case.friction), moves if case.setup.cascade else multisines
+    total = {name: np.zeros((len(QUANTITIES), len(machine.axes))) for name in MAKERS}
+    for seed in seeds:
+        plan = plans(machine.axes, seed, duration, 1.0 / case.setup.rate)
+        for name, make in MAKERS.items():
+            driven = drive(machine, make(machine, case.setup), plan, case.setup, seed)
+            total[name] += squares(driven, case.setup.rate) / len(seeds)
+    errors = {name: np.sqrt(value) for name, value in total.items()}
+    gain, over_fixed = errors["pi"] / errors["adaptive"], errors["adaptive"] / errors["fixed"]
+    row: dict[str, Any] = {"case": case.name, "joints": [axis.name for axis in machine.axes]}
+    for place, quantity in enumerate(QUANTITIES):
+        row |= {f"{quantity}_median": float(np.median(gain[place])), f"{quantity}_least": float(np.min(gain[place]))}
+        row[f"{quantity}_over_fixed"] = float(np.max(over_fixed[place]))
+    row["missed"] = missed(case, row)
+    row["errors"] = {name: value.tolist() for name, value in errors.items()}
+    return row
+
+
+def missed(case: Case, row: dict[str, Any]) -> list[str]:
+    """Return which of the figures asked for a case does not reach."""
+    judged = QUANTITIES if case.setup.cascade else QUANTITIES[:2]  # without its loop nothing holds the position
+    found = [quantity for quantity in judged if row[f"{quantity}_least"] < LEAST]
+    outer = "position" if case.setup.cascade else "velocity"
+    if case.machine != "hinge" and not case.setup.gravity_given and row[f"{outer}_median"] < LEAST_MEDIAN:
+        found.append(f"median {outer}")
+    if case.setup.gravity_given and row[f"{outer}_over_fixed"] > LARGEST_OVER_FIXED:
+        found.append("over fixed")
+    return found
+
+
+def table_of(rows: list[dict[str, Any]]) -> Table:
+    """Return the table."""
+    table = Table(title="PI's error over that of adaptive: middle joint (worst joint)", box=SIMPLE, title_style="bold")
+    table.add_column("case")
+    gains = ("velocity, settled", "first 5 s", "position, settled")
+    for heading in (*gains, "adaptive / fixed, velocity", "position", "missed"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        cells = [f"{row[f'{quantity}_median']:.2f} ({row[f'{quantity}_least']:.2f})" for quantity in QUANTITIES]
+        cells += [f"{row[f'{quantity}_over_fixed']:.2f}" for quantity in ("velocity", "position")]
+        table.add_row(row["case"], *cells, ", ".join(row["missed"]))
+    return table
+
+
+def main(
+    only: Annotated[str, typer.Option(help="Cases whose name holds this text.")] = "",
+    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from the first on.")] = 5,
+    first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
+    duration: Annotated[float, typer.Option(min=12.0, help="Length of a run, s.")] = 60.0,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    json: Annotated[Path | None, typer.Option(help="Write all errors there.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the picture of the arm's tip.")] = None,
+) -> None:
+    """Drive machines in MuJoCo, print how much is gained, and draw the tip of an arm on a circle."""
+    chosen = [case for case in cases() if only in case.name]
+    if not chosen:
+        raise typer.BadParameter(f"{only!r} is in no case", param_hint="--only")
+    numbers, rows = range(first, first + seeds), []
+    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
+        task = progress.add_task("cases", total=len(chosen))
+        # the first alone, so that the others find the controllers compiled
+        rows.append(pool.submit(run_case, chosen[0], numbers, duration).result())
+        progress.advance(task)
+        for waiting in [pool.submit(run_case, case, numbers, duration) for case in chosen[1:]]:
+            rows.append(waiting.result())
+            progress.advance(task)
+    console = wide_console()
+    console.print(table_of(rows))
+    console.print(f"{sum(not row['missed'] for row in rows)} of {len(rows)} cases miss nothing", highlight=False)
+    if json is not None:
+        write_json(json, {"seeds": list(numbers), "duration": duration, "cases": rows})
+    if out is not None:
+        write_figures({"arm_on_a_circle": picture(first)}, out, ["png"])
+
+
+if __name__ == "__main__":
+    typer.run(main)

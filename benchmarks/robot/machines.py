@@ -1,0 +1,176 @@
+"""Machines for MuJoCo: a hinge, an arm of two links in a vertical plane, an arm of six axes.
+
+Friction is MuJoCo's own: ``frictionloss``, a constraint that holds like Coulomb friction, or the LuGre friction of its
+``dcmotor`` actuator, here without any motor. Masses and friction are those of machines of this size, chosen once; none
+was tuned. Rotors turn with the joints (``armature``), so the inertia depends on the pose less than that of the links.
+"""
+
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+PHYSICS = 5e-4
+"""Time step of the physics, s; controllers step on a multiple of it."""
+
+STIFFNESS = 1e3
+"""Bristle stiffness of a LuGre joint over its Coulomb friction, 1/rad: a milliradian bends the bristles fully ..."""
+
+MICRO_DAMPING = 4.0
+"""... and their damping over the Coulomb friction, s/rad."""
+
+STRIBECK = 0.05
+"""Stribeck velocity of LuGre joints, rad/s; stiction is 1.3 times Coulomb friction."""
+
+STICTION = 1.3
+
+
+class Axis(NamedTuple):
+    """A joint as the controllers and the plan know it.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    coulomb, viscous : float
+        Friction, N m and N m s/rad.
+    preceding : tuple of str
+        Joints about parallel axes between the base and this one.
+    gravity : bool
+        Whether it carries a weight.
+    swing : float
+        Half of the range that it moves in, rad.
+    """
+
+    name: str
+    coulomb: float
+    viscous: float
+    preceding: tuple[str, ...]
+    gravity: bool
+    swing: float
+
+
+class Machine(NamedTuple):
+    """A machine.
+
+    Attributes
+    ----------
+    name : str
+        What the table calls it.
+    friction : str
+        ``"coulomb"`` or ``"LuGre"``.
+    model : mujoco.MjModel
+        Its physics; the first pose is the middle of the motion.
+    axes : tuple of Axis
+        Its joints, in the order of the model.
+    inertia : ndarray, shape (n,)
+        Inertia of each joint in the middle of the motion, kg m^2: what a designer would know.
+    """
+
+    name: str
+    friction: str
+    model: Any
+    axes: tuple[Axis, ...]
+    inertia: Array
+
+
+HINGE = (Axis("hinge", 60.0, 80.0, (), False, 0.6),)
+ARM = (Axis("shoulder", 25.0, 20.0, (), True, 0.5), Axis("elbow", 12.0, 8.0, ("shoulder",), True, 0.6))
+ROBOT = (
+    Axis("waist", 25.0, 20.0, (), False, 0.6),
+    Axis("upper", 30.0, 25.0, (), True, 0.4),
+    Axis("fore", 20.0, 15.0, ("upper",), True, 0.4),
+    Axis("roll", 6.0, 4.0, (), False, 0.4),
+    Axis("pitch", 5.0, 4.0, ("upper", "fore"), True, 0.5),
+    Axis("flange", 3.0, 2.0, (), False, 0.8),
+)
+
+HINGE_BODIES = """
+<body><joint name="hinge" axis="0 0 1" {hinge}/><inertial pos="0 0 0" mass="20" diaginertia="20 20 20"/></body>
+"""
+
+ARM_BODIES = """
+<body pos="0 0 1.5" euler="0 0.9 0">
+  <joint name="shoulder" axis="0 1 0" armature="4" {shoulder}/>
+  <geom type="capsule" fromto="0 0 0 0 0 -0.6" size="0.06" mass="12"/>
+  <body pos="0 0 -0.6" euler="0 0.7 0">
+    <joint name="elbow" axis="0 1 0" armature="1.5" {elbow}/>
+    <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.05" mass="6"/>
+    <geom name="tip" type="sphere" pos="0 0 -0.5" size="0.06" mass="3"/>
+  </body>
+</body>
+"""
+
+ROBOT_BODIES = """
+<body pos="0 0 0.4">
+  <joint name="waist" axis="0 0 1" armature="6" {waist}/>
+  <geom type="cylinder" size="0.12 0.1" mass="25"/>
+  <body pos="0.1 0 0.1">
+    <joint name="upper" axis="0 1 0" armature="8" {upper}/>
+    <geom type="capsule" fromto="0 0 0 0.15 0 0.42" size="0.08" mass="18"/>
+    <body pos="0.15 0 0.42">
+      <joint name="fore" axis="0 1 0" armature="4" {fore}/>
+      <geom type="capsule" fromto="0 0 0 0.4 0 -0.1" size="0.06" mass="12"/>
+      <body pos="0.4 0 -0.1">
+        <joint name="roll" axis="1 0 0" armature="0.8" {roll}/>
+        <geom type="capsule" fromto="0 0 0 0.08 0 0" size="0.05" mass="4"/>
+        <body pos="0.08 0 0">
+          <joint name="pitch" axis="0 1 0" armature="0.8" {pitch}/>
+          <geom type="capsule" fromto="0 0 0 0.08 0 0" size="0.04" mass="2.5"/>
+          <body pos="0.08 0 0">
+            <joint name="flange" axis="1 0 0" armature="0.3" {flange}/>
+            <geom name="tip" type="box" pos="0.08 0 0" size="0.06 0.06 0.06" mass="4"/>
+          </body>
+        </body>
+      </body>
+    </body>
+  </body>
+</body>
+"""
+
+KINDS = {"hinge": (HINGE, HINGE_BODIES), "two-link arm": (ARM, ARM_BODIES), "six-axis arm": (ROBOT, ROBOT_BODIES)}
+
+
+def make_machine(name: str, friction: str) -> Machine:
+    """Make a machine by name, with ``"coulomb"`` or ``"LuGre"`` friction."""
+    axes, bodies = KINDS[name]
+    joints, bristles = {}, []
+    for axis in axes:
+        joints[axis.name] = f'damping="{axis.viscous}"'
+        if friction == "coulomb":
+            joints[axis.name] += f' frictionloss="{axis.coulomb}"'
+            continue
+        law = (STIFFNESS * axis.coulomb, MICRO_DAMPING * axis.coulomb, axis.coulomb, STICTION * axis.coulomb, STRIBECK)
+        numbers = " ".join(f"{value:g}" for value in law)
+        bristles.append(
+            f'<dcmotor joint="{axis.name}" motorconst="0 0" resistance="1" input="none" lugre="{numbers}"/>'
+        )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{PHYSICS}" integrator="implicitfast"><flag contact="disable"/></option>'
+        f'<compiler autolimits="true" angle="radian"/><worldbody>{bodies.format(**joints)}</worldbody>'
+        f"<actuator>{''.join(bristles)}</actuator></mujoco>"
+    )
+    return Machine(name, friction, model, axes, inertia_of(model))
+
+
+def inertia_of(model: Any) -> Array:
+    """Return the inertia of each joint in the first pose, the others held, kg m^2."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    inertia = np.zeros(model.nv)
+    for place, unit in enumerate(np.eye(model.nv)):
+        row = np.zeros(model.nv)
+        mujoco.mj_mulM(model, data, row, unit)
+        inertia[place] = row[place]
+    return inertia
+
+
+def gravity_of(model: Any, data: Any, position: Array) -> Array:
+    """Return the torques that hold a pose at rest, N m; ``data`` is scratch."""
+    data.qpos[:], data.qvel[:] = position, 0.0
+    mujoco.mj_forward(model, data)
+    held: Array = data.qfrc_bias.copy()
+    return held
