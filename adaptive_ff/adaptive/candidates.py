@@ -2,9 +2,9 @@
 
 The columns ``g`` and ``h`` of the torque form need a Stribeck velocity ``Vs``. Where bristles bend before they slide,
 both follow over the path, ``dy/dx = (F - y)/s`` with a presliding distance ``s``, and there is a column of
-micro-damping, ``exp(-(w/Vs)^2) s (dU/dt)/Vs`` with ``U = g + h``. A few candidates, ``(Vs_i, 0)`` and ``(Vs, s_i)``, run
-beside what is in use. Candidate ``i`` has filters of its own for these columns over the reference, which are free of
-noise, and fading second moments of its row ``x_i``, which are the normal equations of least squares:
+micro-damping, ``exp(-(w/Vs)^2) s (dU/dt)/Vs`` with ``U = g + h``. A few candidates, ``(Vs_i, 0)`` and ``(Vs, s_i)``,
+run beside what is in use. Candidate ``i`` has filters of its own for these columns over the reference, which are free
+of noise, and fading second moments of its row ``x_i``, which are the normal equations of least squares:
 
     S_i <- S_i + (1 - lambda) (x_i x_i' - S_i),    x_i = (w''_f, w'_f, g_f, h_f, w_f, -u'_f, 1, .., micro; u_f)
 
