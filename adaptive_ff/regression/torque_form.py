@@ -114,7 +114,7 @@ class Bending(NamedTuple):
     path : float
         Its length, rad.
     first, last : float
-        ``exp(-(w/Vs)^2) |w|/Vs`` at its start and its end.
+        Weight of the micro-damping at its start and its end: ``|w|/Vs`` under a bell over ``w/Vs``.
     """
 
     direction: float
