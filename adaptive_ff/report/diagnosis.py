@@ -269,9 +269,8 @@ def _parameters(controller: AdaptiveBase, confidence: Confidence) -> tuple[Param
         pace = memory / share if share > 0.0 else math.inf
         error = float(confidence.errors[i])
         found.append(ParameterDiagnosis(name, unit_of(name), value, error, identifiable, apart, pace))
-    pace = MEMORIES * memory
     for one in assess_choice(controller.parameters.estimator, controller.state.estimator.candidates):
-        unit = unit_of(one.name)
+        unit, pace = unit_of(one.name), MEMORIES * memory if one.identifiable else math.inf
         found.append(ParameterDiagnosis(one.name, unit, one.value, one.error, one.identifiable, True, pace))
     return tuple(found)
 
