@@ -10,11 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_choice import (
+    BENT_FACTORS,
+    FACTORS,
+    assess_choice,
+    begin_velocity,
+    candidate_distances,
+    candidate_velocities,
+    chosen_names,
+)
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.prior import prior_of
-from adaptive_ff.adaptive.state_check import check_estimator_state, check_share
+from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share
 from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
@@ -81,6 +90,8 @@ def adaptive_parameters(
     deviation: float | Mapping[str, float] = DEVIATION,
     torque_limit: float = math.inf,
     feedforward_includes_inertia: bool = False,
+    stribeck_factors: Sequence[float] = (),
+    presliding_factors: Sequence[float] = (),
 ) -> tuple[tuple[str, ...], AdaptiveParameters]:
     """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
 
@@ -118,6 +129,7 @@ def adaptive_parameters(
         model=model,
         deviation=deviation,
     )
+    velocities = candidate_velocities(float(stribeck_velocity), stribeck_factors)
     estimator = EstimatorParameters(
         TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
         prior.first,
@@ -130,6 +142,10 @@ def adaptive_parameters(
         float(gear_ratio),
         prior.deviation,
         prior.given,
+        velocities,
+        candidate_distances(float(stribeck_velocity / pole), presliding_factors),
+        np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
+        begin_velocity(velocities, float(stribeck_velocity), model),
     )
     return named, AdaptiveParameters(
         feedback,
@@ -154,6 +170,7 @@ class AdaptiveBase(IdentifyingController):
         feedback = self.parameters.feedback
         largest = largest_torque(feedback.proportional, feedback.integral)
         check_estimator_state(self.parameters.estimator, state.estimator, largest)
+        check_candidate_state(self.parameters.estimator, state.estimator.candidates)
         check_share("command.share", state.command.share)
         if not 0.0 <= state.timing.lag <= self.parameters.estimator.ranges[FRICTION_LAG, 1] * (1.0 + 1e-9):
             raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
@@ -176,8 +193,10 @@ class AdaptiveBase(IdentifyingController):
         count = block.estimator.first.size - load_count(block.estimator)
         measured = initial_signals(count)
         measured.filters[FILTER_TORQUE, 0] = torque
+        state.estimator.candidates.filters[:] = 0.0
+        state.estimator.candidates.bent[:] = 0.0
         self.state = state._replace(
-            feedforward=FeedforwardState(friction, reference, True),
+            feedforward=FeedforwardState(friction, reference, True, 0.0, 0.0),
             measured=measured,
             model=initial_signals(count),
             sliding=-block.hold,
@@ -205,8 +224,10 @@ class AdaptiveBase(IdentifyingController):
     @property
     def uncertainties(self) -> dict[str, float]:
         """How far each estimate may be off, as a standard deviation, by name; see ``confidence`` for its limits."""
-        errors = assess(self.parameters.estimator, self.state.estimator, self.parameters.period).errors
-        return dict(zip(self.estimate_names, errors.tolist(), strict=True))
+        estimator, state = self.parameters.estimator, self.state.estimator
+        errors = assess(estimator, state, self.parameters.period).errors.tolist()
+        errors += [one.error for one in assess_choice(estimator, state.candidates)]
+        return dict(zip(self.estimate_names, errors, strict=True))
 
     @property
     def feedforward_lag(self) -> float:
@@ -325,6 +346,12 @@ class AdaptiveController(AdaptiveBase):
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then
         identified as ever, and fed once.
+    stribeck_factors : sequence of float, optional
+        Stribeck velocities that are tried, over the assumed one: positive, ascending, 1 among them. The one in use is
+        the estimate ``stribeck_velocity``. With none of them the assumed one is kept.
+    presliding_factors : sequence of float, optional
+        Presliding distances that are tried with the assumed Stribeck velocity ``Vs``, over ``Vs`` by the pole of the
+        filters: positive and ascending. The one in use is the estimate ``presliding``, zero where there is none.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
         delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
@@ -371,6 +398,8 @@ class AdaptiveController(AdaptiveBase):
         torque_limit: float = math.inf,
         feedforward_includes_inertia: bool = False,
         observer_bandwidth: float | None = None,
+        stribeck_factors: Sequence[float] = FACTORS,
+        presliding_factors: Sequence[float] = BENT_FACTORS,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -391,7 +420,10 @@ class AdaptiveController(AdaptiveBase):
             deviation=deviation,
             torque_limit=torque_limit,
             feedforward_includes_inertia=feedforward_includes_inertia,
+            stribeck_factors=stribeck_factors,
+            presliding_factors=presliding_factors,
         )
+        self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
         pole = _observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
         super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)

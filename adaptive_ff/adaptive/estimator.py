@@ -25,6 +25,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_state import forgetful
 from adaptive_ff.adaptive.change_detection import (
     EITHER,
     JUMP,
@@ -42,18 +43,20 @@ from adaptive_ff.adaptive.change_detection import (
     is_decided,
     note_surprise,
 )
+from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator_state import (
     PRIOR,
     EstimatorParameters,
     EstimatorState,
     Levels,
+    damping_in_use,
     load_count,
+    with_candidates,
     with_levels,
 )
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
-    move_parameter_in_place,
     update_resetting_in_place,
 )
 from adaptive_ff.model.bounds import (
@@ -62,11 +65,10 @@ from adaptive_ff.model.bounds import (
     INERTIA,
     OFFSET,
     STICTION,
-    confine_in_place,
     write_ranges,
 )
 from adaptive_ff.regression.known_loads import advance_loads_in_place, load_torque, write_loads
-from adaptive_ff.regression.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
+from adaptive_ff.regression.torque_form import DAMPING, FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
 
 FLOOR = 0.2
 """Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
@@ -363,7 +365,8 @@ def learn_in_place(
     largest = peak / estimator.torque_scale
     floor = min(FLOOR * levels.squared_error + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     choose_instrument_in_place(state.agreement, scratch.model_gradient, gradient, keep, floor, recursion.instrument)
-    error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
+    known = damping_in_use(state) * measured.bent[DAMPING, 0]
+    error = (torque - known - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
     friction = add_friction(0.0, estimate, row) / estimator.torque_scale
     window = JUMP_WINDOW / estimator.form.pole
@@ -385,6 +388,7 @@ def learn_in_place(
         # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
         forget_in_place(estimator, recursion, surprise.friction_squared, alarm, window / estimator.memory)
+        state = with_candidates(state, forgetful(state.candidates))
     if learnt > estimator.memory:
         # the first errors after a change, before it is noticed, must not move what has been learnt
         largest = math.sqrt(CLIP * (levels.squared_error + LEAST_ERROR))
@@ -397,27 +401,3 @@ def learn_in_place(
     write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
     correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
     return with_levels(state, levels, surprise, alarm)
-
-
-@register_jitable(forceinline=True)
-def correct_in_place(
-    scale: NDArray[np.float64],
-    estimate: NDArray[np.float64],
-    correction: NDArray[np.float64],
-    factor: NDArray[np.float64],
-    ranges: NDArray[np.float64],
-    work: NDArray[np.float64],
-) -> None:
-    """Add a scaled correction to the estimate and keep it possible.
-
-    A parameter that would leave its range is moved back with the others adjusted; what still lies outside after
-    that is cut off.
-    """
-    for i in range(estimate.size):
-        value = estimate[i] + correction[i] * scale[i]
-        possible = min(max(value, ranges[i, 0]), ranges[i, 1])
-        if possible != value:
-            move_parameter_in_place(factor, i, (possible - value) / scale[i], correction, work)
-    for i in range(estimate.size):
-        estimate[i] += correction[i] * scale[i]
-    confine_in_place(estimate, ranges)

@@ -6,6 +6,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_state import CandidateState, initial_candidate_state
 from adaptive_ff.adaptive.change_detection import NO_ALARM, Alarm, Surprise
 from adaptive_ff.estimation.resetting import ResettingState, initial_resetting_state
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
@@ -48,6 +49,14 @@ class EstimatorParameters(NamedTuple):
         Standard deviation of the first estimate.
     given : bool
         Whether that is the estimate of a model, which no guess replaces.
+    candidates : ndarray, shape (v,)
+        Stribeck velocities that are tried, rad/s, in ascending order; see ``adaptive.candidates``.
+    presliding : ndarray, shape (d,)
+        Presliding distances that are tried with the assumed Stribeck velocity, rad, in ascending order.
+    fit_scale : ndarray, shape (k + 1,)
+        Units of the parameters of friction, and of the micro-damping, which the candidates alone fit.
+    begin : float
+        The one to begin with, rad/s; that of the regression where there are none.
     """
 
     form: TorqueForm
@@ -61,6 +70,10 @@ class EstimatorParameters(NamedTuple):
     gear_ratio: float
     deviation: NDArray[np.float64]
     given: bool
+    candidates: NDArray[np.float64]
+    presliding: NDArray[np.float64]
+    fit_scale: NDArray[np.float64]
+    begin: float
 
 
 class Levels(NamedTuple):
@@ -127,6 +140,8 @@ class EstimatorState(NamedTuple):
         Further known regressors at the present sample; written before each step.
     scratch : Scratch
         Scratch.
+    candidates : CandidateState
+        Candidates for the Stribeck velocity, and the one in use.
     """
 
     recursion: ResettingState
@@ -137,6 +152,7 @@ class EstimatorState(NamedTuple):
     loads: MutableArray
     regressors: MutableArray
     scratch: Scratch
+    candidates: CandidateState
 
 
 @register_jitable(forceinline=True)
@@ -155,6 +171,7 @@ def known_torque(first: NDArray[np.float64], loads: int) -> float:
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     """Return the state of an estimator that has seen nothing."""
     size, loads = estimator.first.size, load_count(estimator)
+    friction = estimator.first[: size - loads]
     information = PRIOR * np.diag((estimator.scale / estimator.deviation) ** 2)
     information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
     largest = known_torque(estimator.first, loads) if estimator.given else 0.0
@@ -167,6 +184,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
         initial_loads(loads),
         np.zeros(estimator.regressors),
         Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
+        initial_candidate_state(estimator.candidates, estimator.presliding, estimator.begin, friction),
     )
 
 
@@ -174,8 +192,48 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
 def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
     """Return the state with other levels, short means and alarm; it shares the arrays."""
     return EstimatorState(
-        state.recursion, state.agreement, levels, surprise, alarm, state.loads, state.regressors, state.scratch
+        state.recursion,
+        state.agreement,
+        levels,
+        surprise,
+        alarm,
+        state.loads,
+        state.regressors,
+        state.scratch,
+        state.candidates,
     )
+
+
+@register_jitable(forceinline=True)
+def with_candidates(state: EstimatorState, candidates: CandidateState) -> EstimatorState:
+    """Return the state with another state of the candidates; it shares the arrays."""
+    return EstimatorState(
+        state.recursion,
+        state.agreement,
+        state.levels,
+        state.surprise,
+        state.alarm,
+        state.loads,
+        state.regressors,
+        state.scratch,
+        candidates,
+    )
+
+
+@register_jitable(forceinline=True)
+def damping_in_use(state: EstimatorState) -> float:
+    """Return the micro-damping of the candidate in use, N m."""
+    damping = 0.0
+    if state.candidates.errors.size > 0:
+        damping = state.candidates.estimates[state.candidates.chosen, state.candidates.gain.size - 1]
+    return damping
+
+
+@register_jitable(forceinline=True)
+def form_in_use(estimator: EstimatorParameters, state: EstimatorState) -> TorqueForm:
+    """Return the regression with the Stribeck velocity that is in use."""
+    form = estimator.form
+    return TorqueForm(form.pole, state.candidates.stribeck_velocity, form.stribeck_shape, state.candidates.presliding)
 
 
 @register_jitable(forceinline=True)

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from adaptive_ff.adaptive.candidate_state import CandidateState
+from adaptive_ff.adaptive.candidates import candidate_distance, candidate_velocity
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
 from adaptive_ff.model.bounds import write_ranges
@@ -49,6 +51,27 @@ def check_estimator_state(estimator: EstimatorParameters, state: EstimatorState,
             f"state.estimator.recursion.estimate[{place}] = {estimate[place]} is not allowed: "
             f"it must be from {ranges[place, 0]:g} to {ranges[place, 1]:g}"
         )
+
+
+def check_candidate_state(estimator: EstimatorParameters, state: CandidateState) -> None:
+    """Raise ``ValueError`` where the candidates of an estimator cannot have come to a state."""
+    count = estimator.candidates.size + estimator.presliding.size
+    for name in ("chosen", "turn"):
+        place = getattr(state, name)
+        if not 0 <= place < max(count, 1):
+            raise ValueError(f"state.estimator.candidates.{name} = {place} is not allowed: there are {count}")
+    wanted = {"stribeck_velocity": estimator.begin, "presliding": 0.0}
+    if count > 0:
+        wanted["stribeck_velocity"] = candidate_velocity(estimator, state.chosen)
+        wanted["presliding"] = candidate_distance(estimator, state.chosen)
+    for name, value in wanted.items():
+        found = getattr(state, name)
+        if not math.isclose(found, value, rel_tol=ROUNDING):
+            raise ValueError(
+                f"state.estimator.candidates.{name} = {found} is not allowed: that of the candidate in use is {value:g}"
+            )
+    if state.seen < 0.0 or state.waited < 0.0 or np.any(state.errors < 0.0):
+        raise ValueError("state.estimator.candidates is not allowed: times and mean squares must be zero or more")
 
 
 def check_share(name: str, value: Any) -> None:

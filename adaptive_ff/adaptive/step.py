@@ -12,6 +12,13 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_state import CandidateState
+from adaptive_ff.adaptive.candidates import (
+    compare_candidates_in_place,
+    follow_candidates_in_place,
+    settle_candidates_in_place,
+)
+from adaptive_ff.adaptive.change_detection import UNDECIDED
 from adaptive_ff.adaptive.command import (
     CommandParameters,
     CommandState,
@@ -32,9 +39,12 @@ from adaptive_ff.adaptive.estimator import (
 from adaptive_ff.adaptive.estimator_state import (
     EstimatorParameters,
     EstimatorState,
+    damping_in_use,
+    form_in_use,
     initial_estimator_state,
     load_count,
     may_guess,
+    with_candidates,
 )
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,
@@ -43,13 +53,14 @@ from adaptive_ff.adaptive.lag_tuning import (
     advance_response,
     best_lag,
     drop_stale_evidence,
+    empty_evidence,
     initial_timing_state,
     lag_torque,
     learn_timing,
     note_friction,
     with_evidence,
 )
-from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, write_model
+from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, with_bristles, write_model
 from adaptive_ff.model.feedforward import (
     FeedforwardState,
     ahead,
@@ -60,6 +71,7 @@ from adaptive_ff.model.feedforward import (
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import (
+    BENT,
     Signals,
     advance_signals_in_place,
     initial_signals,
@@ -196,8 +208,16 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
 @register_jitable(forceinline=True)
 def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
-    form, loads = block.estimator.form, load_count(block.estimator)
-    return torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
+    form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
+    model = torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
+    return with_bristles(model, form.presliding, damping_in_use(estimator))
+
+
+@register_jitable(forceinline=True)
+def gate_speed(block: Block, estimator: EstimatorState) -> float:
+    """Return the speed below which the joint may stick, rad/s: it is that of the curve in use."""
+    speed: float = block.slowest * (estimator.candidates.stribeck_velocity / block.estimator.form.stribeck_velocity)
+    return speed
 
 
 @register_jitable(forceinline=True)
@@ -309,23 +329,52 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float,
     """
     valid, delay, clear = math.isfinite(inputs.velocity), block.feedback.delay, doubt.left <= 0.0
     velocity = inputs.velocity if valid else state.measured.velocity
-    form = block.estimator.form
+    form, candidates = form_in_use(block.estimator, state.estimator), state.estimator.candidates
     measured, model = state.measured, state.model
     if state.feedback.samples == 0:
         measured = settle_signals_in_place(form, measured, velocity)
         model = settle_signals_in_place(form, model, inputs.reference)
+        settle_candidates_in_place(block.estimator, candidates, inputs.reference)
     acting = acting_torque(inputs, asked_torque(block.feedback, state.feedback), delayed(state.known_torques, delay))
     lagged_torque = state.lagged_torque
     if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
     measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
     follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
+    follow_candidates_in_place(block.estimator, candidates, model.velocity, inputs.reference, inputs.dt)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
-    sliding = sliding_time(state.sliding, velocity, inputs.reference, valid and clear, block.slowest, inputs.dt)
+    slowest, steady = gate_speed(block, state.estimator), valid and clear
+    sliding = sliding_time(state.sliding, velocity, inputs.reference, steady, slowest, inputs.dt)
     timing = state.timing
     if block.tunes_lag and state.command.share == 1.0 and clear:
         timing = tune_lag(block, state, inputs, seen)
     return Period(measured, model, lagged_torque, sliding, timing, clear)
+
+
+@register_jitable(forceinline=True)
+def with_bent(state: FeedforwardState, candidates: CandidateState) -> FeedforwardState:
+    """Return the state with the shares of the candidate in use, as they are over the reference."""
+    slip, adhesion = 0.0, 0.0
+    if candidates.bent.shape[0] > 0:
+        place = candidates.chosen - (candidates.errors.size - candidates.bent.shape[0])
+        if place >= 0:
+            slip, adhesion = candidates.bent[place, BENT, 0], candidates.bent[place, BENT, 1]
+    return FeedforwardState(state.friction, state.reference, state.started, slip, adhesion)
+
+
+@register_jitable(forceinline=True)
+def choose_candidate_in_place(
+    block: Block, state: Block, estimator: EstimatorState, period: Period, duration: float, ratio: float
+) -> EstimatorState:
+    """Compare the candidates for what friction is assumed to be, at a sample that the estimator has learnt from."""
+    if estimator.candidates.errors.size > 0:
+        learnt = estimator.levels.learnt > state.estimator.levels.learnt
+        if learnt and estimator.alarm.cause != UNDECIDED:
+            candidates = compare_candidates_in_place(
+                block.estimator, estimator, period.measured, period.model, duration, ratio
+            )
+            return with_candidates(estimator, candidates)
+    return estimator
 
 
 @register_jitable(forceinline=True)
@@ -348,8 +397,14 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
+    handed = state.feedforward
     if learns:
         estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
+        estimator = choose_candidate_in_place(block, state, estimator, period, inputs.dt, ratio)
+        if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
+            since = estimator.recursion.estimate[FRICTION_LAG]
+            timing = with_evidence(timing, empty_evidence(since), since)
+            handed = with_bent(handed, estimator.candidates)
     else:
         estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
@@ -357,7 +412,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     timing = drop_stale_evidence(timing, identified, block.period, young)
     timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
     new = fed_model(block, estimator, timing.lag)
-    moved = exchange_model(state.feedforward, old, new, start)
+    moved = exchange_model(handed, old, new, start)
     torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)
     return Fed(before, old_friction, torque, friction, feedforward, estimator, timing)
 
@@ -409,9 +464,14 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
 def write_adaptive(block: Block, state: Block, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
     loads = load_count(block.estimator)
-    write_model(identified_model(block, state), row, loads)
-    for i in range(row.size - loads, row.size):
+    bends = row.size - block.estimator.first.size  # Stribeck velocity and presliding distance, where they are tried
+    write_model(identified_model(block, state), row, loads + bends)
+    for i in range(row.size - loads - bends, row.size - bends):
         row[i] = state.estimator.recursion.estimate[i]
+    if bends > 0:
+        row[row.size - bends] = state.estimator.candidates.stribeck_velocity
+    if bends > 1:
+        row[row.size - 1] = state.estimator.candidates.presliding
 
 
 STEPS[AdaptiveParameters] = step_adaptive

@@ -99,8 +99,8 @@ def torque_model(
 ) -> TorqueModel:
     """Return the model that an estimate stands for, with a friction lag (s) that may be another one.
 
-    The last parameters, so many as there are known loads, are no part of the model. In either
-    direction stiction is at least Coulomb friction and the viscous coefficient is not negative.
+    The last parameters, so many as there are known loads, are no part of the model. In either direction stiction
+    is at least Coulomb friction and the viscous coefficient is not negative.
     """
     stiction = max(estimate[STICTION], estimate[COULOMB])
     size = estimate.size - loads
@@ -122,6 +122,27 @@ def torque_model(
         offset,
         adhesion,
         slope,
+        0.0,
+        0.0,
+    )
+
+
+@register_jitable(forceinline=True)
+def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -> TorqueModel:
+    """Return the model with a presliding distance (rad) and the damping of the bristles (N m)."""
+    return TorqueModel(
+        model.inertia,
+        model.coulomb,
+        model.stiction,
+        model.viscous,
+        model.friction_lag,
+        model.stribeck_velocity,
+        model.stribeck_shape,
+        model.offset,
+        model.stiction_asymmetry,
+        model.viscous_asymmetry,
+        presliding,
+        micro_damping,
     )
 
 

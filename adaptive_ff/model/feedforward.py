@@ -9,6 +9,11 @@ needs the reference one sample ahead; where that is not known, the last slope of
 A drive with a computation delay applies the torque later; it is then computed for where the reference will be by that
 time, continued along its slope.
 
+Where the model has a presliding distance ``s``, bristles bend before they slide: the shares of Coulomb friction and
+stiction, ``y = g, h``, follow over the path, ``dy/dx = (F - y)/s``, which is integrated over pieces of a period, and
+bending is damped: ``c exp(-(w/Vs)^2) s (dU/dt)/Vs`` is added, with ``U = g + h``. The lag in time comes after. This is
+the LuGre model with ``s = F/sigma_0`` and ``c = sigma_1 Vs``, but that ``s`` does not depend on the speed.
+
 A reference at rest has no direction. Where it comes to rest most of the Coulomb friction of the last direction is held
 for a while, as the joint holds it: bristles stay bent, and under a position loop the joint stays where it stopped. The
 rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well.
@@ -19,7 +24,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.friction import TorqueModel, directed_friction, friction_parts
+from adaptive_ff.model.friction import TorqueModel, adhesion_share, directed_friction, friction_parts
 
 HELD = 0.8
 """Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
@@ -27,6 +32,10 @@ HELD = 0.8
 
 FADING = 0.6
 """Time constant with which that fades, s: a real drive at rest gives less and less (replays of the KUKA KR300)."""
+
+
+PIECES = 4
+"""Pieces of a period over which friction behind a lag over the path is integrated."""
 
 
 class FeedforwardState(NamedTuple):
@@ -40,16 +49,20 @@ class FeedforwardState(NamedTuple):
         Last reference, rad/s.
     started : bool
         Whether there was one.
+    slip, adhesion : float
+        Shares of Coulomb friction and stiction behind the lag over the path, for a model with a presliding distance.
     """
 
     friction: float
     reference: float
     started: bool
+    slip: float = 0.0
+    adhesion: float = 0.0
 
 
 def initial_feedforward_state() -> FeedforwardState:
     """Return the state of a feedforward at rest."""
-    return FeedforwardState(0.0, 0.0, False)
+    return FeedforwardState(0.0, 0.0, False, 0.0, 0.0)
 
 
 @register_jitable
@@ -125,15 +138,37 @@ def one_way_friction(
 
 
 @register_jitable
+def bent_friction(model: TorqueModel, slip: float, adhesion: float, velocity: float, direction: float) -> float:
+    """Return the friction behind the lag over the path, with the micro-damping, N m."""
+    ratio = velocity / model.stribeck_velocity
+    damping = math.exp(-ratio * ratio) * abs(ratio) * (direction - slip - adhesion)
+    _, one_sided = friction_parts(model, abs(velocity))
+    sliding = model.coulomb * slip + model.stiction * adhesion + model.viscous * velocity
+    return sliding + model.micro_damping * damping + one_sided
+
+
+@register_jitable
+def static_friction(model: TorqueModel, state: FeedforwardState, reference: float) -> float:
+    """Return the friction without the temporal lag and the offset, N m, at a reference (rad/s) that is not zero."""
+    if model.presliding > 0.0:
+        return bent_friction(model, state.slip, state.adhesion, reference, math.copysign(1.0, reference))
+    opposing, one_sided = friction_parts(model, abs(reference))
+    return (opposing if reference > 0.0 else -opposing) + one_sided
+
+
+@register_jitable
 def exchange_model(state: FeedforwardState, old: TorqueModel, new: TorqueModel, reference: float) -> FeedforwardState:
     """Return the state as if the new model had been in force before, for a reference (rad/s) that is now at hand."""
     if reference == 0.0:
         return state
+    if old.presliding > 0.0 or new.presliding > 0.0:
+        change = static_friction(new, state, reference) - static_friction(old, state, reference)
+        return FeedforwardState(state.friction + change, state.reference, state.started, state.slip, state.adhesion)
     old_opposing, old_one_sided = friction_parts(old, abs(reference))
     new_opposing, new_one_sided = friction_parts(new, abs(reference))
     change = new_opposing - old_opposing
     friction = state.friction + (change if reference > 0.0 else -change) + (new_one_sided - old_one_sided)
-    return FeedforwardState(friction, state.reference, state.started)
+    return FeedforwardState(friction, state.reference, state.started, state.slip, state.adhesion)
 
 
 @register_jitable
@@ -156,6 +191,63 @@ def ahead(state: FeedforwardState, reference: float, next_reference: float, dela
 
 
 @register_jitable
+def bent_one_way(
+    model: TorqueModel, friction: float, slip: float, adhesion: float, start: float, end: float, duration: float
+) -> tuple[float, float, float, float]:
+    """Let friction behind the lag over the path follow a motion that does not reverse; also return both bent shares."""
+    direction = start + end
+    if direction == 0.0 or duration <= 0.0:
+        integral, friction = resting_friction(model, friction, duration)
+        return integral, friction, slip, adhesion
+    sign, lag, piece, total = math.copysign(1.0, direction), model.friction_lag, duration / PIECES, 0.0
+    static = bent_friction(model, slip, adhesion, start, sign)
+    for i in range(PIECES):
+        speed = abs(start + (end - start) * (i + 0.5) / PIECES)
+        share = adhesion_share(speed, model.stribeck_velocity, model.stribeck_shape)
+        settled = -math.expm1(-speed * piece / model.presliding)
+        slip += settled * (sign * (1.0 - share) - slip)
+        adhesion += settled * (sign * share - adhesion)
+        velocity = start + (end - start) * (i + 1.0) / PIECES
+        last = bent_friction(model, slip, adhesion, velocity, sign)
+        if lag > 0.0:
+            rate, eased = (last - static) / piece, -math.expm1(-piece / lag)
+            total += (static + 0.5 * rate * piece) * piece + (friction - static) * lag * eased
+            total += rate * lag * (lag * eased - piece)
+            friction = last + (friction - static) * (1.0 - eased) - rate * lag * eased
+        else:
+            total += 0.5 * (static + last) * piece
+            friction = last
+        static = last
+    return total, friction, slip, adhesion
+
+
+@register_jitable
+def bent_parts(
+    model: TorqueModel,
+    state: FeedforwardState,
+    reference: float,
+    start: float,
+    end: float,
+    period: float,
+    inertia: float,
+) -> tuple[float, float, FeedforwardState]:
+    """Return what ``feedforward_parts`` does, for a model with a presliding distance."""
+    if start * end < 0.0:
+        turn = period * start / (start - end)
+        before, friction, slip, adhesion = bent_one_way(
+            model, state.friction, state.slip, state.adhesion, start, 0.0, turn
+        )
+        after, friction, slip, adhesion = bent_one_way(model, friction, slip, adhesion, 0.0, end, period - turn)
+        integral = before + after
+    else:
+        integral, friction, slip, adhesion = bent_one_way(
+            model, state.friction, state.slip, state.adhesion, start, end, period
+        )
+    torque = (inertia * (end - start) + integral) / period + model.offset
+    return torque, integral / period, FeedforwardState(friction, reference, True, slip, adhesion)
+
+
+@register_jitable
 def feedforward_parts(
     model: TorqueModel,
     state: FeedforwardState,
@@ -168,6 +260,8 @@ def feedforward_parts(
     """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
     moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = ahead(state, reference, next_reference, delay)
+    if model.presliding > 0.0:
+        return bent_parts(model, state, reference, start, end, period, moved)
     if start * end < 0.0:
         turn = period * start / (start - end)
         before, friction = one_way_friction(model, state.friction, start, 0.0, turn)
@@ -176,7 +270,7 @@ def feedforward_parts(
     else:
         integral, friction = one_way_friction(model, state.friction, start, end, period)
     torque = (moved * (end - start) + integral) / period + model.offset
-    return torque, integral / period, FeedforwardState(friction, reference, True)
+    return torque, integral / period, FeedforwardState(friction, reference, True, state.slip, state.adhesion)
 
 
 @register_jitable

@@ -43,6 +43,10 @@ class TorqueModel(NamedTuple):
         Half of what ``Fs - Fc`` is more for positive than for negative velocity, N m: ``dFs`` above.
     viscous_asymmetry : float
         Half of what ``sigma`` is more for positive than for negative velocity, N m s/rad: ``dsigma`` above.
+    presliding : float
+        Presliding distance, rad: path over which friction follows its static curve; zero without bristles.
+    micro_damping : float
+        Damping of the bristles, N m; see ``model.feedforward``.
     """
 
     inertia: float
@@ -55,6 +59,8 @@ class TorqueModel(NamedTuple):
     offset: float = 0.0
     stiction_asymmetry: float = 0.0
     viscous_asymmetry: float = 0.0
+    presliding: float = 0.0
+    micro_damping: float = 0.0
 
     @classmethod
     def from_directions(
@@ -130,6 +136,8 @@ IDENTIFIED = {
 """What may be identified, by the name that a user gives."""
 
 UNITS = {
+    "stribeck_velocity": "rad/s",
+    "presliding": "rad",
     "inertia": "kg m²",
     "coulomb": "N m",
     "stiction": "N m",

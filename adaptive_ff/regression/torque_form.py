@@ -28,6 +28,10 @@ FILTER_TORQUE, FILTER_VELOCITY, FILTER_COULOMB, FILTER_ADHESION, FILTER_SHARE, F
 """Rows of the filters; the last two, ``|h|`` and ``|w|``, are there where friction differs by direction."""
 
 
+BENT, DAMPING = range(2)
+"""Rows of what a presliding distance adds."""
+
+
 def regressor_names(parameters: Sequence[str] = ESTIMATED) -> tuple[str, ...]:
     """Return the columns of the regression for parameters of the model; the first, ``inertia_lag``, is ``J tau``."""
     return ("inertia_lag", *parameters)
@@ -48,11 +52,14 @@ class TorqueForm(NamedTuple):
         Stribeck velocity ``Vs``, rad/s.
     stribeck_shape : float
         Stribeck shape factor ``delta``.
+    presliding : float
+        Presliding distance ``s``, rad: ``g`` and ``h`` follow behind a lag over the path; zero without.
     """
 
     pole: float
     stribeck_velocity: float
     stribeck_shape: float
+    presliding: float = 0.0
 
 
 class Signals(NamedTuple):
@@ -65,15 +72,18 @@ class Signals(NamedTuple):
         differs by direction; changed in place.
     velocity : float
         Velocity at the last sample, rad/s.
+    bent : ndarray, shape (2, 2)
+        ``g`` and ``h`` behind the lag over the path; filtered micro-damping and its derivative; changed in place.
     """
 
     filters: MutableArray
     velocity: float
+    bent: MutableArray
 
 
 def initial_signals(parameters: int = len(ESTIMATED)) -> Signals:
     """Return the filters of a joint that has been at rest without torque, for a number of parameters of the model."""
-    return Signals(np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2)), 0.0)
+    return Signals(np.zeros((4 if parameters <= len(WITH_OFFSET) else 6, 2)), 0.0, np.zeros((2, 2)))
 
 
 @register_jitable(forceinline=True)
@@ -84,10 +94,65 @@ def settle_signals_in_place(form: TorqueForm, signals: Signals, velocity: float)
     signals.filters[FILTER_VELOCITY, 0] = velocity
     signals.filters[FILTER_COULOMB, 0] = direction * (1.0 - share)
     signals.filters[FILTER_ADHESION, 0] = direction * share
+    signals.bent[BENT, 0] = direction * (1.0 - share)
+    signals.bent[BENT, 1] = direction * share
     if signals.filters.shape[0] > FILTER_SHARE:
         signals.filters[FILTER_SHARE, 0] = abs(direction) * share
         signals.filters[FILTER_SPEED, 0] = abs(velocity)
-    return Signals(signals.filters, velocity)
+    return Signals(signals.filters, velocity, signals.bent)
+
+
+class Bending(NamedTuple):
+    """A motion that does not reverse, as bristles of any presliding distance see it.
+
+    Attributes
+    ----------
+    direction : float
+        Its direction; zero at rest.
+    share : float
+        Share of stiction at its mean speed.
+    path : float
+        Its length, rad.
+    first, last : float
+        Weight of the micro-damping at its start and its end: ``|w|/Vs`` under a bell over ``w/Vs``.
+    """
+
+    direction: float
+    share: float
+    path: float
+    first: float
+    last: float
+
+
+@register_jitable(forceinline=True)
+def bending_of(form: TorqueForm, start: float, end: float, duration: float) -> Bending:
+    """Return a motion from a velocity to another (rad/s) in a duration (s) as bristles see it."""
+    speed, first, last = 0.5 * abs(start + end), start / form.stribeck_velocity, end / form.stribeck_velocity
+    return Bending(
+        math.copysign(1.0, start + end) if speed > 0.0 else 0.0,
+        adhesion_share(speed, form.stribeck_velocity, form.stribeck_shape),
+        speed * duration,
+        math.exp(-first * first) * abs(first),
+        math.exp(-last * last) * abs(last),
+    )
+
+
+@register_jitable(forceinline=True)
+def advance_bent_in_place(
+    bent: NDArray[np.float64], distance: float, bending: Bending, pole: float, decay: float, duration: float
+) -> None:
+    """Advance ``g`` and ``h`` behind the lag over the path, ``dy/dx = (F - y)/s``, and the filter of the micro-damping.
+
+    The micro-damping is ``exp(-(w/Vs)^2) s (dU/dt)/Vs`` with ``U = g + h``; ``s`` is the distance, rad.
+    """
+    slip, adhesion, direction = bent[BENT, 0], bent[BENT, 1], bending.direction
+    settled = -math.expm1(-bending.path / distance)
+    first = bending.first * (direction - slip - adhesion)
+    slip += settled * (direction * (1.0 - bending.share) - slip)
+    adhesion += settled * (direction * bending.share - adhesion)
+    last = bending.last * (direction - slip - adhesion)
+    advance_filter_in_place(bent[DAMPING], pole, decay, first, last, duration)
+    bent[BENT, 0], bent[BENT, 1] = slip, adhesion
 
 
 @register_jitable(forceinline=True)
@@ -99,17 +164,19 @@ def advance_friction_in_place(form: TorqueForm, signals: Signals, start: float, 
     first = adhesion_share(abs(start), form.stribeck_velocity, form.stribeck_shape)
     last = adhesion_share(abs(end), form.stribeck_velocity, form.stribeck_shape)
     decay = filter_decay(form.pole, duration)
-    advance_filter_in_place(
-        signals.filters[FILTER_COULOMB],
-        form.pole,
-        decay,
+    slip, slips, adhesion, adhesions = (
         direction * (1.0 - first),
         direction * (1.0 - last),
-        duration,
+        direction * first,
+        direction * last,
     )
-    advance_filter_in_place(
-        signals.filters[FILTER_ADHESION], form.pole, decay, direction * first, direction * last, duration
-    )
+    if form.presliding > 0.0:
+        slip, adhesion = signals.bent[BENT, 0], signals.bent[BENT, 1]
+        bending = bending_of(form, start, end, duration)
+        advance_bent_in_place(signals.bent, form.presliding, bending, form.pole, decay, duration)
+        slips, adhesions = signals.bent[BENT, 0], signals.bent[BENT, 1]
+    advance_filter_in_place(signals.filters[FILTER_COULOMB], form.pole, decay, slip, slips, duration)
+    advance_filter_in_place(signals.filters[FILTER_ADHESION], form.pole, decay, adhesion, adhesions, duration)
     if signals.filters.shape[0] > FILTER_SHARE:
         sliding = abs(direction)
         advance_filter_in_place(
@@ -152,7 +219,7 @@ def advance_signals_in_place(
         advance_friction_in_place(form, signals, 0.0, velocity, duration - turn)
     else:
         advance_friction_in_place(form, signals, start, velocity, duration)
-    return Signals(signals.filters, velocity)
+    return Signals(signals.filters, velocity, signals.bent)
 
 
 @register_jitable(forceinline=True)

@@ -16,8 +16,10 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
+from adaptive_ff.adaptive.candidate_choice import assess_choice
+from adaptive_ff.adaptive.candidates import MEMORIES
 from adaptive_ff.adaptive.controller import AdaptiveBase
-from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState
+from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState, gate_speed
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import unit_of
 from adaptive_ff.report.diagnosis_supervision import supervision
@@ -261,12 +263,15 @@ def feedback_share(run: Recorded) -> float:
 def _parameters(controller: AdaptiveBase, confidence: Confidence) -> tuple[ParameterDiagnosis, ...]:
     memory = controller.parameters.estimator.memory
     found = []
-    for i, (name, value) in enumerate(controller.estimates.items()):
+    for i, (name, value) in enumerate(list(controller.estimates.items())[: confidence.errors.size]):
         identifiable, share = bool(confidence.together[i] < NOT_IDENTIFIABLE), float(confidence.shares[i])
         apart = identifiable or bool(confidence.alone[i] >= NOT_IDENTIFIABLE)
         pace = memory / share if share > 0.0 else math.inf
         error = float(confidence.errors[i])
         found.append(ParameterDiagnosis(name, unit_of(name), value, error, identifiable, apart, pace))
+    for one in assess_choice(controller.parameters.estimator, controller.state.estimator.candidates):
+        unit, pace = unit_of(one.name), MEMORIES * memory if one.identifiable else math.inf
+        found.append(ParameterDiagnosis(one.name, unit, one.value, one.error, one.identifiable, True, pace))
     return tuple(found)
 
 
@@ -280,7 +285,8 @@ def _learning(block: AdaptiveParameters, state: AdaptiveState) -> tuple[bool, st
         return True, "Learns: the joint slides."
     if state.sliding == 0.0:
         return False, (
-            f"Holds its estimates: the joint is slower than {block.slowest:.2g} rad/s or moves against its reference."
+            f"Holds its estimates: the joint is slower than {gate_speed(block, state.estimator):.2g} rad/s or moves "
+            "against its reference."
         )
     return False, (
         f"Holds its estimates: the joint slides, but must do so for {block.hold - state.sliding:.2g} s more "

@@ -67,7 +67,8 @@ def find_warnings(controller: AdaptiveBase, confidence: Confidence, unexplained:
         )
     alike = _resembles(state.estimator.agreement)
     identified = confidence.together < NOT_IDENTIFIABLE
-    strangers = [name for i, name in enumerate(controller.estimate_names) if not alike[i] and identified[i]]
+    names = controller.estimate_names[: alike.size]
+    strangers = [name for i, name in enumerate(names) if not alike[i] and identified[i]]
     if strangers:
         yield (
             f"measured and modelled motion differ in what shows {', '.join(strangers)} (poor tracking, saturation, or "
@@ -80,7 +81,8 @@ def _bounds(controller: AdaptiveBase) -> Iterator[str]:
     estimator, state = controller.parameters.estimator, controller.state.estimator
     ranges = np.empty_like(estimator.ranges)
     write_ranges(estimator.ranges, PEAK_FACTOR * state.levels.torque, max(state.levels.speed, 1e-300), ranges)
-    for name, value, (least, most) in zip(controller.estimate_names, state.recursion.estimate, ranges, strict=True):
+    names = controller.estimate_names[: len(ranges)]
+    for name, value, (least, most) in zip(names, state.recursion.estimate, ranges, strict=True):
         end = "least" if value <= least else "largest" if value >= most else ""
         if end:
             yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {unit_of(name)}."

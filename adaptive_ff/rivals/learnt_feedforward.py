@@ -134,7 +134,7 @@ def initial_learnt_state(block: LearntParameters) -> LearntState:
 @register_jitable
 def advance_features_in_place(block: LearntParameters, state: LearntState, inputs: Inputs) -> None:
     """Advance the features to the period in which the coming torque acts."""
-    past = FeedforwardState(0.0, state.reference, state.feedback.samples > 0)
+    past = FeedforwardState(0.0, state.reference, state.feedback.samples > 0, 0.0, 0.0)
     start, end = ahead(past, inputs.reference, inputs.next_reference, block.feedback.delay)
     velocity = 0.5 * (start + end)
     state.features[INERTIA] = (end - start) / block.period

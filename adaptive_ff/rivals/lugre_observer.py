@@ -107,7 +107,7 @@ def step_lugre_observer(
     """Do one sample: advance the bristles over the coming period, feed their torque forward, then feedback."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last, model = state.feedback, block.model
-    past = FeedforwardState(0.0, state.reference, last.samples > 0)
+    past = FeedforwardState(0.0, state.reference, last.samples > 0, 0.0, 0.0)
     start, end = ahead(past, inputs.reference, inputs.next_reference, block.feedback.delay)
     velocity = 0.5 * (start + end)
     speed = abs(velocity)

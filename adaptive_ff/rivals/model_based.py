@@ -110,6 +110,8 @@ def model_in_row(models: NDArray[np.float64], row: int) -> TorqueModel:
         models[first + 7],
         models[first + 8],
         models[first + 9],
+        models[first + 10],
+        models[first + 11],
     )
 
 

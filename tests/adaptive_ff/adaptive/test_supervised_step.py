@@ -91,7 +91,7 @@ def test_by_default_an_offset_is_estimated_with_the_settings_of_the_unsupervised
     common = {"period": 0.01, "inertia": 20.0, "stribeck_velocity": 0.05}
     gains = SCENARIO.feedback.gains
     supervised = AdaptiveController(*gains, **common)
-    assert supervised.estimate_names == WITH_OFFSET
+    assert supervised.estimate_names == (*WITH_OFFSET, "stribeck_velocity", "presliding")
     unsupervised = UnsupervisedController(*gains, **common, parameters=WITH_OFFSET)
     assert supervised.parameters.estimator.memory == unsupervised.parameters.estimator.memory
     assert np.array_equal(supervised.parameters.estimator.scale, unsupervised.parameters.estimator.scale)

@@ -123,7 +123,7 @@ def test_short_lag_tends_to_none(start, end, lag):
 def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
     model = MODEL._replace(friction_lag=lag)
     held = HELD * model.coulomb
-    assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True))
+    assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True, 0.0, 0.0))
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
     torque, state = step_feedforward(model, begin, 0.0, 0.0, PERIOD)
     decay = math.exp(-PERIOD / lag) if lag else 0.0

@@ -199,6 +199,8 @@ def test_true_values_follow_the_changes_and_estimates_are_the_runs(comparison, f
         "viscous (N m s/rad)",
         "friction lag (s)",
         "offset (N m)",
+        "stribeck velocity (rad/s)",
+        "presliding (rad)",
     ]
     for label, value, scales in [
         ("inertia (kg m²)", 20.0, (1.0, 1.0, 1.0)),

@@ -35,10 +35,10 @@ def test_settled_on_the_built_in_joint_all_is_well():
     assert found.excited
     assert found.warnings == ()
     assert found.learnt == controller.state.estimator.levels.learnt > 40.0
-    assert [one.name for one in found.parameters] == list(WITH_OFFSET)
+    assert [one.name for one in found.parameters] == [*WITH_OFFSET, "stribeck_velocity", "presliding"]
     assert {one.name: one.estimate for one in found.parameters} == controller.estimates
     assert {one.name: one.uncertainty for one in found.parameters} == controller.uncertainties
-    assert all(4.0 <= one.pace < 8.0 for one in found.parameters)
+    assert all(4.0 <= one.pace < 8.0 for one in found.parameters[:-2])
     assert found.model_torque + found.feedback_torque == controller.state.feedback.commands[0]
     assert found.model_torque == run.feedforward[-1]
     assert found.feedforward_lag == controller.feedforward_lag > controller.estimates["friction_lag"]
@@ -98,20 +98,24 @@ def test_at_standstill_it_warns_that_there_is_nothing_to_learn_from_only_after_a
 
 
 @pytest.mark.parametrize(
-    ("name", "combined"),
+    ("name", "combined", "silent"),
     [
-        ("adaptive_unsupervised", "coulomb, stiction and viscous"),
-        ("adaptive", "coulomb, stiction, viscous and offset"),
+        ("adaptive_unsupervised", "coulomb, stiction and viscous", "inertia and friction_lag"),
+        (
+            "adaptive",
+            "coulomb, stiction, viscous and offset",
+            "inertia, friction_lag, stribeck_velocity and presliding",
+        ),
     ],
 )
-def test_constant_speed_identifies_friction_as_a_whole_only(name, combined):
+def test_constant_speed_identifies_friction_as_a_whole_only(name, combined, silent):
     found = along(np.concatenate([np.linspace(0.0, 0.2, 1000), np.full(60_001, 0.2)]), name).diagnose()
     verdicts = {one.name: one.verdict for one in found.parameters}
     assert verdicts["inertia"] == verdicts["friction_lag"] == "not identifiable"
     assert verdicts["coulomb"] == verdicts["viscous"] == "only in combination"
     assert not found.excited
-    text = str(found)
-    assert "does not identify inertia and friction_lag: do not rely on these numbers." in text
+    text = "\n".join(found.sentences())
+    assert f"does not identify {silent}: do not rely on these numbers." in text
     assert f"identifies a combination of {combined}, but not each of them." in text
     assert any("hardly shows the friction lag" in warning for warning in found.warnings)
 

@@ -1,0 +1,175 @@
+"""State of the bank of candidates; see :mod:`adaptive_ff.adaptive.candidates`."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.model.friction import WITH_OFFSET
+from controllers.arrays import MutableArray
+
+
+class CandidateState(NamedTuple):
+    """State of the candidates, ``m`` of them with ``n`` parameters of friction; all arrays are changed in place.
+
+    Attributes
+    ----------
+    filters : ndarray, shape (m, k, 2)
+        Filtered value and derivative of ``g``, ``h``, and ``|h|`` where friction differs by direction.
+    bent : ndarray, shape (d, 2, 2)
+        Of those with a presliding distance, the last ones: ``g`` and ``h`` behind the lag over the path, and the
+        filtered micro-damping and its derivative.
+    moments : ndarray, shape (m, n + 3, n + 3)
+        Fading moments of the regressors, the micro-damping and the regressed torque.
+    estimates : ndarray, shape (m, n + 1)
+        Estimates, the micro-damping (N m) last.
+    errors : ndarray, shape (m,)
+        Mean squared errors of the torque, N^2 m^2.
+    chosen : int
+        The one in use.
+    turn : int
+        The one whose turn it is.
+    phase : int
+        What is done at the next sample; see ``candidates.FLAT_ROWS``.
+    share : float
+        Share with which the last row was taken into account.
+    seen : float
+        For how long there have been moments, s of sliding motion.
+    waited : float
+        For how long the moments of those without a presliding distance have not been taken, s of sliding motion.
+    stribeck_velocity : float
+        Stribeck velocity in use, rad/s; without candidates, the assumed one.
+    presliding : float
+        Presliding distance in use, rad; zero without.
+    row : ndarray, shape (n + 3,)
+        Scratch: regressors and torque.
+    products : ndarray, shape (n + 1, n + 3)
+        Scratch: moments of gradient and regressors.
+    factor : ndarray, shape (n + 1, n + 1)
+        Scratch: information, and its Cholesky factor.
+    gain, work : ndarray, shape (n + 1,)
+        Scratch.
+    ranges : ndarray, shape (n + 1, 2)
+        Scratch: possible values.
+    """
+
+    filters: MutableArray
+    bent: MutableArray
+    moments: MutableArray
+    estimates: MutableArray
+    errors: MutableArray
+    chosen: int
+    turn: int
+    phase: int
+    share: float
+    seen: float
+    waited: float
+    stribeck_velocity: float
+    presliding: float
+    row: MutableArray
+    products: MutableArray
+    factor: MutableArray
+    gain: MutableArray
+    work: MutableArray
+    ranges: MutableArray
+
+
+def initial_candidate_state(
+    velocities: NDArray[np.float64], distances: NDArray[np.float64], begin: float, first: NDArray[np.float64]
+) -> CandidateState:
+    """Return the state of candidates that have seen nothing.
+
+    Parameters
+    ----------
+    velocities : ndarray, shape (v,)
+        Stribeck velocities of those without presliding, rad/s.
+    distances : ndarray, shape (d,)
+        Presliding distances of the others, rad.
+    begin : float
+        Stribeck velocity to begin with, rad/s: one of them where there are any.
+    first : ndarray, shape (n,)
+        First estimate of friction.
+    """
+    count, size = velocities.size + distances.size, first.size
+    rows = 2 if size <= len(WITH_OFFSET) else 3
+    chosen = int(np.argmin(np.abs(velocities - begin))) if count else 0
+    return CandidateState(
+        np.zeros((count, rows, 2)),
+        np.zeros((distances.size, 2, 2)),
+        np.zeros((count, size + 3, size + 3)),
+        np.tile(np.append(first, 0.0), (count, 1)),
+        np.zeros(count),
+        chosen,
+        0,
+        0,
+        0.0,
+        0.0,
+        0.0,
+        float(begin),
+        0.0,
+        np.zeros(size + 3),
+        np.zeros((size + 1, size + 3)),
+        np.zeros((size + 1, size + 1)),
+        np.zeros(size + 1),
+        np.zeros(size + 1),
+        np.zeros((size + 1, 2)),
+    )
+
+
+@register_jitable(forceinline=True)
+def with_turn(state: CandidateState, turn: int, phase: int, share: float, seen: float, waited: float) -> CandidateState:
+    """Return the state with another turn, phase, share, time seen and time waited (s); it shares the arrays."""
+    return CandidateState(
+        state.filters,
+        state.bent,
+        state.moments,
+        state.estimates,
+        state.errors,
+        state.chosen,
+        turn,
+        phase,
+        share,
+        seen,
+        waited,
+        state.stribeck_velocity,
+        state.presliding,
+        state.row,
+        state.products,
+        state.factor,
+        state.gain,
+        state.work,
+        state.ranges,
+    )
+
+
+@register_jitable(forceinline=True)
+def with_choice(state: CandidateState, chosen: int, velocity: float, presliding: float) -> CandidateState:
+    """Return the state with another candidate in use; its Stribeck velocity is in rad/s, its distance in rad."""
+    return CandidateState(
+        state.filters,
+        state.bent,
+        state.moments,
+        state.estimates,
+        state.errors,
+        chosen,
+        state.turn,
+        state.phase,
+        state.share,
+        state.seen,
+        state.waited,
+        velocity,
+        presliding,
+        state.row,
+        state.products,
+        state.factor,
+        state.gain,
+        state.work,
+        state.ranges,
+    )
+
+
+@register_jitable(forceinline=True)
+def forgetful(state: CandidateState) -> CandidateState:
+    """Return the state as if there had been no moments: those that there are fade with the next ones."""
+    return with_turn(state, state.turn, 0, 0.0, 0.0, 0.0)

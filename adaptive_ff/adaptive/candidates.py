@@ -1,0 +1,398 @@
+"""A bank of candidates for what the regression is not linear in: Stribeck velocity and presliding distance.
+
+The columns ``g`` and ``h`` of the torque form need a Stribeck velocity ``Vs``. Where bristles bend before they slide,
+both follow over the path, ``dy/dx = (F - y)/s`` with a presliding distance ``s``, and there is a column of
+micro-damping, ``exp(-(w/Vs)^2) s (dU/dt)/Vs`` with ``U = g + h``. A few candidates, ``(Vs_i, 0)`` and ``(Vs, s_i)``,
+run beside what is in use. Candidate ``i`` has filters of its own for these columns over the reference, which are free
+of noise, and fading second moments of its row ``x_i``, which are the normal equations of least squares:
+
+    S_i <- S_i + (1 - lambda) (x_i x_i' - S_i),    x_i = (w''_f, w'_f, g_f, h_f, w_f, -u'_f, 1, .., micro; u_f)
+
+All else is common to the candidates; ``u_f`` is measured, less the known loads. Its estimate ``P_i`` is fitted to these
+moments by Gauss-Newton, one step of one candidate at a time, so that the time of a sample hardly grows with their
+number. The prior is the estimate in use, ``P``, which holds what the motion does not excite:
+
+    P_i <- P_i + (A_i + rho I)^-1 (b_i + rho (P - P_i))
+
+``A_i`` and ``b_i`` are the moments of the gradient of the prediction, and of the gradient with its error. The score is
+the mean squared error ``E_i`` of the torque that ``P_i`` leaves on these rows. On rows of the reference the noise does
+not depend on the candidate; on measured rows a smooth curve would win because it averages the chatter of the sign.
+
+A candidate that leaves clearly less than the one in use takes its place: the estimator goes on with its estimate and
+its information, the gate with its speed, and the feedforward with its curve. The micro-damping is the candidate's own:
+the estimator takes it as known. Where the model holds, a factor of two in ``Vs`` leaves 1.5 to 100 times the mean
+square; where it does not (gravity that is not modelled), all candidates leave within some 10 % of each other, and the
+margin keeps the one that is assumed.
+
+The bank is a small multiple-model estimator, K. Narendra and J. Balakrishnan, "Adaptive control using multiple models"
+(IEEE Transactions on Automatic Control, 1997); the score on the reference is this package's.
+"""
+
+import math
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.adaptive.candidate_state import CandidateState, with_choice, with_turn
+from adaptive_ff.adaptive.correction import correct_in_place
+from adaptive_ff.adaptive.estimator import add_loads, scale_inertia_in_place
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
+from adaptive_ff.estimation.resetting import ResettingState, factor_in_place, solve_in_place
+from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, STICTION_ASYMMETRY
+from adaptive_ff.model.friction import adhesion_share
+from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay
+from adaptive_ff.regression.torque_form import (
+    BENT,
+    DAMPING,
+    FILTER_ADHESION,
+    FILTER_COULOMB,
+    FILTER_SHARE,
+    FILTER_TORQUE,
+    Signals,
+    advance_bent_in_place,
+    bending_of,
+    write_regressors,
+)
+
+MEMORIES = 4.0
+"""Memory of the moments, in memories of the estimator ..."""
+
+GROWTH = 0.5
+"""... and at most this share of the time for which there have been any: the first ones come from a poor start."""
+
+MARGIN = 0.75
+"""Mean squared error of a candidate over that of the one in use, below which it takes its place."""
+
+BENT_MARGIN = 0.3
+"""The same where the candidate has a presliding distance: a load that depends on position looks like bristles."""
+
+FIRST = 1.0
+"""Time for which there must have been moments before that, in memories of the estimator."""
+
+FLAT_ROWS, BENT_ROWS, FITS = range(3)
+"""What is done at a sample, in turn: moments of candidates without and with a presliding distance, a fit."""
+
+PRIOR = 0.02
+"""Weight ``rho`` of the estimate in use, times the mean squared error in units of the torque scale squared ..."""
+
+LEAST_PRIOR = 1e-9
+"""... and at least this."""
+
+
+@register_jitable(forceinline=True)
+def candidate_velocity(estimator: EstimatorParameters, place: int) -> float:
+    """Return the Stribeck velocity of a candidate, rad/s; those with a presliding distance have the assumed one."""
+    if place < estimator.candidates.size:
+        return estimator.candidates[place]  # type: ignore[no-any-return]
+    return estimator.form.stribeck_velocity
+
+
+@register_jitable(forceinline=True)
+def candidate_distance(estimator: EstimatorParameters, place: int) -> float:
+    """Return the presliding distance of a candidate, rad; zero of those without one."""
+    distance = 0.0
+    if estimator.presliding.size > 0:
+        bent = place - estimator.candidates.size
+        if bent >= 0:
+            distance = estimator.presliding[bent]
+    return distance
+
+
+@register_jitable(forceinline=True)
+def settle_candidates_in_place(estimator: EstimatorParameters, candidates: CandidateState, velocity: float) -> None:
+    """Set the filters to those of a reference that has had a velocity (rad/s) for long."""
+    if estimator.candidates.size > 0:
+        direction = math.copysign(1.0, velocity) if velocity != 0.0 else 0.0
+        for i in range(candidates.errors.size):
+            bend = candidate_velocity(estimator, i)
+            share = adhesion_share(abs(velocity), bend, estimator.form.stribeck_shape)
+            filters = candidates.filters[i]
+            filters[0, 0], filters[1, 0] = direction * (1.0 - share), direction * share
+            if filters.shape[0] > 2:
+                filters[2, 0] = abs(direction) * share
+        for i in range(estimator.presliding.size):
+            share = adhesion_share(abs(velocity), estimator.form.stribeck_velocity, estimator.form.stribeck_shape)
+            bent = candidates.bent[i]
+            bent[BENT, 0], bent[BENT, 1] = direction * (1.0 - share), direction * share
+
+
+@register_jitable(forceinline=True)
+def advance_candidates_one_way_in_place(
+    estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float
+) -> None:
+    """Advance the filters over a motion of the reference that does not reverse."""
+    if duration <= 0.0:
+        return
+    direction = math.copysign(1.0, start + end) if start + end != 0.0 else 0.0
+    form = estimator.form
+    pole, shape, decay = form.pole, form.stribeck_shape, filter_decay(form.pole, duration)
+    for i in range(estimator.candidates.size):
+        first = direction * adhesion_share(abs(start), estimator.candidates[i], shape)
+        last = direction * adhesion_share(abs(end), estimator.candidates[i], shape)
+        filters = candidates.filters[i]
+        advance_filter_in_place(filters[0], pole, decay, direction - first, direction - last, duration)
+        advance_filter_in_place(filters[1], pole, decay, first, last, duration)
+        if filters.shape[0] > 2:
+            advance_filter_in_place(filters[2], pole, decay, abs(first), abs(last), duration)
+    if estimator.presliding.size > 0:
+        count, bending = estimator.candidates.size, bending_of(form, start, end, duration)
+        for i in range(estimator.presliding.size):
+            filters, bent = candidates.filters[count + i], candidates.bent[i]
+            slip, adhesion = bent[BENT, 0], bent[BENT, 1]
+            advance_bent_in_place(bent, estimator.presliding[i], bending, pole, decay, duration)
+            advance_filter_in_place(filters[0], pole, decay, slip, bent[BENT, 0], duration)
+            advance_filter_in_place(filters[1], pole, decay, adhesion, bent[BENT, 1], duration)
+            if filters.shape[0] > 2:
+                first = abs(direction) * adhesion_share(abs(start), form.stribeck_velocity, shape)
+                last = abs(direction) * adhesion_share(abs(end), form.stribeck_velocity, shape)
+                advance_filter_in_place(filters[2], pole, decay, first, last, duration)
+
+
+@register_jitable(forceinline=True)
+def follow_candidates_in_place(
+    estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float
+) -> None:
+    """Advance the filters over the motion of the reference from a velocity to another (rad/s) in a duration (s)."""
+    if estimator.candidates.size > 0:
+        if start * end < 0.0:
+            turn = duration * start / (start - end)
+            advance_candidates_one_way_in_place(estimator, candidates, start, 0.0, turn)
+            advance_candidates_one_way_in_place(estimator, candidates, 0.0, end, duration - turn)
+        else:
+            advance_candidates_one_way_in_place(estimator, candidates, start, end, duration)
+
+
+@register_jitable(forceinline=True)
+def note_moments_in_place(candidates: CandidateState, share: float, first: int, last: int) -> None:
+    """Take the row into account with a share, for candidates from one place to before another.
+
+    Its columns ``g``, ``h`` and micro-damping are each candidate's own.
+    """
+    row, size = candidates.row, candidates.row.size
+    for i in range(first, last):
+        filters, moments = candidates.filters[i], candidates.moments[i]
+        row[COULOMB + 1] = filters[0, 0]
+        row[STICTION + 1] = filters[1, 0]
+        if filters.shape[0] > 2:
+            row[STICTION_ASYMMETRY + 1] = filters[2, 0]
+        row[size - 2] = 0.0
+        if candidates.bent.shape[0] > 0:
+            bent = i - (candidates.errors.size - candidates.bent.shape[0])
+            if bent >= 0:
+                row[size - 2] = candidates.bent[bent, DAMPING, 0]
+        for j in range(size):
+            for k in range(j + 1):
+                moments[j, k] += share * (row[j] * row[k] - moments[j, k])
+
+
+@register_jitable(forceinline=True)
+def complete_in_place(matrix: NDArray[np.float64]) -> None:
+    """Write the upper triangle of a symmetric matrix, of which the lower one is given."""
+    for i in range(matrix.shape[0]):
+        for j in range(i):
+            matrix[j, i] = matrix[i, j]
+
+
+@register_jitable(forceinline=True)
+def residual_moments_in_place(
+    moments: NDArray[np.float64], estimate: NDArray[np.float64], correlation: NDArray[np.float64]
+) -> float:
+    """Return the mean squared error that an estimate leaves, and write its mean products with the regressors."""
+    inertia, lag, last = estimate[INERTIA], estimate[FRICTION_LAG], estimate.size + 1
+    for j in range(last + 1):
+        predicted = inertia * (moments[1, j] + lag * moments[0, j])
+        for i in range(COULOMB, estimate.size):
+            predicted += estimate[i] * moments[i + 1, j]
+        correlation[j] = moments[last, j] - predicted
+    squared = correlation[last] - inertia * (correlation[1] + lag * correlation[0])
+    for i in range(COULOMB, estimate.size):
+        squared -= estimate[i] * correlation[i + 1]
+    return max(float(squared), 0.0)
+
+
+@register_jitable(forceinline=True)
+def write_information(
+    estimator: EstimatorParameters,
+    moments: NDArray[np.float64],
+    estimate: NDArray[np.float64],
+    products: NDArray[np.float64],
+    information: NDArray[np.float64],
+) -> None:
+    """Write the moments of the scaled gradient into the first places of a matrix; ``products`` is scratch."""
+    inertia, lag, size = estimate[INERTIA], estimate[FRICTION_LAG], estimate.size
+    for j in range(size + 2):
+        for i in range(size):
+            products[i, j] = moments[i + 1, j]
+        products[INERTIA, j] += lag * moments[0, j]
+        products[FRICTION_LAG, j] += inertia * moments[0, j]
+    unit = estimator.torque_scale * estimator.torque_scale
+    for i in range(size):
+        for j in range(size):
+            product = products[i, j + 1]
+            if j == INERTIA:
+                product += lag * products[i, 0]
+            elif j == FRICTION_LAG:
+                product += inertia * products[i, 0]
+            information[i, j] = estimator.fit_scale[i] * estimator.fit_scale[j] / unit * product
+
+
+@register_jitable(forceinline=True)
+def fit_in_place(
+    estimator: EstimatorParameters, recursion: ResettingState, candidates: CandidateState, ranges: NDArray[np.float64]
+) -> None:
+    """Improve the estimate of the candidate whose turn it is by one step, and note its error."""
+    moments, estimate = candidates.moments[candidates.turn], candidates.estimates[candidates.turn]
+    correlation, gain, factor, size = candidates.row, candidates.gain, candidates.factor, estimate.size
+    complete_in_place(moments)
+    squared = residual_moments_in_place(moments, estimate, correlation)
+    candidates.errors[candidates.turn] = squared
+    unit = estimator.torque_scale
+    prior = PRIOR * squared / (unit * unit) + LEAST_PRIOR
+    write_information(estimator, moments, estimate, candidates.products, factor)
+    for i in range(size):
+        gain[i] = correlation[i + 1]
+    gain[INERTIA] += estimate[FRICTION_LAG] * correlation[0]
+    gain[FRICTION_LAG] += estimate[INERTIA] * correlation[0]
+    for i in range(size):
+        gain[i] *= estimator.fit_scale[i] / (unit * unit)
+        factor[i, i] += prior
+    for i in range(size - 1):  # the last is not among what the estimator in use knows
+        gain[i] += prior * (recursion.estimate[i] - estimate[i]) / estimator.fit_scale[i]
+        candidates.ranges[i, 0], candidates.ranges[i, 1] = ranges[i, 0], ranges[i, 1]
+    candidates.ranges[size - 1, 1] = ranges[COULOMB, 1]
+    factor_in_place(factor)
+    solve_in_place(factor, gain)
+    correct_in_place(estimator.fit_scale, estimate, gain, factor, candidates.ranges, candidates.work)
+
+
+@register_jitable(forceinline=True)
+def least_error(errors: NDArray[np.float64]) -> float:
+    """Return the least of the errors."""
+    least = errors[0]
+    for i in range(errors.size):
+        least = min(least, errors[i])
+    return least  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
+def take_candidate_in_place(
+    estimator: EstimatorParameters, state: EstimatorState, place: int, measured: Signals, model: Signals
+) -> None:
+    """Let the estimator go on with a candidate's estimate, information and filters.
+
+    The filters over the measurements have none of its own: those over the reference take their place, and what they
+    differ by is forgotten within a few time constants of the filters.
+    """
+    candidates, recursion = state.candidates, state.recursion
+    estimate, information, filters = candidates.estimates[place], recursion.information, candidates.filters[place]
+    size = estimate.size - 1
+    write_information(estimator, candidates.moments[place], estimate, candidates.products, candidates.factor)
+    floor = PRIOR * candidates.errors[place] / (estimator.torque_scale * estimator.torque_scale) + LEAST_PRIOR
+    for i in range(size):
+        recursion.estimate[i] = estimate[i]
+        for j in range(size):
+            information[i, j] = candidates.factor[i, j]
+        for j in range(size, information.shape[0]):
+            information[i, j] = 0.0
+            information[j, i] = 0.0
+        information[i, i] += floor
+    # with a wrong curve joint and reference part at reversals, which looks like a short lag; a long one hurts less
+    recursion.estimate[FRICTION_LAG] = max(estimate[FRICTION_LAG], estimator.first[FRICTION_LAG])
+    if candidates.bent.shape[0] > 0:
+        bent = place - estimator.candidates.size
+        for j in range(2):
+            for k in range(2):
+                value = candidates.bent[bent, j, k] if bent >= 0 else 0.0
+                measured.bent[j, k], model.bent[j, k] = value, value
+    for k in range(2):
+        measured.filters[FILTER_COULOMB, k] = filters[0, k]
+        measured.filters[FILTER_ADHESION, k] = filters[1, k]
+        model.filters[FILTER_COULOMB, k] = filters[0, k]
+        model.filters[FILTER_ADHESION, k] = filters[1, k]
+        if measured.filters.shape[0] > FILTER_SHARE:
+            measured.filters[FILTER_SHARE, k] = filters[2, k]
+            model.filters[FILTER_SHARE, k] = filters[2, k]
+
+
+@register_jitable(forceinline=True)
+def write_row_in_place(
+    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, ratio: float
+) -> None:
+    """Write what the rows of all candidates have in common; arguments as below."""
+    row = state.candidates.row
+    write_regressors(estimator.form, model, row)
+    scale_inertia_in_place(row, ratio)
+    loads = add_loads(0.0, state.recursion.estimate, state.scratch.row)
+    row[row.size - 1] = measured.filters[FILTER_TORQUE, 0] - loads
+
+
+@register_jitable(forceinline=True)
+def begin_anew_in_place(candidates: CandidateState, estimate: NDArray[np.float64]) -> None:
+    """Let all candidates begin with the estimate in use, the micro-damping as it is."""
+    for i in range(candidates.errors.size):
+        for j in range(candidates.estimates.shape[1] - 1):
+            candidates.estimates[i, j] = estimate[j]
+
+
+@register_jitable(forceinline=True)
+def compare_candidates_in_place(
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    measured: Signals,
+    model: Signals,
+    duration: float,
+    ratio: float,
+) -> CandidateState:
+    """Compare the candidates at a sample of sliding motion from which the estimator has just learnt.
+
+    At one sample the moments of those without a presliding distance are taken, at the next those of the others, and
+    then the one whose turn it is improves its estimate.
+
+    Parameters
+    ----------
+    estimator : EstimatorParameters
+        The estimator.
+    state : EstimatorState
+        Its state; where another candidate is chosen, its estimate and information are changed in place.
+    measured, model : Signals
+        Filters over the measurements, and over the reference and the torque of the model; their friction is that of
+        the candidate in use, and is changed in place with it.
+    duration : float
+        Time since the last sample, s.
+    ratio : float
+        Inertia in the present configuration over that of the first estimate.
+
+    Returns
+    -------
+    CandidateState
+        The new state of the candidates.
+    """
+    candidates, count = state.candidates, estimator.candidates.size
+    waited, seen = candidates.waited + duration, candidates.seen
+    if candidates.phase == FLAT_ROWS:
+        if seen == 0.0:
+            begin_anew_in_place(candidates, state.recursion.estimate)
+        seen += waited
+        share = -math.expm1(-waited / min(MEMORIES * estimator.memory, GROWTH * seen))
+        write_row_in_place(estimator, state, measured, model, ratio)
+        note_moments_in_place(candidates, share, 0, count)
+        return with_turn(candidates, candidates.turn, BENT_ROWS, share, seen, 0.0)
+    if candidates.phase == BENT_ROWS and estimator.presliding.size > 0:
+        write_row_in_place(estimator, state, measured, model, ratio)
+        note_moments_in_place(candidates, candidates.share, count, candidates.errors.size)
+        return with_turn(candidates, candidates.turn, FITS, candidates.share, seen, waited)
+    fit_in_place(estimator, state.recursion, candidates, state.scratch.ranges)
+    tried, chosen, error = candidates.turn, candidates.chosen, candidates.errors[candidates.turn]
+    following = tried + 1 if tried + 1 < candidates.errors.size else 0
+    candidates = with_turn(candidates, following, FLAT_ROWS, candidates.share, seen, waited)
+    if seen < FIRST * estimator.memory or error > least_error(candidates.errors):
+        return candidates
+    # errors on the same moments: one bad sample must not count for the one and not yet for the other
+    complete_in_place(candidates.moments[chosen])
+    usual = residual_moments_in_place(candidates.moments[chosen], candidates.estimates[chosen], candidates.row)
+    distance = candidate_distance(estimator, tried)
+    if not error < (BENT_MARGIN if distance > 0.0 else MARGIN) * usual:
+        return candidates
+    take_candidate_in_place(estimator, state, tried, measured, model)
+    return with_choice(candidates, tried, candidate_velocity(estimator, tried), distance)

@@ -1,0 +1,149 @@
+"""The Stribeck velocity is chosen from a few candidates by the torque error of each one's own estimate."""
+
+import math
+
+import numpy as np
+import pytest
+from closed_loops import drive, lay_course, make
+
+from adaptive_ff import load_scenario
+from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_choice
+from adaptive_ff.adaptive.candidates import residual_moments_in_place
+from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.estimator import predict_torque
+from adaptive_ff.comparison.matrix.cells import SCENARIOS
+
+JOINT = load_scenario(SCENARIOS / "high_stiction.toml").modified(seed=101)
+TRUE = JOINT.joint.stribeck_velocity
+TOLD_A_QUARTER = JOINT.modified(adaptation={"stribeck_velocity": 0.25 * TRUE}, duration=12.0)
+SETTINGS = {"period": 0.01, "inertia": 20.0, "stribeck_velocity": 0.05}
+
+
+def without_candidates(scenario):
+    """The controller of the line-up, but that it keeps the Stribeck velocity that it is told."""
+    adaptation = scenario.adaptation
+    return AdaptiveController(
+        *scenario.feedback.gains,
+        scenario.sampling.period,
+        inertia=scenario.feedback.inertia,
+        stribeck_velocity=adaptation.stribeck_velocity,
+        stribeck_factors=(),
+        presliding_factors=(),
+    )
+
+
+@pytest.mark.parametrize("factor", [0.25, 4.0])
+def test_a_joint_that_is_told_a_wrong_velocity_finds_its_own(factor):
+    scenario = JOINT.modified(adaptation={"stribeck_velocity": factor * TRUE}, duration=15.0)
+    controller = make("adaptive", scenario)
+    record, _ = drive(controller, lay_course(scenario))
+    found = controller.estimates
+    assert found["stribeck_velocity"] == pytest.approx(TRUE)
+    assert found["stiction"] == pytest.approx(JOINT.joint.stiction, rel=0.05)
+    assert found["coulomb"] == pytest.approx(JOINT.joint.coulomb, rel=0.1)
+    chosen = record.estimates[:, -2]
+    assert chosen[0] == pytest.approx(factor * TRUE)
+    assert np.count_nonzero(np.diff(chosen)) <= 2
+    velocity, distance = assess_choice(controller.parameters.estimator, controller.state.estimator.candidates)
+    assert velocity.identifiable
+    assert distance.value == 0.0
+
+
+def test_told_right_it_is_the_same_controller_to_the_bit():
+    scenario = JOINT.modified(duration=12.0)
+    course = lay_course(scenario)
+    (trying, _), (keeping, _) = drive(make("adaptive", scenario), course), drive(without_candidates(scenario), course)
+    assert np.array_equal(trying.torque, keeping.torque)
+    assert np.array_equal(trying.estimates[:, :-2], keeping.estimates)
+
+
+def test_what_the_choice_changes_in_the_torque_is_what_the_model_needs():
+    scenario, controller = TOLD_A_QUARTER, make("adaptive", TOLD_A_QUARTER)
+    record, _ = drive(controller, lay_course(scenario))
+    (change,) = np.flatnonzero(np.diff(record.estimates[:, -2]))
+    steps = np.abs(np.diff(record.torque))
+    # reversals step by some two times the stiction; the choice must not add one of its own
+    assert steps[change] < 0.5 * np.max(steps)
+
+
+def test_a_restored_state_goes_on_to_the_bit():
+    course = lay_course(TOLD_A_QUARTER)
+    first = make("adaptive", TOLD_A_QUARTER)
+    torques, saved, after = [], None, []
+    velocities = course.reference[course.samples[:-1]] + course.noise
+    for k, velocity in enumerate(velocities[:-1]):
+        torques.append(first.step(float(course.reference[course.samples[k]]), float(velocity)))
+        if k == 150:
+            saved = first.state_to_json()
+    second = make("adaptive", TOLD_A_QUARTER)
+    second.state_from_json(saved)
+    for k in range(151, velocities.size - 1):
+        after.append(second.step(float(course.reference[course.samples[k]]), float(velocities[k])))
+    assert after == torques[151:]
+    assert second.state_to_json() == first.state_to_json()
+    assert second.state.estimator.candidates.seen > 0.0
+
+
+def test_moments_give_the_error_that_the_rows_give():
+    rng = np.random.default_rng(101)
+    rows, estimate = rng.standard_normal((50, 9)), np.array([20.0, 60.0, 90.0, 80.0, 0.02, 5.0, 40.0])
+    errors = np.array([row[-1] - predict_torque(estimate, row[:-1]) for row in rows])
+    correlation = np.zeros(9)
+    squared = residual_moments_in_place(rows.T @ rows / 50.0, estimate, correlation)
+    assert squared == pytest.approx(np.mean(errors**2), rel=1e-9)
+    assert correlation == pytest.approx(errors @ rows / 50.0, rel=1e-9)
+
+
+def test_a_model_begins_with_the_velocity_that_it_was_identified_with():
+    model = {"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0, "stiction": 180.0, "stribeck_velocity": 0.19}
+    assert AdaptiveController(1000.0, 1e4, **SETTINGS, model=model).estimates["stribeck_velocity"] == 0.2
+    assert AdaptiveController(1000.0, 1e4, **SETTINGS).estimates["stribeck_velocity"] == 0.05
+    with pytest.raises(ValueError, match="stribeck_velocity"):
+        AdaptiveController(1000.0, 1e4, **SETTINGS, model=model | {"stribeck_velocity": math.nan})
+
+
+@pytest.mark.parametrize("factors", [(0.5, 2.0), (2.0, 1.0), (-1.0, 1.0), (1.0, math.inf), tuple(range(1, 12))])
+def test_factors_that_are_no_grid_are_refused(factors):
+    with pytest.raises(ValueError, match="stribeck_factors"):
+        AdaptiveController(1000.0, 1e4, **SETTINGS, stribeck_factors=factors)
+
+
+def test_a_state_with_a_velocity_that_no_candidate_has_is_refused():
+    controller = AdaptiveController(1000.0, 1e4, **SETTINGS)
+    text = controller.state_to_json()
+    wrong = text.replace('"stribeck_velocity": 0.05', '"stribeck_velocity": 0.07')
+    assert wrong != text
+    with pytest.raises(ValueError, match="stribeck_velocity"):
+        controller.state_from_json(wrong)
+    with pytest.raises(ValueError, match="chosen"):
+        controller.state_from_json(text.replace('"chosen": 2', '"chosen": 17'))
+
+
+def test_before_anything_is_learnt_the_velocity_is_as_uncertain_as_the_grid_is_wide():
+    controller = AdaptiveController(1000.0, 1e4, **SETTINGS)
+    known = controller.uncertainties["stribeck_velocity"]
+    assert known > 0.5 * (FACTORS[-1] - FACTORS[0]) * 0.05 / math.sqrt(3.0)
+    velocity, distance = controller.diagnose().parameters[-2:]
+    assert (velocity.name, velocity.unit, velocity.identifiable) == ("stribeck_velocity", "rad/s", False)
+    assert (distance.name, distance.unit, distance.identifiable) == ("presliding", "rad", False)
+
+
+def test_bristles_are_found_and_fed_forward():
+    scenario = load_scenario(SCENARIOS / "lugre_1e4.toml").modified(seed=101, duration=30.0)
+    course = lay_course(scenario)
+    errors = []
+    for controller in (make("adaptive", scenario), without_candidates(scenario)):
+        record, _ = drive(controller, course)
+        error = (course.reference - record.velocity)[-record.velocity.size // 4 :]
+        errors.append(float(np.sqrt(np.mean(error**2))))
+        if controller.state.estimator.candidates.errors.size > 0:
+            # bristles of 1e4 N m/rad under 60 to 90 N m of friction
+            assert 0.004 < controller.estimates["presliding"] < 0.012
+            assert controller.estimates["coulomb"] == pytest.approx(60.0, rel=0.1)
+    assert errors[0] < 0.8 * errors[1]
+
+
+@pytest.mark.parametrize("factors", [(0.0, 1.0), (3.0, 1.0), (math.nan,), (1.0, 2.0, 3.0, 4.0, 5.0)])
+def test_distances_that_are_no_grid_are_refused(factors):
+    with pytest.raises(ValueError, match="presliding_factors"):
+        AdaptiveController(1000.0, 1e4, **SETTINGS, presliding_factors=factors)
