@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from plant import JointParameters, JointState, Stribeck, initial_state, sliding_friction, step_joint
-from plant import sliding
+from plant import JointParameters, JointState, Stribeck, initial_state, sliding, sliding_friction, step_joint
 from plant.friction import sliding_friction_and_slope
 from plant.joint import check_unique_step
 
