@@ -79,9 +79,6 @@ SMALLEST_FLOOR = 1e-9
 LARGEST_FLOOR = 1e-3
 """Floor of the information where the prediction is far off, as after a change of friction."""
 
-CLIP = 9.0
-"""Square of the largest prediction error that is learnt from, over the usual mean square, once a memory is full."""
-
 GUESS = 0.9
 """Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
 
@@ -377,7 +374,8 @@ def learn_in_place(
     if estimate.size - load_count(estimator) > OFFSET:
         longest = LONGEST_WAIT * estimator.memory
         alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
-        if noticed and is_decided(alarm):
+        # where gravity is learnt too, a load may be either, and least squares share it out
+        if noticed and is_decided(alarm) and load_count(estimator) == 0:
             follow_change_in_place(estimate, alarm, surprise, estimator.torque_scale, load_count(estimator))
             error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
             squared = error * error
@@ -389,10 +387,6 @@ def learn_in_place(
         squared = min(squared, usual)
         forget_in_place(estimator, recursion, surprise.friction_squared, alarm, window / estimator.memory)
         state = with_candidates(state, forgetful(state.candidates))
-    if learnt > estimator.memory:
-        # the first errors after a change, before it is noticed, must not move what has been learnt
-        largest = math.sqrt(CLIP * (levels.squared_error + LEAST_ERROR))
-        error = min(max(error, -largest), largest)
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
     levels = Levels(squared_error, largest_torque, speed, learnt, levels.stuck)
     update_resetting_in_place(recursion, floor, keep, error)
