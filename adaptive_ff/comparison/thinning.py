@@ -43,7 +43,7 @@ def drive_thinned(
     note: Callable[[int], None] | None = None,
     parts: int = 1,
 ) -> tuple[Thinned, tuple[str, ...], tuple[str, ...]]:
-    """Run a controller over a course as :func:`drive_over` does, and keep few of its samples.
+    """Run a controller as :func:`adaptive_ff.comparison.running.drive_over` does, and keep few of its samples.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def drive_thinned(
     last_change : float
         Time of the last change of the joint, s; zero without one.
     controller, course, progress, note, parts
-        As for :func:`drive_over`.
+        As for :func:`adaptive_ff.comparison.running.drive_over`.
 
     Returns
     -------

@@ -217,7 +217,8 @@ class Joint:
         """Tell whether all recorded estimates were finite and possible, and the present one is within its ranges."""
         estimator, estimates = self.controller.parameters.estimator, record.estimates
         low, high = estimator.ranges[:, 0], estimator.ranges[:, 1]
-        possible = bool(np.all(np.isfinite(estimates)) and np.all((estimates >= low) & (estimates <= high)))
+        bounded = estimates[:, : low.size]  # what is chosen among candidates follows
+        possible = bool(np.all(np.isfinite(estimates)) and np.all((bounded >= low) & (bounded <= high)))
         recursion, ranges = self.controller.state.estimator.recursion, self.controller.state.estimator.scratch.ranges
         within = np.all((recursion.estimate >= ranges[:, 0]) & (recursion.estimate <= ranges[:, 1]))
         return possible and (bool(within) or not np.any(ranges))

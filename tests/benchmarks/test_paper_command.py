@@ -15,7 +15,9 @@ def experiment(name="figure_99"):
         Row("reached", 3.0, "<= 4", True),
         Row("missed", "5, 6", "<= 4", False),
     ]
-    return Experiment("Fig. 99: a thing", rows, ["It agrees."], {name: Figure()})
+    drawn = Figure(layout="constrained")
+    drawn.subplots()
+    return Experiment("Fig. 99: a thing", rows, ["It agrees."], {name: drawn})
 
 
 def invoke(*arguments):

@@ -67,12 +67,13 @@ def draw(estimator, rng, direction, factor, load, noise, speed=1.0):
     """Measured and modelled signals of a joint whose friction is so many times what it was, and loads."""
     count = 6 if estimator.first.size - load_count(estimator) > 6 else 4
     shape = np.array([[40.0, 300.0], [0.2, 1.0], [0.6, 3.0], [0.4, 3.0], [0.4, 3.0], [0.2, 1.0]])[:count]
-    model = Signals(shape * rng.uniform(0.3, 1.0, shape.shape) * rng.choice([-1.0, 1.0], shape.shape), 0.0)
+    drawn = shape * rng.uniform(0.3, 1.0, shape.shape) * rng.choice([-1.0, 1.0], shape.shape)
+    model = Signals(drawn, 0.0, np.zeros((2, 2)))
     model.filters[1:4, 0] = direction * np.abs(model.filters[1:4, 0])
     model.filters[4:] = np.abs(model.filters[4:])
     model = model._replace(velocity=model.filters[1, 0] + 0.01 * rng.standard_normal())
     loads = rng.uniform(-1.0, 1.0, (load_count(estimator), 3))
-    measured = Signals(model.filters * (1.0 + noise * rng.standard_normal(shape.shape)), model.velocity)
+    measured = model._replace(filters=model.filters * (1.0 + noise * rng.standard_normal(shape.shape)))
     measured.filters[1] *= speed
     there = truth(estimator).copy()
     there[1:4] *= factor
@@ -244,7 +245,7 @@ def test_what_a_change_is_attributed_to_is_forgotten(names, cause):
 def signals(torque=0.0, speed=0.0, slope=0.0, velocity=0.0):
     filters = np.zeros((4, 2))
     filters[0, 0], filters[1] = torque, (speed, slope)
-    return Signals(filters, velocity)
+    return Signals(filters, velocity, np.zeros((2, 2)))
 
 
 def guessed(measured, model, *, times=1, ratio=1.0, levels=None, names=ESTIMATED, loads=None, estimate=None):

@@ -152,7 +152,7 @@ def test_batch_finds_the_joint_of_each_direction(unequal_log):
 
 def test_batch_of_fewer_parameters_finds_another_joint_and_fits_worse(unequal_log):
     full, five = identify(unequal_log, PER_DIRECTION), identify(unequal_log, ESTIMATED)
-    assert five.model[7:] == (0.0, 0.0, 0.0)
+    assert not any(five.model[7:])
     assert five.regression.residual_rms > 5.0 * full.regression.residual_rms
     assert abs(five.physical["friction_lag"].value / LAG - 1.0) > 0.05
 

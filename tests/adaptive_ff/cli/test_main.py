@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("compiled")
 METRICS = {
     *("rms_error", "max_error", "rms_error_start", "rms_error_settled", "max_error_settled", "torque_variation"),
 }
-ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag", "offset"}
+ESTIMATED = {"inertia", "coulomb", "stiction", "viscous", "friction_lag", "offset", "stribeck_velocity", "presliding"}
 COLUMNS = ["time", "reference", "velocity", "measured", "torque", "feedforward", "friction"]
 
 

@@ -17,7 +17,6 @@ from adaptive_ff.regression.torque_form import (
     FILTER_TORQUE,
     FILTER_VELOCITY,
     REGRESSORS,
-    Signals,
     TorqueForm,
     advance_signals_in_place,
     initial_signals,
@@ -216,7 +215,7 @@ def test_torque_is_held_over_the_period_that_ends_and_its_slope_is_regressed_wit
 @pytest.mark.parametrize("count", [5, 8])
 @pytest.mark.parametrize("velocity", [0.03, -0.2, 0.0])
 def test_settled_filters_are_those_of_a_motion_that_has_lasted(velocity, count):
-    moved = Signals(initial_signals(count).filters, velocity)
+    moved = initial_signals(count)._replace(velocity=velocity)
     for _ in range(100):
         moved = advance_signals_in_place(FORM, moved, 0.0, velocity, 0.01)
     settled = settle_signals_in_place(FORM, initial_signals(count), velocity)
