@@ -54,6 +54,9 @@ STANDSTILL_SHARE = 0.02
 REFUSED_SHARE = 0.05
 """Torque that the drive did not give beyond which nothing is learnt, as a share of the unit of torque."""
 
+UNWOUND = 3.0
+"""For how long after that nothing is learnt either, in time constants of the integral's anti-windup."""
+
 VISCOUS_SHARE = 0.1
 """Unit of the viscous coefficient, as a share of the proportional gain."""
 
@@ -115,6 +118,8 @@ class LearntState(NamedTuple):
         Last reference, rad/s.
     enabled : bool
         Whether the weights adapt.
+    hold : float
+        For how long nothing is learnt yet, s: the integral still answers to torque that the drive did not give.
     """
 
     feedback: PIState
@@ -122,13 +127,14 @@ class LearntState(NamedTuple):
     features: MutableArray
     reference: float
     enabled: bool
+    hold: float
 
 
 def initial_learnt_state(block: LearntParameters) -> LearntState:
     """Return the state of a controller that knows nothing but the assumed inertia."""
     weights = np.zeros(block.scale.size)
     weights[INERTIA] = block.inertia
-    return LearntState(initial_pi_state(block.feedback), weights, np.zeros(block.scale.size), 0.0, True)
+    return LearntState(initial_pi_state(block.feedback), weights, np.zeros(block.scale.size), 0.0, True, 0.0)
 
 
 @register_jitable
@@ -167,14 +173,28 @@ def learn_in_place(block: LearntParameters, state: LearntState, feedback_torque:
 
 
 @register_jitable
+def advance_hold(block: LearntParameters, state: LearntState, inputs: Inputs) -> float:
+    """Return for how long nothing is to be learnt, s: as long as the drive refuses torque, and until that is unwound.
+
+    The integral unwinds with the time constant of its back-calculation. A joint that a weak drive holds back at every
+    reversal would else teach the weights a friction that passes from limit to limit as the feedback does.
+    """
+    asked = asked_torque(block.feedback, state.feedback)
+    if abs(inputs.realised_torque - asked) > REFUSED_SHARE * block.torque_scale:
+        unwinding = block.feedback.proportional / block.feedback.integral if block.feedback.integral > 0.0 else 0.0
+        return max(UNWOUND * unwinding, block.period)
+    return max(state.hold - inputs.dt, 0.0)
+
+
+@register_jitable
 def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> tuple[Output, LearntState]:
     """Do one sample: learn from what the last features left over, feed the coming ones forward, then feedback."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last = state.feedback
-    refused = abs(inputs.realised_torque - asked_torque(block.feedback, last)) > REFUSED_SHARE * block.torque_scale
+    hold = advance_hold(block, state, inputs)
     slowest = STANDSTILL_SHARE * block.velocity_scale
     moving = abs(inputs.reference) >= slowest and abs(state.reference) >= slowest
-    if state.enabled and last.samples > 0 and moving and not refused and math.isfinite(inputs.velocity):
+    if state.enabled and last.samples > 0 and moving and hold <= 0.0 and math.isfinite(inputs.velocity):
         error = inputs.reference + inputs.correction - inputs.velocity
         learn_in_place(block, state, block.feedback.proportional * error + last.integral, inputs.dt)
     advance_features_in_place(block, state, inputs)
@@ -182,7 +202,7 @@ def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> 
     for i in range(VISCOUS, block.scale.size):
         torque += state.weights[i] * state.features[i]
     output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, torque), guard)
-    return output, LearntState(feedback, state.weights, state.features, inputs.reference, state.enabled)
+    return output, LearntState(feedback, state.weights, state.features, inputs.reference, state.enabled, hold)
 
 
 STEPS[LearntParameters] = step_learnt
