@@ -34,11 +34,11 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.candidate_state import CandidateState, with_choice, with_turn
+from adaptive_ff.adaptive.candidate_state import CandidateState, forgetful, with_choice, with_turn
 from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator import add_loads, scale_inertia_in_place
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
-from adaptive_ff.estimation.resetting import ResettingState, factor_in_place, solve_in_place
+from adaptive_ff.estimation.resetting import ResettingState, factor_in_place, solve_in_place, total_of
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, STICTION_ASYMMETRY
 from adaptive_ff.model.friction import adhesion_share
 from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay
@@ -240,8 +240,8 @@ def write_information(
 @register_jitable(forceinline=True)
 def fit_in_place(
     estimator: EstimatorParameters, recursion: ResettingState, candidates: CandidateState, ranges: NDArray[np.float64]
-) -> None:
-    """Improve the estimate of the candidate whose turn it is by one step, and note its error."""
+) -> bool:
+    """Improve the estimate of the candidate whose turn it is by one step, and note its error; tell if all is finite."""
     moments, estimate = candidates.moments[candidates.turn], candidates.estimates[candidates.turn]
     correlation, gain, factor, size = candidates.row, candidates.gain, candidates.factor, estimate.size
     complete_in_place(moments)
@@ -263,7 +263,9 @@ def fit_in_place(
     candidates.ranges[size - 1, 1] = ranges[COULOMB, 1]
     factor_in_place(factor)
     solve_in_place(factor, gain)
+    solved = math.isfinite(total_of(gain))  # before it is confined, which can hide what is no number
     correct_in_place(estimator.fit_scale, estimate, gain, factor, candidates.ranges, candidates.work)
+    return solved and math.isfinite(total_of(estimate))
 
 
 @register_jitable(forceinline=True)
@@ -336,6 +338,32 @@ def begin_anew_in_place(candidates: CandidateState, estimate: NDArray[np.float64
 
 
 @register_jitable(forceinline=True)
+def recover_candidates_in_place(candidates: CandidateState, estimate: NDArray[np.float64]) -> None:
+    """Let all candidates begin with the estimate in use and without moments, and clear what is computed with.
+
+    Moments are positive semi-definite by construction, but rounding, or a state from elsewhere, can spoil them. All
+    begin anew, because errors can be compared only over the same time.
+    """
+    begin_anew_in_place(candidates, estimate)
+    last, size = candidates.gain.size - 1, candidates.row.size
+    for i in range(candidates.errors.size):
+        candidates.estimates[i, last] = 0.0
+        candidates.errors[i] = 0.0
+        for j in range(size):
+            for k in range(size):
+                candidates.moments[i, j, k] = 0.0
+    for i in range(size):
+        candidates.row[i] = 0.0
+    for i in range(last + 1):
+        candidates.gain[i] = 0.0
+        candidates.work[i] = 0.0
+        for j in range(last + 1):
+            candidates.factor[i, j] = 0.0
+        for j in range(size):
+            candidates.products[i, j] = 0.0
+
+
+@register_jitable(forceinline=True)
 def compare_candidates_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,
@@ -382,7 +410,9 @@ def compare_candidates_in_place(
         write_row_in_place(estimator, state, measured, model, ratio)
         note_moments_in_place(candidates, candidates.share, count, candidates.errors.size)
         return with_turn(candidates, candidates.turn, FITS, candidates.share, seen, waited)
-    fit_in_place(estimator, state.recursion, candidates, state.scratch.ranges)
+    if not fit_in_place(estimator, state.recursion, candidates, state.scratch.ranges):
+        recover_candidates_in_place(candidates, state.recursion.estimate)
+        return forgetful(candidates)
     tried, chosen, error = candidates.turn, candidates.chosen, candidates.errors[candidates.turn]
     following = tried + 1 if tried + 1 < candidates.errors.size else 0
     candidates = with_turn(candidates, following, FLAT_ROWS, candidates.share, seen, waited)

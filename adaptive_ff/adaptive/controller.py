@@ -23,7 +23,7 @@ from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.prior import prior_of
-from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share
+from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share, possible_now
 from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
@@ -169,8 +169,10 @@ class AdaptiveBase(IdentifyingController):
         super()._check_state(state)
         feedback = self.parameters.feedback
         largest = largest_torque(feedback.proportional, feedback.integral)
-        check_estimator_state(self.parameters.estimator, state.estimator, largest)
-        check_candidate_state(self.parameters.estimator, state.estimator.candidates)
+        estimator = self.parameters.estimator
+        check_estimator_state(estimator, state.estimator, largest)
+        ranges = possible_now(estimator, state.estimator.levels)
+        check_candidate_state(estimator, state.estimator.candidates, ranges, largest)
         check_share("command.share", state.command.share)
         if not 0.0 <= state.timing.lag <= self.parameters.estimator.ranges[FRICTION_LAG, 1] * (1.0 + 1e-9):
             raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")

@@ -57,6 +57,7 @@ from adaptive_ff.adaptive.estimator_state import (
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
+    total_of,
     update_resetting_in_place,
 )
 from adaptive_ff.model.bounds import (
@@ -263,10 +264,8 @@ def recover_in_place(estimator: EstimatorParameters, state: EstimatorState) -> b
     The information matrix is positive definite by construction, but rounding, or a state from elsewhere, can spoil it;
     without this all estimates would be lost.
     """
-    recursion, total = state.recursion, 0.0
-    for i in range(recursion.gain.size):
-        total += recursion.gain[i]
-    if math.isfinite(total):
+    recursion = state.recursion
+    if math.isfinite(total_of(recursion.gain)):
         return False
     for i in range(recursion.gain.size):
         recursion.gain[i] = 0.0

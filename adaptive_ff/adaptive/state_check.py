@@ -4,15 +4,27 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.candidate_state import CandidateState
-from adaptive_ff.adaptive.candidates import candidate_distance, candidate_velocity
+from adaptive_ff.adaptive.candidates import FITS, FLAT_ROWS, candidate_distance, candidate_velocity
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
-from adaptive_ff.model.bounds import write_ranges
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
+from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
+from adaptive_ff.regression.torque_form import BENT, DAMPING
+from controllers.plausible_sizes import LARGEST_VELOCITY
 
 ROUNDING = 1e-9
 """How far an estimate may lie beyond its range, relative to it."""
+
+SLACK = 10.0
+"""How far signals of the candidates may lie beyond their plausible sizes."""
+
+NOT_DEFINITE = 1e-6
+"""Least eigenvalue of scaled moments below zero that is taken for rounding."""
+
+LEAST_MOMENT = 1e-24
+"""Mean square below which a signal is taken for zero, over its largest plausible one."""
 
 
 def check_estimator_state(estimator: EstimatorParameters, state: EstimatorState, largest: float) -> None:
@@ -35,6 +47,11 @@ def check_estimator_state(estimator: EstimatorParameters, state: EstimatorState,
         raise ValueError(f"state.estimator.levels.torque = {levels.torque} is not allowed: at most {largest:g} N m")
     if levels.learnt > 0.0 and levels.speed <= 0.0:
         raise ValueError("state.estimator.levels.speed = 0 is not allowed of an estimator that has learnt")
+    _check_within("recursion.estimate", state.recursion.estimate, estimator.first, possible_now(estimator, levels))
+
+
+def possible_now(estimator: EstimatorParameters, levels: Levels) -> NDArray[np.float64]:
+    """Return the least and the largest value that each estimate can have come to, shape (n, 2)."""
     ranges = np.array(estimator.ranges)
     if levels.learnt > 0.0 and levels.speed > 0.0:
         write_ranges(
@@ -42,19 +59,82 @@ def check_estimator_state(estimator: EstimatorParameters, state: EstimatorState,
         )
         # peaks fade, and estimates follow only where they are learnt: a factor lies between
         ranges[1:] *= np.where(np.isfinite(ranges[1:]), 10.0, 1.0)
-    estimate = state.recursion.estimate
+    return ranges
+
+
+def _check_within(
+    name: str, estimate: NDArray[np.float64], first: NDArray[np.float64], ranges: NDArray[np.float64]
+) -> None:
     slack = ROUNDING * np.abs(ranges)
     outside = (estimate < ranges[:, 0] - slack[:, 0]) | (estimate > ranges[:, 1] + slack[:, 1])
-    if np.any(outside & (estimate != estimator.first)):
+    outside &= estimate != first
+    if np.any(outside):
         place = int(np.argmax(outside))
         raise ValueError(
-            f"state.estimator.recursion.estimate[{place}] = {estimate[place]} is not allowed: "
+            f"state.estimator.{name}[{place}] = {estimate[place]} is not allowed: "
             f"it must be from {ranges[place, 0]:g} to {ranges[place, 1]:g}"
         )
 
 
-def check_candidate_state(estimator: EstimatorParameters, state: CandidateState) -> None:
-    """Raise ``ValueError`` where the candidates of an estimator cannot have come to a state."""
+def check_candidate_state(
+    estimator: EstimatorParameters, state: CandidateState, ranges: NDArray[np.float64], largest: float
+) -> None:
+    """Raise ``ValueError`` where the candidates of an estimator cannot have come to a state.
+
+    Parameters
+    ----------
+    estimator : EstimatorParameters
+        Its parameters.
+    state : CandidateState
+        The state.
+    ranges : ndarray, shape (n, 2)
+        Least and largest value that each estimate of the estimator can have come to.
+    largest : float
+        Largest plausible torque, N m.
+    """
+    _check_choice(estimator, state)
+    if state.seen < 0.0 or state.waited < 0.0 or np.any(state.errors < 0.0):
+        raise ValueError("state.estimator.candidates is not allowed: times and mean squares must be zero or more")
+    if not FLAT_ROWS <= state.phase <= FITS:
+        raise ValueError(f"state.estimator.candidates.phase = {state.phase} is not allowed: from {FLAT_ROWS} to {FITS}")
+    check_share("estimator.candidates.share", state.share)
+    size = state.gain.size - 1
+    first = np.append(estimator.first[:size], 0.0)
+    possible = np.vstack([ranges[:size], [0.0, ranges[COULOMB, 1]]])
+    for i, estimate in enumerate(state.estimates):
+        _check_within(f"candidates.estimates[{i}]", estimate, first, possible)
+    # bends are from -1 to 1; their filters, and those of the micro-damping, hardly more than that
+    units = np.array([1.0, estimator.form.pole])
+    bends, damped = np.abs(state.bent[:, BENT]), np.abs(state.bent[:, DAMPING])
+    if np.any(np.abs(state.filters) > SLACK * units) or np.any(bends > SLACK) or np.any(damped > SLACK * units):
+        raise ValueError("state.estimator.candidates is not allowed: its filters are beyond the signals' sizes")
+    _check_moments(estimator, state, largest)
+
+
+def _check_moments(estimator: EstimatorParameters, state: CandidateState, largest: float) -> None:
+    """Raise ``ValueError`` where moments are not those of rows of any motion; only their lower triangle is used."""
+    pole = estimator.form.pole
+    sizes = np.ones(state.row.size)
+    sizes[INERTIA + 1 : COULOMB + 1] = pole * LARGEST_VELOCITY
+    sizes[0] = pole * sizes[INERTIA + 1]
+    sizes[VISCOUS + 1] = LARGEST_VELOCITY
+    if sizes.size > VISCOUS_ASYMMETRY + 3:
+        sizes[VISCOUS_ASYMMETRY + 1] = LARGEST_VELOCITY
+    sizes[FRICTION_LAG + 1], sizes[-1] = pole * largest, largest
+    least = LEAST_MOMENT * sizes * sizes
+    for i, lower in enumerate(np.tril(state.moments)):
+        squares = np.diag(lower)
+        units = np.sqrt(np.maximum(squares, least))
+        scaled = (lower + np.tril(lower, -1).T) / np.outer(units, units)
+        if np.any(squares > (SLACK * sizes) ** 2) or not np.all(np.abs(scaled) <= 1.0 + NOT_DEFINITE):
+            raise ValueError(f"state.estimator.candidates.moments[{i}] is not allowed: no signals have such moments")
+        if np.linalg.eigvalsh(scaled)[0] < -NOT_DEFINITE:
+            raise ValueError(
+                f"state.estimator.candidates.moments[{i}] is not allowed: it must be positive semi-definite"
+            )
+
+
+def _check_choice(estimator: EstimatorParameters, state: CandidateState) -> None:
     count = estimator.candidates.size + estimator.presliding.size
     for name in ("chosen", "turn"):
         place = getattr(state, name)
@@ -70,8 +150,6 @@ def check_candidate_state(estimator: EstimatorParameters, state: CandidateState)
             raise ValueError(
                 f"state.estimator.candidates.{name} = {found} is not allowed: that of the candidate in use is {value:g}"
             )
-    if state.seen < 0.0 or state.waited < 0.0 or np.any(state.errors < 0.0):
-        raise ValueError("state.estimator.candidates is not allowed: times and mean squares must be zero or more")
 
 
 def check_share(name: str, value: Any) -> None:

@@ -72,6 +72,15 @@ def factor_in_place(matrix: NDArray[np.float64]) -> None:
 
 
 @register_jitable(forceinline=True)
+def total_of(vector: NDArray[np.float64]) -> float:
+    """Return the sum of a vector: it is not finite where one of its numbers is not."""
+    total = 0.0
+    for i in range(vector.size):
+        total += vector[i]
+    return total
+
+
+@register_jitable(forceinline=True)
 def solve_in_place(factor: NDArray[np.float64], vector: NDArray[np.float64]) -> None:
     """Overwrite a vector by the solution of the equations whose matrix has the given Cholesky factor."""
     size = vector.size

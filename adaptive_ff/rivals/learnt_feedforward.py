@@ -54,6 +54,12 @@ STANDSTILL_SHARE = 0.02
 REFUSED_SHARE = 0.05
 """Torque that the drive did not give beyond which nothing is learnt, as a share of the unit of torque."""
 
+LASTING = 3.0
+"""Refusal that lasts longer is no mere lag of the drive, in time constants of the integral's anti-windup ..."""
+
+UNWOUND = 3.0
+"""... and for so long after it nothing is learnt either."""
+
 VISCOUS_SHARE = 0.1
 """Unit of the viscous coefficient, as a share of the proportional gain."""
 
@@ -115,6 +121,8 @@ class LearntState(NamedTuple):
         Last reference, rad/s.
     enabled : bool
         Whether the weights adapt.
+    refused : float
+        For how long the drive has given less than it was asked for, less the time since then, s.
     """
 
     feedback: PIState
@@ -122,13 +130,14 @@ class LearntState(NamedTuple):
     features: MutableArray
     reference: float
     enabled: bool
+    refused: float
 
 
 def initial_learnt_state(block: LearntParameters) -> LearntState:
     """Return the state of a controller that knows nothing but the assumed inertia."""
     weights = np.zeros(block.scale.size)
     weights[INERTIA] = block.inertia
-    return LearntState(initial_pi_state(block.feedback), weights, np.zeros(block.scale.size), 0.0, True)
+    return LearntState(initial_pi_state(block.feedback), weights, np.zeros(block.scale.size), 0.0, True, 0.0)
 
 
 @register_jitable
@@ -167,14 +176,34 @@ def learn_in_place(block: LearntParameters, state: LearntState, feedback_torque:
 
 
 @register_jitable
+def unwinding_time(feedback: PIParameters) -> float:
+    """Return the time constant with which back-calculation takes refused torque out of the integral, s."""
+    return feedback.proportional / feedback.integral if feedback.integral > 0.0 else 0.0
+
+
+@register_jitable
+def advance_refused(block: LearntParameters, state: LearntState, refused: bool, duration: float) -> float:
+    """Return the time for which torque was refused, less the time since then, s.
+
+    A joint that a weak drive holds back at every reversal would teach the weights a friction that passes from limit
+    to limit as the feedback does: after refusal that lasted, nothing is learnt until it is unwound.
+    """
+    if refused:
+        return min(state.refused + duration, (LASTING + UNWOUND) * unwinding_time(block.feedback))
+    return max(state.refused - duration, 0.0)
+
+
+@register_jitable
 def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> tuple[Output, LearntState]:
     """Do one sample: learn from what the last features left over, feed the coming ones forward, then feedback."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last = state.feedback
     refused = abs(inputs.realised_torque - asked_torque(block.feedback, last)) > REFUSED_SHARE * block.torque_scale
+    time_refused = advance_refused(block, state, refused, inputs.dt)
+    unwound = not refused and time_refused <= LASTING * unwinding_time(block.feedback)
     slowest = STANDSTILL_SHARE * block.velocity_scale
     moving = abs(inputs.reference) >= slowest and abs(state.reference) >= slowest
-    if state.enabled and last.samples > 0 and moving and not refused and math.isfinite(inputs.velocity):
+    if state.enabled and last.samples > 0 and moving and unwound and math.isfinite(inputs.velocity):
         error = inputs.reference + inputs.correction - inputs.velocity
         learn_in_place(block, state, block.feedback.proportional * error + last.integral, inputs.dt)
     advance_features_in_place(block, state, inputs)
@@ -182,7 +211,7 @@ def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> 
     for i in range(VISCOUS, block.scale.size):
         torque += state.weights[i] * state.features[i]
     output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, torque), guard)
-    return output, LearntState(feedback, state.weights, state.features, inputs.reference, state.enabled)
+    return output, LearntState(feedback, state.weights, state.features, inputs.reference, state.enabled, time_refused)
 
 
 STEPS[LearntParameters] = step_learnt
