@@ -138,8 +138,8 @@ def test_bad_input_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic"])
 def test_joints_of_every_kind_are_drawn(name):
-    scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=2.0)
-    outcomes = [run_draw(scenario, 101, draw) for draw in range(4)]
+    scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
+    outcomes = [run_draw(scenario, 101, draw) for draw in range(6)]
     ran = [outcome for outcome in outcomes if not outcome.refused]
     assert ran
     for outcome in ran:
