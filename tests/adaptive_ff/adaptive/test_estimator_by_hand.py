@@ -94,7 +94,7 @@ class Twin:
         state = initial_estimator_state(estimator)
         self.estimate, self.information = estimator.first.copy(), state.recursion.information.copy()
         self.agreement = np.zeros((self.estimate.size, 2))
-        self.levels, self.surprise, self.alarm = state.levels, Surprise(0.0, 0.0), NO_ALARM
+        self.levels, self.surprise, self.alarm = state.levels, Surprise(0.0, 0.0, 0.0), NO_ALARM
         self.forgotten = 0
 
     def learn(self, measured, model, loads, duration, ratio):
@@ -122,11 +122,14 @@ class Twin:
         window = changes.JUMP_WINDOW / estimator.form.pole
         self.surprise = note_surprise(self.surprise, friction, error, duration, window)
         usual = changes.JUMP * (squared_error + changes.LEAST_ERROR)
-        product, square = self.surprise
+        product, square, _ = self.surprise
         noticed = learnt > estimator.memory and product**2 / square > usual
         if self.estimate.size - load_count(estimator) > 5:
             longest = changes.LONGEST_WAIT * estimator.memory
             self.alarm = attribute_change(self.alarm, noticed, self.surprise, friction, window, longest, duration)
+            if noticed and changes.is_decided(self.alarm) and load_count(estimator) == 0:
+                self.follow(product / square)
+                error = (torque - predicted(self.estimate, row)) / unit
             if self.alarm.cause == changes.UNDECIDED:
                 self.levels = Levels(squared_error, peak, speed, learnt, stuck)
                 return
@@ -154,6 +157,15 @@ class Twin:
         only = np.zeros(self.estimate.size)
         only[places] = self.estimate[places]
         return only
+
+    def follow(self, change):
+        """What the short window says of load or friction holds at once."""
+        if self.alarm.cause == changes.LOAD:
+            self.estimate[5] += self.alarm.load * self.estimator.torque_scale
+        else:
+            self.estimate += (
+                np.clip(1.0 + change, changes.LEAST_FACTOR, changes.LARGEST_FACTOR) - 1.0
+            ) * self.friction()
 
     def forget(self, share):
         estimator, cause = self.estimator, self.alarm.cause
@@ -231,7 +243,7 @@ def test_what_a_change_is_attributed_to_is_forgotten(names, cause):
     rng, twin = np.random.default_rng(301), Twin(estimator)
     rows = rng.standard_normal((3 * twin.estimate.size, twin.estimate.size))
     twin.estimate, twin.information = truth(estimator), 50.0 * rows.T @ rows
-    twin.surprise, twin.alarm = Surprise(0.0, 0.3), NO_ALARM._replace(cause=cause)
+    twin.surprise, twin.alarm = Surprise(0.0, 0.3, 0.0), NO_ALARM._replace(cause=cause)
     recursion = initial_estimator_state(estimator).recursion
     recursion.estimate[:], recursion.information[:] = twin.estimate, twin.information
     kernels.forget_in_place(estimator, recursion, 0.3, twin.alarm, 0.1)
