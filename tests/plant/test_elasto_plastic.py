@@ -199,7 +199,7 @@ def steps(draw):
     return joint, state, draw(st.floats(-300.0, 300.0)), period
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(steps())
 def test_step_solves_its_equations_and_is_odd(case):
     joint, state, torque, h = case

@@ -239,7 +239,7 @@ def steps(draw):
     return model, state, draw(st.floats(-300.0, 300.0))
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(steps())
 def test_step_solves_the_implicit_equations_is_odd_and_passive_and_keeps_its_bristles_within_stiction(case):
     model, state, torque = case

@@ -246,7 +246,7 @@ def assert_solves_the_implicit_equations(joint, state, torque, period):
     assert after.position == state.position + period * after.velocity
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(unique_steps(st.just(0.0) | st.floats(1e-4, 0.1)))
 def test_step_solves_the_implicit_equations_and_is_odd(case):
     joint, state, torque, period = case
@@ -267,7 +267,7 @@ def test_step_solves_the_implicit_equations_just_above_breakaway(shape, lag, exc
     assert_solves_the_implicit_equations(joint, JointState(0.0, 90.0, 0.0), 90.0 * (1.0 + excess), 1e-4)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(unique_steps(st.just(0.0)))
 @example((PROMPT, JointState(1e-9, 0.0, 0.0), 0.0, 1e-3))
 def test_friction_without_lag_dissipates_and_energy_does_not_grow_without_torque(case):

@@ -62,13 +62,19 @@ def altered(text, path, change):
 
 
 def wrong_texts(text):
-    """Texts that are almost a saved state: each number in turn is missing, a word, null, a list, not finite."""
+    """Texts that are almost a saved state: each number in turn is missing, a word, null, a list, not finite.
+
+    Of the numbers of an array after its first, which are read alike, each is wrong in one of these ways.
+    """
     yield from ("", "[]", "3", '{"state": {}}', text[:-2], text.replace('"controller": "', '"controller": "X', 1))
     yield json.dumps({"controller": json.loads(text)["controller"], "state": None})
-    for path in leaves(json.loads(text)["state"]):
-        yield altered(text, path, lambda place, key: place.pop(key))
-        for value in ("much", None, [1.0, 2.0], math.nan, math.inf):
-            yield altered(text, path, lambda place, key, value=value: place.__setitem__(key, value))
+    ways = [lambda place, key: place.pop(key)]
+    for value in ("much", None, [1.0, 2.0], math.nan, math.inf):
+        ways.append(lambda place, key, value=value: place.__setitem__(key, value))
+    for count, path in enumerate(leaves(json.loads(text)["state"])):
+        inside = any(isinstance(step, int) and step > 0 for step in path)
+        for change in [ways[count % len(ways)]] if inside else ways:
+            yield altered(text, path, change)
         if isinstance(path[-1], str):
             yield altered(text, path, lambda place, key: place.__setitem__(key + "x", place[key]))
 

@@ -50,7 +50,7 @@ def identified_or_refused(log, held_out):
         return str(refused)
 
 
-@settings(max_examples=80)
+@settings(max_examples=50)
 @given(st.lists(st.tuples(SERIES, damage()), max_size=3), st.sampled_from([0.0, 0.3]))
 def test_any_log_is_identified_or_refused_in_one_line(damages, held_out):
     log = make_log(duration=4.0, period=0.004, noise=0.1)

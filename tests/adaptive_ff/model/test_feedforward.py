@@ -190,7 +190,7 @@ frictions = st.builds(
 )
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(frictions, st.just(0.0) | st.floats(1e-9, 5.0))
 def test_friction_of_the_model_is_that_of_the_plant(friction, speed):
     hypothesis = TorqueModel(20.0, *friction[:3], 0.02, *friction[3:])

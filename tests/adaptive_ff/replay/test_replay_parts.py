@@ -147,10 +147,12 @@ def test_watching_in_plain_python_agrees_bit_for_bit():
     found = []
     for loop in (watch, watch.py_func):
         controller = UnsupervisedController(100.0, 1000.0, 0.002, inertia=2.0, stribeck_velocity=0.05)
+        compiled = loop is watch
+        step = (controller.native, 0) if loop is watch else (controller.parameters, controller.state)
         observer = difference_velocity(0.002)
         feedforward, estimates = np.zeros(count), np.zeros((count, 5))
         observed = initial_velocity_state(observer, float(log.position[0]))
-        loop(controller.parameters, controller.state, observer, observed, seen, feedforward, estimates)
+        loop(*step, observer, observed, seen, feedforward, estimates)
         found.append((feedforward, estimates))
     assert np.ptp(found[0][1][:, 1]) > 0.0
     for compiled, plain in zip(*found, strict=True):

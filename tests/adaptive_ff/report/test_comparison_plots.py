@@ -2,6 +2,7 @@ import dataclasses
 import struct
 from time import process_time
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -23,8 +24,19 @@ def comparison():
 
 
 @pytest.fixture(scope="module")
-def figures(comparison):
-    return plot_comparison(comparison)
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("pictures") / "not" / "there yet"
+
+
+@pytest.fixture(scope="module")
+def settings():
+    """Settings of matplotlib before anything is drawn."""
+    return dict(matplotlib.rcParams)
+
+
+@pytest.fixture(scope="module")
+def figures(comparison, folder, settings):
+    return plot_comparison(comparison, folder)
 
 
 class Proportional:
@@ -59,12 +71,10 @@ def with_series(run, **series):
     return dataclasses.replace(run, **series)
 
 
-def test_pictures_are_png_files_of_readable_size_and_nothing_else_is_left(comparison, tmp_path):
-    folder = tmp_path / "not" / "there yet"
-    made = plot_comparison(comparison, folder)
-    assert list(made) == FIVE
+def test_pictures_are_png_files_of_readable_size_and_nothing_else_is_left(figures, folder):
+    assert list(figures) == FIVE
     assert sorted(file.name for file in folder.iterdir()) == sorted(f"{name}.png" for name in FIVE)
-    for name, figure in made.items():
+    for name, figure in figures.items():
         file = folder / f"{name}.png"
         assert png_size(file) == tuple((150 * figure.get_size_inches()).round())
         assert png_size(file)[0] == 1200
@@ -121,12 +131,8 @@ def test_writing_leaves_the_figure_as_it_was(comparison, tmp_path):
     assert png_size(tmp_path / "again.png") == png_size(tmp_path / "run.png")
 
 
-def test_drawing_leaves_no_global_state(comparison, tmp_path):
-    import matplotlib
-
-    before = dict(matplotlib.rcParams)
-    plot_comparison(comparison, tmp_path)
-    assert dict(matplotlib.rcParams) == before
+def test_drawing_leaves_no_global_state(settings, figures):
+    assert dict(matplotlib.rcParams) == settings
 
 
 def test_error_lines_are_reference_minus_true_velocity_in_the_settled_close_up(comparison, figures):
@@ -368,7 +374,7 @@ def test_one_perfect_run_beside_another(comparison):
     assert 0.0 < rms.get_ylim()[0] < 1e3 * run.metrics.rms_error_settled < rms.get_ylim()[1]
 
 
-@pytest.mark.parametrize("duration", [0.01, 0.5, 4.0])
+@pytest.mark.parametrize("duration", [0.01, 4.0])
 def test_run_shorter_than_the_close_up_is_shown_whole(duration, tmp_path):
     scenario = SHORT.modified(duration=duration, sampling={"period": 0.001}, controllers=["pi", "adaptive"])
     comparison = compare(scenario)

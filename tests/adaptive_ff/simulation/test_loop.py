@@ -182,7 +182,8 @@ def test_pause_is_a_standstill_inside_the_motion():
 
 
 def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once():
-    scenario = SHORT.modified(
+    scenario = SCENARIO.modified(
+        duration=2.0,
         sampling={"jitter": 0.9},
         feedback={"bandwidth": 5.0},
         actuator={"delay": 0.004, "torque_resolution": 0.5, "ripple_amplitude": 2.0, "rate_limit": 2e4},
@@ -190,7 +191,7 @@ def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once()
             **{"warm_up_excess": 0.4, "position_amplitude": 0.2, "load_share": 0.01},
             **{"thermal_resistance": 5.0, "thermal_time": 3.0, "thinning": 0.01},
         },
-        change=[{"time": 3.0, "friction_scale": 0.7, "load": 10.0}],
+        change=[{"time": 1.0, "friction_scale": 0.7, "load": 10.0}],
     )
     course, controller, other = lay_course(scenario), make("adaptive", scenario), make("adaptive", scenario)
     plain, _ = drive(controller, course, run=run_plain)
