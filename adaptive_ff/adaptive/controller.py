@@ -14,149 +14,24 @@ from adaptive_ff.adaptive.candidate_choice import (
     BENT_FACTORS,
     FACTORS,
     assess_choice,
-    begin_velocity,
-    candidate_distances,
-    candidate_velocities,
     chosen_names,
 )
-from adaptive_ff.adaptive.command import CommandParameters
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, load_count
+from adaptive_ff.adaptive.estimator_state import load_count
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
-from adaptive_ff.adaptive.prior import prior_of
+from adaptive_ff.adaptive.settings import DEVIATION, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share, possible_now
-from adaptive_ff.adaptive.step import AdaptiveParameters, identified_model, initial_adaptive_state
+from adaptive_ff.adaptive.step import identified_model, initial_adaptive_state
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
-from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, largest_lag
+from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
-from adaptive_ff.model.friction import ESTIMATED, FURTHER, WITH_OFFSET, TorqueModel, directed_friction
-from adaptive_ff.model.identifying import ALL_CHOICES, IdentifyingController, check_parameters, has_gravity
-from adaptive_ff.regression.torque_form import FILTER_TORQUE, TorqueForm, initial_signals
-from controllers import check_gains, check_positive
+from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, TorqueModel, directed_friction
+from adaptive_ff.model.identifying import IdentifyingController
+from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
 from controllers.plausible_sizes import largest_torque
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis, Recorded
-
-GATE_SHARE = 0.2
-"""Speed of the gate, as a share of the Stribeck velocity."""
-
-GATE_HOLD = 3.0
-"""Hold of the gate, in time constants of the filters."""
-
-MEMORY = 320.0
-"""Default memory, in geometric means of the sampling period and the time constant of the filters."""
-
-DEVIATION = 0.2
-"""How sure a first model is where nothing else is said, as a share of each of its values."""
-
-MOST_REGRESSORS = 20
-"""Most further regressors: with some 25 columns and more, all of them are learnt worse."""
-
-
-def further_names(count: int) -> tuple[str, ...]:
-    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
-        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
-    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
-
-
-def default_memory(period: float, pole: float) -> float:
-    """Return the memory (s of sliding motion) that suits a sampling period (s) and a pole of the filters (rad/s).
-
-    The more samples there are in a second and the faster the filters, the more equations average the noise. The factor
-    suited loops of 5 and 10 Hz at 1 kHz, 100 Hz and 22 ms (seeds from 101 on).
-    """
-    return MEMORY * math.sqrt(period / pole)
-
-
-def adaptive_parameters(
-    proportional: float,
-    integral: float,
-    period: float,
-    *,
-    inertia: float,
-    stribeck_velocity: float,
-    stribeck_shape: float,
-    memory: float | None,
-    filter_pole: float | None,
-    parameters: Sequence[str],
-    delay: float,
-    velocity_lag: float,
-    tunes_lag: bool,
-    regressors: int,
-    gear_ratio: float,
-    model: TorqueModel | Mapping[str, float] | None = None,
-    deviation: float | Mapping[str, float] = DEVIATION,
-    torque_limit: float = math.inf,
-    feedforward_includes_inertia: bool = False,
-    stribeck_factors: Sequence[float] = (),
-    presliding_factors: Sequence[float] = (),
-) -> tuple[tuple[str, ...], AdaptiveParameters]:
-    """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
-
-    Raises
-    ------
-    ValueError
-        A value is out of range.
-    """
-    feedback = check_gains(proportional, integral, delay, period)
-    names = check_parameters(parameters, ALL_CHOICES)
-    named = (*names, *further_names(regressors))
-    check_positive(
-        proportional=proportional,
-        inertia=inertia,
-        stribeck_velocity=stribeck_velocity,
-        stribeck_shape=stribeck_shape,
-        period=period,
-    )
-    pole = proportional / inertia if filter_pole is None else filter_pole
-    check_positive(filter_pole=pole)
-    memory = default_memory(period, pole) if memory is None else memory
-    check_positive(memory=memory)
-    if not 0.0 <= velocity_lag < math.inf:
-        raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
-    if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
-        raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
-    if not torque_limit > 0.0:
-        raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
-    prior, ranges = prior_of(
-        named,
-        inertia=float(inertia),
-        proportional=float(proportional),
-        stribeck=(float(stribeck_velocity), float(stribeck_shape)),
-        largest_lag=largest_lag(inertia / proportional),
-        model=model,
-        deviation=deviation,
-    )
-    velocities = candidate_velocities(float(stribeck_velocity), stribeck_factors)
-    estimator = EstimatorParameters(
-        TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-        prior.first,
-        prior.scale,
-        float(proportional * stribeck_velocity),
-        float(memory),
-        ranges,
-        int(regressors),
-        has_gravity(names),
-        float(gear_ratio),
-        prior.deviation,
-        prior.given,
-        velocities,
-        candidate_distances(float(stribeck_velocity / pole), presliding_factors),
-        np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
-        begin_velocity(velocities, float(stribeck_velocity), model),
-    )
-    return named, AdaptiveParameters(
-        feedback,
-        estimator,
-        GATE_SHARE * float(stribeck_velocity),
-        GATE_HOLD / float(pole),
-        float(velocity_lag),
-        float(period),
-        bool(tunes_lag),
-        CommandParameters(float(torque_limit), bool(feedforward_includes_inertia)),
-    )
 
 
 class AdaptiveBase(IdentifyingController):
@@ -312,7 +187,7 @@ class AdaptiveController(AdaptiveBase):
         Stribeck shape factor, pre-estimated.
     memory : float, optional
         Memory of the estimator, s of sliding motion: an equation counts ``exp(-age/memory)``. By default what
-        :func:`default_memory` says.
+        :func:`adaptive_ff.adaptive.settings.default_memory` says.
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
@@ -426,7 +301,7 @@ class AdaptiveController(AdaptiveBase):
             presliding_factors=presliding_factors,
         )
         self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
-        pole = _observer_pole(block, float(inertia), observer_bandwidth)
+        pole = observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
         super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)
 
@@ -457,12 +332,3 @@ class AdaptiveController(AdaptiveBase):
     def observed_torque(self) -> float:
         """Torque that the feedforward lacks, as observed, N m."""
         return float(self.state.observer.disturbance)
-
-
-def _observer_pole(block: AdaptiveParameters, inertia: float, bandwidth: float | None) -> float:
-    crossover = block.feedback.proportional / inertia
-    if bandwidth is None:
-        # a delay of d samples costs the observer's loop the phase that it costs the feedback once more
-        return crossover / (1.0 + 2.0 * block.feedback.delay * block.period * crossover)
-    check_positive(observer_bandwidth=bandwidth)
-    return min(2.0 * math.pi * bandwidth, crossover)

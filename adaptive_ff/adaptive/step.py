@@ -60,6 +60,7 @@ from adaptive_ff.adaptive.lag_tuning import (
     note_friction,
     with_evidence,
 )
+from adaptive_ff.adaptive.period import Fed, Period
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, with_bristles, write_model
 from adaptive_ff.model.feedforward import (
     FeedforwardState,
@@ -268,57 +269,6 @@ def tune_lag(block: Block, state: Block, inputs: Inputs, seen: float) -> TimingS
     if state.enabled and possible and levels.learnt > FIRST * estimator.memory:
         return learn_timing(timing, error, levels.learnt, estimator.memory, inputs.dt)
     return timing
-
-
-class Period(NamedTuple):
-    """What the period that has ended brought, before anything is learnt from it.
-
-    Attributes
-    ----------
-    measured, model : Signals
-        Filters at its end; their arrays are those of the state.
-    lagged_torque : float
-        Torque behind a low-pass with the lag of the measured velocity, N m.
-    sliding : float
-        For how long the joint has been sliding, s.
-    timing : TimingState
-        State of the tuning of the feedforward's lag.
-    clear : bool
-        Whether there is no doubt, so that it may be learnt from.
-    """
-
-    measured: Signals
-    model: Signals
-    lagged_torque: float
-    sliding: float
-    timing: TimingState
-    clear: bool
-
-
-class Fed(NamedTuple):
-    """What is fed forward over the coming period, and what it would be with the estimates of before.
-
-    Attributes
-    ----------
-    old_torque, old_friction : float
-        Torque that the old estimates feed, and the friction in it, N m.
-    torque, friction : float
-        Torque that the new estimates feed, and the friction in it, N m.
-    feedforward : FeedforwardState
-        New state of the feedforward.
-    estimator : EstimatorState
-        New state of the estimator; it shares the arrays of the old one, which are changed in place.
-    timing : TimingState
-        State of the tuning, with the lag that is fed.
-    """
-
-    old_torque: float
-    old_friction: float
-    torque: float
-    friction: float
-    feedforward: FeedforwardState
-    estimator: EstimatorState
-    timing: TimingState
 
 
 @register_jitable(forceinline=True)

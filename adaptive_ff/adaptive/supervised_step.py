@@ -27,8 +27,8 @@ from adaptive_ff.adaptive.observer import (
     observer_gain,
     start_observer,
 )
+from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.step import (
-    Fed,
     end_period_in_place,
     given_inertia_torque,
     initial_adaptive_state,

@@ -1,0 +1,155 @@
+"""Parameters of the adaptive controller from what a user gives: names, ranges, prior, defaults."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adaptive_ff.adaptive.candidate_choice import (
+    begin_velocity,
+    candidate_distances,
+    candidate_velocities,
+)
+from adaptive_ff.adaptive.command import CommandParameters
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters
+from adaptive_ff.adaptive.prior import prior_of
+from adaptive_ff.adaptive.step import AdaptiveParameters
+from adaptive_ff.model.bounds import largest_lag
+from adaptive_ff.model.friction import FURTHER, TorqueModel
+from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity
+from adaptive_ff.regression.torque_form import TorqueForm
+from controllers import check_gains, check_positive
+
+if TYPE_CHECKING:
+    pass
+
+GATE_SHARE = 0.2
+"""Speed of the gate, as a share of the Stribeck velocity."""
+
+GATE_HOLD = 3.0
+"""Hold of the gate, in time constants of the filters."""
+
+MEMORY = 320.0
+"""Default memory, in geometric means of the sampling period and the time constant of the filters."""
+
+DEVIATION = 0.2
+"""How sure a first model is where nothing else is said, as a share of each of its values."""
+
+MOST_REGRESSORS = 20
+"""Most further regressors: with some 25 columns and more, all of them are learnt worse."""
+
+
+def further_names(count: int) -> tuple[str, ...]:
+    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
+        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
+    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
+
+
+def default_memory(period: float, pole: float) -> float:
+    """Return the memory (s of sliding motion) that suits a sampling period (s) and a pole of the filters (rad/s).
+
+    The more samples there are in a second and the faster the filters, the more equations average the noise. The factor
+    suited loops of 5 and 10 Hz at 1 kHz, 100 Hz and 22 ms (seeds from 101 on).
+    """
+    return MEMORY * math.sqrt(period / pole)
+
+
+def adaptive_parameters(
+    proportional: float,
+    integral: float,
+    period: float,
+    *,
+    inertia: float,
+    stribeck_velocity: float,
+    stribeck_shape: float,
+    memory: float | None,
+    filter_pole: float | None,
+    parameters: Sequence[str],
+    delay: float,
+    velocity_lag: float,
+    tunes_lag: bool,
+    regressors: int,
+    gear_ratio: float,
+    model: TorqueModel | Mapping[str, float] | None = None,
+    deviation: float | Mapping[str, float] = DEVIATION,
+    torque_limit: float = math.inf,
+    feedforward_includes_inertia: bool = False,
+    stribeck_factors: Sequence[float] = (),
+    presliding_factors: Sequence[float] = (),
+) -> tuple[tuple[str, ...], AdaptiveParameters]:
+    """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+    """
+    feedback = check_gains(proportional, integral, delay, period)
+    names = check_parameters(parameters, ALL_CHOICES)
+    named = (*names, *further_names(regressors))
+    check_positive(
+        proportional=proportional,
+        inertia=inertia,
+        stribeck_velocity=stribeck_velocity,
+        stribeck_shape=stribeck_shape,
+        period=period,
+    )
+    pole = proportional / inertia if filter_pole is None else filter_pole
+    check_positive(filter_pole=pole)
+    memory = default_memory(period, pole) if memory is None else memory
+    check_positive(memory=memory)
+    if not 0.0 <= velocity_lag < math.inf:
+        raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
+    if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
+        raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
+    if not torque_limit > 0.0:
+        raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
+    prior, ranges = prior_of(
+        named,
+        inertia=float(inertia),
+        proportional=float(proportional),
+        stribeck=(float(stribeck_velocity), float(stribeck_shape)),
+        largest_lag=largest_lag(inertia / proportional),
+        model=model,
+        deviation=deviation,
+    )
+    velocities = candidate_velocities(float(stribeck_velocity), stribeck_factors)
+    estimator = EstimatorParameters(
+        TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
+        prior.first,
+        prior.scale,
+        float(proportional * stribeck_velocity),
+        float(memory),
+        ranges,
+        int(regressors),
+        has_gravity(names),
+        float(gear_ratio),
+        prior.deviation,
+        prior.given,
+        velocities,
+        candidate_distances(float(stribeck_velocity / pole), presliding_factors),
+        np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
+        begin_velocity(velocities, float(stribeck_velocity), model),
+    )
+    return named, AdaptiveParameters(
+        feedback,
+        estimator,
+        GATE_SHARE * float(stribeck_velocity),
+        GATE_HOLD / float(pole),
+        float(velocity_lag),
+        float(period),
+        bool(tunes_lag),
+        CommandParameters(float(torque_limit), bool(feedforward_includes_inertia)),
+    )
+
+
+def observer_pole(block: AdaptiveParameters, inertia: float, bandwidth: float | None) -> float:
+    """Return the pole of the observer (rad/s) for a bandwidth in Hz, at most the crossover, which is the default."""
+    crossover = block.feedback.proportional / inertia
+    if bandwidth is None:
+        # a delay of d samples costs the observer's loop the phase that it costs the feedback once more
+        return crossover / (1.0 + 2.0 * block.feedback.delay * block.period * crossover)
+    check_positive(observer_bandwidth=bandwidth)
+    return min(2.0 * math.pi * bandwidth, crossover)
