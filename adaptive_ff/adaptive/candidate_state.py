@@ -118,22 +118,32 @@ def initial_candidate_state(
 
 
 @register_jitable(forceinline=True)
-def with_turn(state: CandidateState, turn: int, phase: int, share: float, seen: float, waited: float) -> CandidateState:
-    """Return the state with another turn, phase, share, time seen and time waited (s); it shares the arrays."""
+def with_numbers(
+    state: CandidateState,
+    turn: int,
+    phase: int,
+    share: float,
+    seen: float,
+    waited: float,
+    chosen: int,
+    velocity: float,
+    presliding: float,
+) -> CandidateState:
+    """Return the state with all that is no array given anew; it shares the arrays."""
     return CandidateState(
         state.filters,
         state.bent,
         state.moments,
         state.estimates,
         state.errors,
-        state.chosen,
+        chosen,
         turn,
         phase,
         share,
         seen,
         waited,
-        state.stribeck_velocity,
-        state.presliding,
+        velocity,
+        presliding,
         state.row,
         state.products,
         state.factor,
@@ -144,29 +154,17 @@ def with_turn(state: CandidateState, turn: int, phase: int, share: float, seen: 
 
 
 @register_jitable(forceinline=True)
+def with_turn(state: CandidateState, turn: int, phase: int, share: float, seen: float, waited: float) -> CandidateState:
+    """Return the state with another turn, phase, share, time seen and time waited (s)."""
+    chosen, velocity, presliding = state.chosen, state.stribeck_velocity, state.presliding
+    return with_numbers(state, turn, phase, share, seen, waited, chosen, velocity, presliding)
+
+
+@register_jitable(forceinline=True)
 def with_choice(state: CandidateState, chosen: int, velocity: float, presliding: float) -> CandidateState:
     """Return the state with another candidate in use; its Stribeck velocity is in rad/s, its distance in rad."""
-    return CandidateState(
-        state.filters,
-        state.bent,
-        state.moments,
-        state.estimates,
-        state.errors,
-        chosen,
-        state.turn,
-        state.phase,
-        state.share,
-        state.seen,
-        state.waited,
-        velocity,
-        presliding,
-        state.row,
-        state.products,
-        state.factor,
-        state.gain,
-        state.work,
-        state.ranges,
-    )
+    turn, phase, share, seen, waited = state.turn, state.phase, state.share, state.seen, state.waited
+    return with_numbers(state, turn, phase, share, seen, waited, chosen, velocity, presliding)
 
 
 @register_jitable(forceinline=True)

@@ -361,8 +361,8 @@ def learn_in_place(
     largest = peak / estimator.torque_scale
     floor = min(FLOOR * levels.squared_error + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
     choose_instrument_in_place(state.agreement, scratch.model_gradient, gradient, keep, floor, recursion.instrument)
-    known = damping_in_use(state) * measured.bent[DAMPING, 0]
-    error = (torque - known - predict_torque(estimate, row)) / estimator.torque_scale
+    torque -= damping_in_use(state) * measured.bent[DAMPING, 0]
+    error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
     friction = add_friction(0.0, estimate, row) / estimator.torque_scale
     window = JUMP_WINDOW / estimator.form.pole

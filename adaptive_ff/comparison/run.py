@@ -221,28 +221,14 @@ def _thinned(
     names: tuple[str, ...],
     watched: tuple[str, ...],
 ) -> Run:
-    record, metrics = thinned.record, thinned.metrics.metrics
-    _check_finite(name, metrics)
-    steps, positioned = course.samples[thinned.samples], scenario.position is not None
+    figures, position = thinned.metrics, thinned.record.position
+    _check_finite(name, figures.metrics)
     time = _times(course, thinned.samples)
-    return Run(
-        name,
-        scenario,
-        time,
-        time,
-        course.reference[steps],
-        record.velocity,
-        record.measured,
-        record.torque,
-        record.feedforward,
-        record.friction,
-        {key: record.estimates[:, i] for i, key in enumerate(names)},
-        metrics,
-        record.position if positioned else None,
-        thinned.metrics.position_metrics if positioned else None,
-        {key: record.monitors[:, i] for i, key in enumerate(watched)},
-        thin=thin,
-    )
+    grid, reference = (time, time), course.reference[course.samples[thinned.samples]]
+    run = _recorded(name, scenario, grid, reference, thinned.record, figures.metrics, names, watched)
+    if scenario.position is None:
+        return replace(run, thin=thin)
+    return replace(run, thin=thin, position_error=position, position_metrics=figures.position_metrics)
 
 
 def _finished(
@@ -256,18 +242,32 @@ def _finished(
     time = scenario.times()
     with np.errstate(over="ignore", invalid="ignore"):
         metrics = evaluate(time, course.reference, record.velocity, record.torque, scenario.last_change)
-        position_error = None if scenario.position is None else course.planned - record.position
-        position_metrics = (
-            None if position_error is None else evaluate_position(time, position_error, scenario.last_change)
-        )
     _check_finite(name, metrics)
-    sampled = time[course.samples[:-1]]
+    grid = time[course.samples[:-1]], time
+    run = _recorded(name, scenario, grid, course.reference, record, metrics, names, watched)
+    if scenario.position is None:
+        return run
+    error = course.planned - record.position
+    found = evaluate_position(time, error, scenario.last_change)
+    return replace(run, position_error=error, position_metrics=found)
+
+
+def _recorded(
+    name: str,
+    scenario: Scenario,
+    grid: tuple[NDArray[np.float64], NDArray[np.float64]],
+    reference: NDArray[np.float64],
+    record: Record,
+    metrics: Metrics,
+    names: tuple[str, ...],
+    watched: tuple[str, ...],
+) -> Run:
+    """Return the run of a record without its position; the grid holds the times of samples and solver, s."""
     return Run(
         name,
         scenario,
-        sampled,
-        time,
-        course.reference,
+        *grid,
+        reference,
         record.velocity,
         record.measured,
         record.torque,
@@ -275,7 +275,5 @@ def _finished(
         record.friction,
         {key: record.estimates[:, i] for i, key in enumerate(names)},
         metrics,
-        position_error,
-        position_metrics,
-        {key: record.monitors[:, i] for i, key in enumerate(watched)},
+        monitors={key: record.monitors[:, i] for i, key in enumerate(watched)},
     )

@@ -1,11 +1,11 @@
 """A controller of any kind driven over a course: compiled where it has kernels, else in plain Python."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import Course, Record, empty_record
-from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.loop import Position, run_in_memory, run_plain, start_position
 from controllers import Controller
 from controllers.compiled import compiles
 
@@ -43,29 +43,59 @@ def drive_over(
     names, watched : tuple of str
         Names of the estimates and of the monitors in it.
     """
-    registered = isinstance(controller, Controller)
-    compiled = registered and compiles()
-    block, state = running_state(controller, registered, compiled)
-    names = (controller if registered else block).estimate_names
-    watched = controller.monitor_names if registered else ()
-    record = empty_record(course, len(names), len(watched))
-    run = run_in_memory if compiled else run_plain
+    drive = Drive(controller)
+    record = empty_record(course, len(drive.names), len(drive.watched))
     position, count = start_position(course), course.noise.size
+    for stop in ends_of_parts(count, parts):
+        position = drive.advance(course, position, stop, record)
+        report(stop, count, progress, note)
+    return record, drive.names, drive.watched
+
+
+class Drive:
+    """A controller on its way through a course.
+
+    Parameters
+    ----------
+    controller : Controller or any object with a method ``step``
+        It is in the state of the last sample that was advanced to.
+
+    Attributes
+    ----------
+    names, watched : tuple of str
+        Names of the controller's estimates and of its monitors.
+    """
+
+    def __init__(self, controller: Any) -> None:
+        self.registered = isinstance(controller, Controller)
+        self.controller: Any = controller if self.registered else own_controller(controller)
+        self.compiled = self.registered and compiles()
+        self.names: tuple[str, ...] = self.controller.estimate_names
+        self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()
+        self.state: Any = None
+
+    def advance(self, course: Course, position: Position, stop: int, record: Record) -> Position:
+        """Run from a position to a sample and fill the record; return the position there."""
+        if self.compiled:
+            _, position = run_in_memory(self.controller.native, 0, course, position, stop, record)
+        elif self.registered:
+            parameters, state = self.controller.parameters, self.controller.state
+            self.controller.state, position = run_plain(parameters, state, course, position, stop, record)
+        else:
+            self.state, position = run_plain(self.controller, self.state, course, position, stop, record)
+        return position
+
+
+def ends_of_parts(count: int, parts: int) -> Iterator[int]:
+    """Yield the sample at which each part of a run ends."""
     part = min(PART, max(1, count // parts))
-    while position.sample < count:
-        stop = min(position.sample + part, count)
-        state, position = run(block, state, course, position, stop, record)
-        if registered and not compiled:
-            controller.state = state
-        if note is not None:
-            note(stop - 1)
-        if progress is not None:
-            progress(stop / count)
-    return record, names, watched
+    for start in range(0, count, part):
+        yield min(start + part, count)
 
 
-def running_state(controller: Any, registered: bool, compiled: bool) -> tuple[Any, Any]:
-    """Return what the loop takes for parameters and state: compiled, the state stays with the controller."""
-    if not registered:
-        return own_controller(controller), None
-    return (controller.native, 0) if compiled else (controller.parameters, controller.state)
+def report(stop: int, count: int, progress: Callable[[float], None] | None, note: Callable[[int], None] | None) -> None:
+    """Say that a part has ended, to those who want to know."""
+    if note is not None:
+        note(stop - 1)
+    if progress is not None:
+        progress(stop / count)

@@ -5,14 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.comparison import running
+from adaptive_ff.comparison.running import Drive, ends_of_parts, report
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, Record, empty_record
-from adaptive_ff.simulation.loop import run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.loop import start_position
 from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
 from adaptive_ff.simulation.running_metrics import RunningMetrics, first_motion
-from controllers import Controller
 from controllers.arrays import NDArray
-from controllers.compiled import compiles
 
 
 class Thinned(NamedTuple):
@@ -61,36 +59,25 @@ def drive_thinned(
     names, watched : tuple of str
         Names of the estimates and of the monitors in it.
     """
-    registered = isinstance(controller, Controller)
-    compiled = registered and compiles()
-    block, state = running.running_state(controller, registered, compiled)
-    names = (controller if registered else block).estimate_names
-    watched = controller.monitor_names if registered else ()
-    run = run_in_memory if compiled else run_plain
+    drive = Drive(controller)
     position, count, given = start_position(course), course.noise.size, np.zeros(0)
     metrics = RunningMetrics(course.reference.size, course.solver_period, first_motion(course.reference), last_change)
     kept: list[Record] = []
-    part = min(running.PART, max(1, count // parts))
-    while position.sample < count:
-        start, stop = position.sample, min(position.sample + part, count)
+    for stop in ends_of_parts(count, parts):
+        start = position.sample
         window, position, first = part_of(course, position, stop)
-        record = empty_record(window, len(names), len(watched))
+        record = empty_record(window, len(drive.names), len(drive.watched))
         record.given[: start - first] = given[given.size - (start - first) :]
-        state, position = run(block, state, window, position, stop - first, record)
+        position = drive.advance(window, position, stop - first, record)
         position, given = after_part(position, first), record.given
         with np.errstate(over="ignore", invalid="ignore"):
             _count(metrics, window, record, start - first, stop == count)
         samples = kept_samples(start, stop, count, thin)
         if samples.size:
             kept.append(_at_samples(record, window, samples - first))
-        if registered and not compiled:
-            controller.state = state
-        if note is not None:
-            note(stop - 1)
-        if progress is not None:
-            progress(stop / count)
+        report(stop, count, progress, note)
     series = Record(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
-    return Thinned(kept_samples(0, count, count, thin), series, metrics), names, watched
+    return Thinned(kept_samples(0, count, count, thin), series, metrics), drive.names, drive.watched
 
 
 def _count(metrics: RunningMetrics, course: Course, record: Record, start: int, ends: bool) -> None:

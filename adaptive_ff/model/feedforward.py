@@ -152,8 +152,7 @@ def static_friction(model: TorqueModel, state: FeedforwardState, reference: floa
     """Return the friction without the temporal lag and the offset, N m, at a reference (rad/s) that is not zero."""
     if model.presliding > 0.0:
         return bent_friction(model, state.slip, state.adhesion, reference, math.copysign(1.0, reference))
-    opposing, one_sided = friction_parts(model, abs(reference))
-    return (opposing if reference > 0.0 else -opposing) + one_sided
+    return directed_friction(model, abs(reference), reference)
 
 
 @register_jitable
@@ -161,14 +160,8 @@ def exchange_model(state: FeedforwardState, old: TorqueModel, new: TorqueModel, 
     """Return the state as if the new model had been in force before, for a reference (rad/s) that is now at hand."""
     if reference == 0.0:
         return state
-    if old.presliding > 0.0 or new.presliding > 0.0:
-        change = static_friction(new, state, reference) - static_friction(old, state, reference)
-        return FeedforwardState(state.friction + change, state.reference, state.started, state.slip, state.adhesion)
-    old_opposing, old_one_sided = friction_parts(old, abs(reference))
-    new_opposing, new_one_sided = friction_parts(new, abs(reference))
-    change = new_opposing - old_opposing
-    friction = state.friction + (change if reference > 0.0 else -change) + (new_one_sided - old_one_sided)
-    return FeedforwardState(friction, state.reference, state.started, state.slip, state.adhesion)
+    change = static_friction(new, state, reference) - static_friction(old, state, reference)
+    return FeedforwardState(state.friction + change, state.reference, state.started, state.slip, state.adhesion)
 
 
 @register_jitable
@@ -191,15 +184,18 @@ def ahead(state: FeedforwardState, reference: float, next_reference: float, dela
 
 
 @register_jitable
-def bent_one_way(
+def friction_along(
     model: TorqueModel, friction: float, slip: float, adhesion: float, start: float, end: float, duration: float
 ) -> tuple[float, float, float, float]:
-    """Let friction behind the lag over the path follow a motion that does not reverse; also return both bent shares."""
+    """Let friction, bent shares too, follow a motion that does not reverse; return its integral, it, and the shares."""
     direction = start + end
+    if model.presliding <= 0.0:
+        integral, friction = one_way_friction(model, friction, start, end, duration)
+        return integral, friction, slip, adhesion
     if direction == 0.0 or duration <= 0.0:
         integral, friction = resting_friction(model, friction, duration)
         return integral, friction, slip, adhesion
-    sign, lag, piece, total = math.copysign(1.0, direction), model.friction_lag, duration / PIECES, 0.0
+    sign, piece, total = math.copysign(1.0, direction), duration / PIECES, 0.0
     static = bent_friction(model, slip, adhesion, start, sign)
     for i in range(PIECES):
         speed = abs(start + (end - start) * (i + 0.5) / PIECES)
@@ -209,42 +205,10 @@ def bent_one_way(
         adhesion += settled * (sign * share - adhesion)
         velocity = start + (end - start) * (i + 1.0) / PIECES
         last = bent_friction(model, slip, adhesion, velocity, sign)
-        if lag > 0.0:
-            rate, eased = (last - static) / piece, -math.expm1(-piece / lag)
-            total += (static + 0.5 * rate * piece) * piece + (friction - static) * lag * eased
-            total += rate * lag * (lag * eased - piece)
-            friction = last + (friction - static) * (1.0 - eased) - rate * lag * eased
-        else:
-            total += 0.5 * (static + last) * piece
-            friction = last
+        integral, friction = lagged_ramp(friction, static, last, model.friction_lag, piece)
+        total += integral
         static = last
     return total, friction, slip, adhesion
-
-
-@register_jitable
-def bent_parts(
-    model: TorqueModel,
-    state: FeedforwardState,
-    reference: float,
-    start: float,
-    end: float,
-    period: float,
-    inertia: float,
-) -> tuple[float, float, FeedforwardState]:
-    """Return what ``feedforward_parts`` does, for a model with a presliding distance."""
-    if start * end < 0.0:
-        turn = period * start / (start - end)
-        before, friction, slip, adhesion = bent_one_way(
-            model, state.friction, state.slip, state.adhesion, start, 0.0, turn
-        )
-        after, friction, slip, adhesion = bent_one_way(model, friction, slip, adhesion, 0.0, end, period - turn)
-        integral = before + after
-    else:
-        integral, friction, slip, adhesion = bent_one_way(
-            model, state.friction, state.slip, state.adhesion, start, end, period
-        )
-    torque = (inertia * (end - start) + integral) / period + model.offset
-    return torque, integral / period, FeedforwardState(friction, reference, True, slip, adhesion)
 
 
 @register_jitable
@@ -260,17 +224,16 @@ def feedforward_parts(
     """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
     moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = ahead(state, reference, next_reference, delay)
-    if model.presliding > 0.0:
-        return bent_parts(model, state, reference, start, end, period, moved)
+    friction, slip, adhesion = state.friction, state.slip, state.adhesion
     if start * end < 0.0:
         turn = period * start / (start - end)
-        before, friction = one_way_friction(model, state.friction, start, 0.0, turn)
-        after, friction = one_way_friction(model, friction, 0.0, end, period - turn)
+        before, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, 0.0, turn)
+        after, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, 0.0, end, period - turn)
         integral = before + after
     else:
-        integral, friction = one_way_friction(model, state.friction, start, end, period)
+        integral, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, end, period)
     torque = (moved * (end - start) + integral) / period + model.offset
-    return torque, integral / period, FeedforwardState(friction, reference, True, state.slip, state.adhesion)
+    return torque, integral / period, FeedforwardState(friction, reference, True, slip, adhesion)
 
 
 @register_jitable

@@ -37,6 +37,7 @@ from adaptive_ff.model.bounds import INERTIA_RANGE
 from adaptive_ff.model.feedforward import FeedforwardState, step_feedforward
 from adaptive_ff.model.friction import ESTIMATED, TorqueModel
 from adaptive_ff.model.identifying import IdentifyingController
+from adaptive_ff.rivals.refusal import was_refused
 from controllers import (
     ESTIMATES,
     STEPS,
@@ -44,7 +45,6 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
-    asked_torque,
     check_gains,
     check_positive,
     feed_back,
@@ -69,9 +69,6 @@ VISCOUS_SHARE = 0.2
 
 STANDSTILL_SHARE = 0.02
 """Reference speed below which nothing is learnt, as a share of the Stribeck velocity."""
-
-REFUSED_SHARE = 0.05
-"""Torque that the drive did not give beyond which nothing is learnt, as a share of the unit of torque."""
 
 
 class FeedbackErrorParameters(NamedTuple):
@@ -190,8 +187,7 @@ def step_feedback_error(
 ) -> tuple[Output, FeedbackErrorState]:
     """Do one sample: feed forward the inverse model, then feedback, then learn from it."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
-    asked = asked_torque(block.feedback, state.feedback)
-    refused = abs(inputs.realised_torque - asked) > REFUSED_SHARE * block.torque_scale
+    refused = was_refused(block.feedback, state.feedback, inputs.realised_torque, block.torque_scale)
     moving = abs(inputs.reference) >= block.slowest and abs(state.reference) >= block.slowest
     write_features(block, state, inputs)
     torque = 0.0

@@ -25,6 +25,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.model.feedforward import FeedforwardState, ahead
+from adaptive_ff.rivals.refusal import was_refused
 from controllers import (
     ESTIMATES,
     STEPS,
@@ -33,7 +34,6 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
-    asked_torque,
     check_gains,
     check_positive,
     feed_back,
@@ -50,9 +50,6 @@ INERTIA, VISCOUS, OFFSET, FIRST = 0, 1, 2, 3
 
 STANDSTILL_SHARE = 0.02
 """Reference speed below which nothing is learnt, as a share of the Stribeck velocity."""
-
-REFUSED_SHARE = 0.05
-"""Torque that the drive did not give beyond which nothing is learnt, as a share of the unit of torque."""
 
 LASTING = 3.0
 """Refusal that lasts longer is no mere lag of the drive, in time constants of the integral's anti-windup ..."""
@@ -198,7 +195,7 @@ def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> 
     """Do one sample: learn from what the last features left over, feed the coming ones forward, then feedback."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last = state.feedback
-    refused = abs(inputs.realised_torque - asked_torque(block.feedback, last)) > REFUSED_SHARE * block.torque_scale
+    refused = was_refused(block.feedback, last, inputs.realised_torque, block.torque_scale)
     time_refused = advance_refused(block, state, refused, inputs.dt)
     unwound = not refused and time_refused <= LASTING * unwinding_time(block.feedback)
     slowest = STANDSTILL_SHARE * block.velocity_scale

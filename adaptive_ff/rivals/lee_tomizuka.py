@@ -26,8 +26,9 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.feedforward import step_feedforward
 from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.rivals.observed_model import ObservedModelState, aware_observer, initial_observed_model_state
 from controllers import (
     ESTIMATES,
     STEPS,
@@ -35,8 +36,6 @@ from controllers import (
     DisturbanceObserver,
     Inputs,
     Output,
-    delay_line,
-    delayed,
     plausible_inputs,
     present_inertia,
     remember,
@@ -46,8 +45,6 @@ from controllers import (
 )
 from controllers.observers.disturbance_observer import (
     DisturbanceObserverParameters,
-    DisturbanceObserverState,
-    initial_disturbance_observer_state,
     observe_and_feed_back,
 )
 
@@ -65,33 +62,6 @@ class LeeTomizukaParameters(NamedTuple):
 
     feedback: DisturbanceObserverParameters
     friction: TorqueModel
-
-
-class LeeTomizukaState(NamedTuple):
-    """State of the controller.
-
-    Attributes
-    ----------
-    feedback : DisturbanceObserverState
-        State of the velocity loop and its observer.
-    feedforward : FeedforwardState
-        State of the friction compensation; it knows the last reference.
-    line : tuple of float
-        Compensating torques that wait for the delay of the drive, N m, newest first.
-    """
-
-    feedback: DisturbanceObserverState
-    feedforward: FeedforwardState
-    line: tuple[float, ...]
-
-
-def initial_lee_tomizuka_state(block: LeeTomizukaParameters) -> LeeTomizukaState:
-    """Return the state of the loop at rest."""
-    return LeeTomizukaState(
-        initial_disturbance_observer_state(block.feedback),
-        initial_feedforward_state(),
-        delay_line(block.feedback.feedback.delay),
-    )
 
 
 @register_jitable
@@ -117,8 +87,8 @@ def zero_phase_torque(
 
 @register_jitable
 def step_lee_tomizuka(
-    block: LeeTomizukaParameters, state: LeeTomizukaState, inputs: Inputs
-) -> tuple[Output, LeeTomizukaState]:
+    block: LeeTomizukaParameters, state: ObservedModelState, inputs: Inputs
+) -> tuple[Output, ObservedModelState]:
     """Do one sample: friction compensation and zero-phase inverse, then the loop with its observer."""
     loop, delay = block.feedback, block.feedback.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
@@ -126,9 +96,6 @@ def step_lee_tomizuka(
         block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay, 0.0
     )
     last, started = state.feedback, state.feedforward.started
-    aware = DisturbanceObserverState(
-        last.feedback, last.disturbance, last.impulse, last.elapsed, delayed(state.line, delay), last.reference
-    )
     further = 0.0
     if started and math.isfinite(inputs.next_reference):  # the observer feeds the slope of the plan itself
         inertia = present_inertia(inputs, loop.inertia)
@@ -136,8 +103,10 @@ def step_lee_tomizuka(
             inertia, last.reference, inputs.reference, inputs.next_reference, loop.period, delay
         ) - slope_torque(loop.inertia, inputs, last.reference, started, loop.period)
     known = inputs.feedforward + friction
-    output, after = observe_and_feed_back(loop, aware, with_feedforward(inputs, friction + further), guard)
-    return output, LeeTomizukaState(after, feedforward, remember(state.line, known))
+    output, after = observe_and_feed_back(
+        loop, aware_observer(state, delay), with_feedforward(inputs, friction + further), guard
+    )
+    return output, ObservedModelState(after, feedforward, remember(state.line, known))
 
 
 STEPS[LeeTomizukaParameters] = step_lee_tomizuka
@@ -184,7 +153,7 @@ class LeeTomizuka(Controller):
             proportional, integral, period, inertia=model.inertia, bandwidth=bandwidth, delay=delay
         )
         friction = TorqueModel(*(float(value) for value in model._replace(inertia=0.0, friction_lag=0.0)))
-        super().__init__(LeeTomizukaParameters(loop.parameters, friction), period, initial_lee_tomizuka_state)
+        super().__init__(LeeTomizukaParameters(loop.parameters, friction), period, initial_observed_model_state)
 
     @property
     def disturbance(self) -> float:

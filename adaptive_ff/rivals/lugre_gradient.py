@@ -33,6 +33,7 @@ from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE
 from adaptive_ff.model.feedforward import FeedforwardState, ahead
 from adaptive_ff.model.friction import adhesion_share
 from adaptive_ff.model.identifying import IdentifyingController
+from adaptive_ff.rivals.refusal import was_refused
 from controllers import (
     ESTIMATES,
     STEPS,
@@ -40,7 +41,6 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
-    asked_torque,
     check_gains,
     check_positive,
     feed_back,
@@ -63,9 +63,6 @@ STIFFNESS_RANGE = 100.0
 
 LEAST_SHARE = 1e-3
 """Least Coulomb friction, as a share of the unit of torque: the bristles need some level to slip at."""
-
-REFUSED_SHARE = 0.05
-"""Torque that the drive did not give beyond which nothing is learnt, as a share of the unit of torque."""
 
 
 class LuGreGradientParameters(NamedTuple):
@@ -221,7 +218,7 @@ def step_lugre_gradient(
     """Do one sample: tune by the last error, feed the friction of the coming period forward, then feedback."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last, values = state.feedback, state.parameters
-    refused = abs(inputs.realised_torque - asked_torque(block.feedback, last)) > REFUSED_SHARE * block.torque_scale
+    refused = was_refused(block.feedback, last, inputs.realised_torque, block.torque_scale)
     if state.enabled and last.samples > 0 and not refused and math.isfinite(inputs.velocity):
         descend_in_place(block, state, inputs.reference + inputs.correction - inputs.velocity, inputs.dt)
     past = FeedforwardState(0.0, state.reference, last.samples > 0)

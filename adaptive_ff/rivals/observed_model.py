@@ -6,7 +6,7 @@ inertia's torque is the observer's own, with the model's inertia. This is what i
 feedforward is set once and an observer makes up for its errors, loads and changes.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
@@ -67,13 +67,20 @@ class ObservedModelState(NamedTuple):
     line: tuple[float, ...]
 
 
-def initial_observed_model_state(block: ObservedModelParameters) -> ObservedModelState:
-    """Return the state of the loop at rest."""
+def initial_observed_model_state(block: Any) -> ObservedModelState:
+    """Return the state of the loop at rest, for parameters with a velocity loop and its observer as ``feedback``."""
     return ObservedModelState(
         initial_disturbance_observer_state(block.feedback),
         initial_feedforward_state(),
         delay_line(block.feedback.feedback.delay),
     )
+
+
+@register_jitable
+def aware_observer(state: ObservedModelState, delay: float) -> DisturbanceObserverState:
+    """Return the observer that knows what acted in the period that ends, not what was computed at its start."""
+    last, acted = state.feedback, delayed(state.line, delay)
+    return DisturbanceObserverState(last.feedback, last.disturbance, last.impulse, last.elapsed, acted, last.reference)
 
 
 @register_jitable
@@ -86,17 +93,8 @@ def step_observed_model(
     torque, feedforward = step_feedforward(
         block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay
     )
-    last = state.feedback
-    aware = DisturbanceObserverState(
-        last.feedback,
-        last.disturbance,
-        last.impulse,
-        last.elapsed,
-        delayed(state.line, delay),  # what acted in the period that ends, not what was computed at its start
-        last.reference,
-    )
     known = with_feedforward(inputs, torque)
-    output, after = observe_and_feed_back(loop, aware, known, guard)
+    output, after = observe_and_feed_back(loop, aware_observer(state, delay), known, guard)
     return output, ObservedModelState(after, feedforward, remember(state.line, known.feedforward))
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.scenario.series import largest_size
 from plant import FrictionFields
 
 PEAK_FACTOR = 7.0
@@ -23,10 +24,6 @@ USED_SHARE = 0.7
 """Share of the torque limit that a suggested or default peak needs."""
 
 
-def _largest(values: NDArray[np.float64]) -> float:
-    return max(float(np.max(values)), -float(np.min(values)))
-
-
 def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float64], period: float) -> float:
     """Return the peak (rad/s) at which a motion needs 0.7 of the torque limit; negative where stiction alone does.
 
@@ -41,8 +38,8 @@ def largest_peak(joint: FrictionFields, limit: float, velocity: NDArray[np.float
     period : float
         Period of the grid, s.
     """
-    peak = _largest(velocity)
-    steepest = _largest(np.diff(velocity)) / period if velocity.size > 1 else 0.0
+    peak = largest_size(velocity)
+    steepest = largest_size(np.diff(velocity)) / period if velocity.size > 1 else 0.0
     return peak * (USED_SHARE * limit - joint.stiction) / (joint.inertia * steepest + joint.viscous * peak)
 
 
@@ -81,7 +78,7 @@ def motion_cautions(
     period : float
         Period of the grid, s.
     """
-    peak = _largest(velocity)
+    peak = largest_size(velocity)
     long_enough = period * velocity.size >= SHORTEST  # a shorter one has hardly begun to move
     if long_enough and 0.0 < peak < SLOW_FACTOR * joint.stribeck_velocity:
         yield (

@@ -2,7 +2,6 @@
 
 import math
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -13,13 +12,11 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.text_tables import read_complete_table
+from adaptive_ff.scenario.series import blocks, largest_size
 from plant.fields import Finite, NonNegative, Positive, Table
 
 SHORTEST = 60.0
 """A recorded reference that is shorter than this (s) repeats until then."""
-
-BLOCK = 2**18
-"""Values of a series that are computed at a time."""
 
 LARGEST_SEAM = 0.05
 """Jump between the end and the start of a repeated reference, relative to its peak, that goes without a warning."""
@@ -74,7 +71,7 @@ class Multisine(Table):
                 sine = sine_on_grid(2.0 * math.pi * frequency, float(phase), time[part])
                 velocity[part] += amplitude / largest * sine
         peak = 1.0 if self.peak is None else self.peak
-        velocity *= peak / max(float(np.max(velocity)), -float(np.min(velocity)), np.finfo(float).tiny)
+        velocity *= peak / max(largest_size(velocity), np.finfo(float).tiny)
         for part in blocks(time.size):
             velocity[part] *= self._share(time[part])
         return velocity
@@ -93,12 +90,6 @@ class Multisine(Table):
             return np.where(time >= 0.0, 1.0, 0.0)
         share = np.clip(time / self.fade_in, 0.0, 1.0)
         return share * share * (3.0 - 2.0 * share)
-
-
-def blocks(size: int) -> Iterator[slice]:
-    """Yield a series in blocks, so that what is computed on the way takes no room that grows with its length."""
-    for begin in range(0, size, BLOCK):
-        yield slice(begin, min(begin + BLOCK, size))
 
 
 def sine_on_grid(omega: float, phase: float, time: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,7 +14,8 @@ from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
-from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded, blocks
+from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
+from adaptive_ff.scenario.series import blocks
 from adaptive_ff.scenario.shared_series import SharedSeries
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain

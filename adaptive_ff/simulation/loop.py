@@ -220,7 +220,7 @@ def run_plain(
                     torque += ripple_torque(actuator, motion.position)
                 torque -= weight
             motion = step_ready(joint, motion, torque, period)
-            if plan.resistance > 0.0:
+            if not plain and plan.resistance > 0.0:
                 warmth = heated(plan, warmth, motion.friction_torque * sensed_velocity(motion), period)
             record.velocity[i + 1] = motion.velocity
             record.position[i + 1] = motion.position

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.scenario.series import largest_size
+
 START = 5.0
 """Length of the start, s of motion."""
 
@@ -130,8 +132,3 @@ def rms(values: NDArray[np.float64]) -> float:
 def root_of_mean(squares: NDArray[np.float64]) -> float:
     """Return the root of the mean."""
     return math.sqrt(np.mean(squares))
-
-
-def largest_size(values: NDArray[np.float64]) -> float:
-    """Return the largest absolute value."""
-    return max(float(np.max(values)), -float(np.min(values)))

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.scenario.reference import blocks
-from adaptive_ff.simulation.metrics import START, Metrics, PositionMetrics, largest_size, settled_start
+from adaptive_ff.scenario.series import blocks, largest_size
+from adaptive_ff.simulation.metrics import START, Metrics, PositionMetrics, settled_start
 
 
 class Total:
