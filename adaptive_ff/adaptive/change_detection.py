@@ -21,12 +21,15 @@ Where an offset is estimated, the change may be a load as well. While the joint 
 nothing is learnt, whoever has an observer lets it carry the torque, and the change is attributed when the joint has
 moved the other way (:func:`attribute_change`). A change that undoes the last load, as the end of a push, is that load
 at once. Only what a change is attributed to is forgotten, and set to what the short window says: the offset by its
-mean error, or all friction by the factor ``1 + <e f>/<f^2>``.
+mean error, or all friction by the factor ``1 + <e f>/<f^2>``. While a load settles only offset and known loads are
+corrected. Through a push of 80 N m for 3 s inertia and friction stay within 10 % (``python -m benchmarks.push``);
+corrected with the others inertia moved by 35 %, viscous friction by 43 %.
 
 For comparing short with long means see M. Basseville and I. Nikiforov, "Detection of Abrupt Changes" (Prentice Hall,
 1993).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -58,14 +61,27 @@ LONGEST_WAIT = 1.0
 RENEWED = 0.7
 """Share of its size so far from which the latest mean takes its place; less is the mixture of a short turn."""
 
+LETTING_GO = 0.1
+"""Reverse of the last load, as a share of it, from which that load is taken to end before it has settled."""
+
 UNDONE = 0.3
 """Difference between a change and the reverse of the last load, as a share of it, up to which the load is undone."""
 
 LEAST_FACTOR, LARGEST_FACTOR = 0.2, 5.0
 """Range of the factor by which friction is taken to have changed at once."""
 
+FIRST_ERRORS = 5.0
+"""Largest error, times the usual one, that is learnt from before a change is noticed."""
+
+SUDDEN = 0.01
+"""What is left of the information of the offset when a change was a load, times that of the short window.
+
+Gravity changes with the position, and not at once: with little left the offset takes all of a sudden load, so that
+nothing of a push that ends stays in gravity.
+"""
+
 SETTLING = 20.0
-"""Time after a decision in which no other is made, in short windows."""
+"""Time after a decision in which no other is made, in short windows, but that a load that was followed ends."""
 
 
 class Surprise(NamedTuple):
@@ -213,6 +229,8 @@ def attribute_change(
     age, turned = alarm.age + duration, alarm.turned
     if (noticed or alarm.cause == UNDECIDED) and load_is_undone(alarm, surprise, window):
         return Alarm(LOAD, alarm.product, alarm.friction, 0.0, 0.0, -alarm.load)
+    if alarm.cause == LOAD and noticed and surprise.error * alarm.load < -LETTING_GO * alarm.load * alarm.load:
+        return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, alarm.load)
     product, other_way = alarm.product, friction * alarm.friction < 0.0
     if alarm.cause == EITHER and turned == 0.0 and not other_way:
         age = 0.0  # only the other way shows which it was: what is surprising there is no other change
@@ -245,31 +263,61 @@ def is_decided(alarm: Alarm) -> bool:
 
 
 @register_jitable(forceinline=True)
-def follow_change_in_place(
-    estimate: NDArray[np.float64], alarm: Alarm, surprise: Surprise, unit: float, loads: int
-) -> None:
-    """Set what a change has just been attributed to, offset or size of friction, to what the short window says.
-
-    Parameters
-    ----------
-    estimate : ndarray, shape (n,)
-        The parameters; changed in place.
-    alarm : Alarm
-        The change.
-    surprise : Surprise
-        Means over the short window.
-    unit : float
-        The torque scale, N m.
-    loads : int
-        How many of the last parameters are sizes of known loads, which are kept.
-    """
-    if alarm.cause == LOAD:
-        estimate[OFFSET] += alarm.load * unit
-    elif surprise.friction_squared > 0.0:
+def follow_friction_in_place(estimate: NDArray[np.float64], surprise: Surprise, loads: int) -> None:
+    """Scale friction, in place, by the factor that the short window says, but for so many loads at the end."""
+    if surprise.friction_squared > 0.0:
         factor = min(max(1.0 + surprise.product / surprise.friction_squared, LEAST_FACTOR), LARGEST_FACTOR)
         for i in range(estimate.size - loads):
             if COULOMB <= i < FRICTION_LAG or i > OFFSET:
                 estimate[i] *= factor
+
+
+@register_jitable(forceinline=True)
+def leave_to_loads_in_place(correction: NDArray[np.float64], loads: int) -> None:
+    """Keep of a correction that of the offset and of known loads, while a change that was a load settles.
+
+    What is left of the error is the load's then; inertia and friction would be made to explain its transients.
+    """
+    for i in range(correction.size - loads):
+        if i != OFFSET:
+            correction[i] = 0.0
+
+
+@register_jitable(forceinline=True)
+def explain_in_place(correction: NDArray[np.float64], gradient: NDArray[np.float64], error: float) -> None:
+    """Scale a correction so that it explains an error, all in the scaled units of the gradient."""
+    explained = 0.0
+    for i in range(correction.size):
+        explained += correction[i] * gradient[i]
+    if explained * error > 0.0:
+        for i in range(correction.size):
+            correction[i] *= error / explained
+
+
+@register_jitable(forceinline=True)
+def error_to_learn(alarm: Alarm, followed: bool, error: float, usual: float) -> float:
+    """Return the prediction error that is learnt from, in units of the torque scale.
+
+    A load that has just been told is followed by all of it. The first errors of a change, before it is noticed, are cut
+    off; what they did to the estimates would stay.
+
+    Parameters
+    ----------
+    alarm : Alarm
+        The change.
+    followed : bool
+        Whether it has just been attributed, and holds.
+    error : float
+        The error at this sample.
+    usual : float
+        Mean squared error that is usual; infinite while no change can be noticed.
+    """
+    if followed and alarm.cause == LOAD:
+        return alarm.load
+    if alarm.cause == NOTHING:
+        largest = FIRST_ERRORS * math.sqrt(usual)
+        return min(max(error, -largest), largest)
+    return error
 
 
 @register_jitable

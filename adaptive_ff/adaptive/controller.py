@@ -25,7 +25,7 @@ from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_s
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
-from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, TorqueModel, directed_friction
+from adaptive_ff.model.friction import ESTIMATED, WITH_GRAVITY, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import IdentifyingController
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
 from controllers.plausible_sizes import largest_torque
@@ -191,10 +191,11 @@ class AdaptiveController(AdaptiveBase):
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
-        What is identified: ``model.WITH_OFFSET`` by default: what differs by direction of Coulomb friction, and
-        a constant load, is an offset; ``model.ESTIMATED`` without it; ``model.PER_DIRECTION`` where all friction may
-        differ by direction; ``model.WITH_GRAVITY`` or ``model.PER_DIRECTION_WITH_GRAVITY`` for a rotary joint whose
-        position is given.
+        What is identified: ``model.WITH_GRAVITY`` by default, for a rotary joint. What differs by direction of Coulomb
+        friction, and a constant load, is an offset; gravity is there as soon as ``step`` is given a position, and zero
+        until then. ``model.WITH_OFFSET`` is without gravity, for a linear axis whose position is given all the same;
+        ``model.ESTIMATED`` without offset, too; ``model.PER_DIRECTION`` and ``model.PER_DIRECTION_WITH_GRAVITY`` where
+        all friction may differ by direction.
     delay : float, optional
         Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.
@@ -264,7 +265,7 @@ class AdaptiveController(AdaptiveBase):
         stribeck_shape: float = 1.0,
         memory: float | None = None,
         filter_pole: float | None = None,
-        parameters: Sequence[str] = WITH_OFFSET,
+        parameters: Sequence[str] = WITH_GRAVITY,
         delay: float = 0.0,
         velocity_lag: float = 0.0,
         tunes_lag: bool = True,

@@ -28,19 +28,25 @@ from numpy.typing import NDArray
 from adaptive_ff.adaptive.candidate_state import forgetful
 from adaptive_ff.adaptive.change_detection import (
     EITHER,
+    FRICTION,
     JUMP,
     JUMP_WINDOW,
     LEAST_ERROR,
     LOAD,
     LONGEST_WAIT,
+    SUDDEN,
     UNDECIDED,
     Alarm,
+    Surprise,
     attribute_change,
+    error_to_learn,
+    explain_in_place,
     explained_by_friction,
-    follow_change_in_place,
+    follow_friction_in_place,
     forget_friction_in_place,
     forget_offset_in_place,
     is_decided,
+    leave_to_loads_in_place,
     note_surprise,
 )
 from adaptive_ff.adaptive.correction import correct_in_place
@@ -301,7 +307,9 @@ def forget_in_place(
     loads, work = load_count(estimator), recursion.factor
     if alarm.cause != LOAD:
         forget_friction_in_place(information, recursion.estimate, scale, mean, unit, share, work, loads)
-    if alarm.cause == LOAD or alarm.cause == EITHER:
+    if alarm.cause == LOAD:
+        forget_offset_in_place(information, scale, unit, SUDDEN * share, work, loads)
+    elif alarm.cause == EITHER:
         forget_offset_in_place(information, scale, unit, share, work, loads)
 
 
@@ -360,27 +368,31 @@ def learn_in_place(
     peak = PEAK_FACTOR * largest_torque
     largest = peak / estimator.torque_scale
     floor = min(FLOOR * levels.squared_error + SMALLEST_FLOOR, LARGEST_FLOOR)  # of the errors before this one
-    choose_instrument_in_place(state.agreement, scratch.model_gradient, gradient, keep, floor, recursion.instrument)
     torque -= damping_in_use(state) * measured.bent[DAMPING, 0]
     error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
     error = min(max(error, -largest), largest)
     friction = add_friction(0.0, estimate, row) / estimator.torque_scale
     window = JUMP_WINDOW / estimator.form.pole
     surprise = note_surprise(state.surprise, friction, error, duration, window)
-    squared, usual = error * error, JUMP * (levels.squared_error + LEAST_ERROR)
+    squared, usual, followed = error * error, JUMP * (levels.squared_error + LEAST_ERROR), False
     noticed = learnt > estimator.memory and explained_by_friction(surprise) > usual
     alarm = state.alarm
     if estimate.size - load_count(estimator) > OFFSET:
         longest = LONGEST_WAIT * estimator.memory
         alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
-        # where gravity is learnt too, a load may be either, and least squares share it out
-        if noticed and is_decided(alarm) and load_count(estimator) == 0:
-            follow_change_in_place(estimate, alarm, surprise, estimator.torque_scale, load_count(estimator))
+        followed = noticed and is_decided(alarm)
+        # where gravity is learnt too, a change of friction is shared out by least squares
+        if followed and alarm.cause == FRICTION:
+            follow_friction_in_place(estimate, surprise, load_count(estimator))
             error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
             squared = error * error
+        may_notice = learnt > estimator.memory
+        error = error_to_learn(alarm, followed, error, usual / JUMP if may_notice else math.inf)
         if alarm.cause == UNDECIDED:  # the observer carries it; the levels must not get used to it
             levels = Levels(levels.squared_error, largest_torque, speed, learnt, levels.stuck)
             return with_levels(state, levels, surprise, alarm)
+    fading = 1.0 if alarm.cause == LOAD else keep  # the transients of a load say nothing of the usual motion
+    choose_instrument_in_place(state.agreement, scratch.model_gradient, gradient, fading, floor, recursion.instrument)
     if noticed:
         # what a change explains must not count as usual, or the next change would not be noticed
         squared = min(squared, usual)
@@ -391,6 +403,11 @@ def learn_in_place(
     update_resetting_in_place(recursion, floor, keep, error)
     if recover_in_place(estimator, state):
         return with_levels(state, levels, surprise, alarm)
+    if alarm.cause == LOAD:
+        leave_to_loads_in_place(recursion.gain, load_count(estimator))
+        if followed:
+            explain_in_place(recursion.gain, gradient, alarm.load)
+            surprise = Surprise(0.0, surprise.friction_squared, 0.0)
     write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
     correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)
     return with_levels(state, levels, surprise, alarm)

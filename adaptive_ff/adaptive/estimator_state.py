@@ -10,7 +10,7 @@ from adaptive_ff.adaptive.candidate_state import CandidateState, initial_candida
 from adaptive_ff.adaptive.change_detection import NO_ALARM, Alarm, Surprise
 from adaptive_ff.estimation.resetting import ResettingState, initial_resetting_state
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
-from adaptive_ff.regression.known_loads import initial_loads
+from adaptive_ff.regression.known_loads import COSINE, INPUT, SINE, initial_loads
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers.arrays import MutableArray
 
@@ -159,6 +159,16 @@ class EstimatorState(NamedTuple):
 def load_count(estimator: EstimatorParameters) -> int:
     """Return how many of the last parameters are sizes of known loads."""
     return estimator.regressors + (2 if estimator.gravity else 0)
+
+
+@register_jitable(forceinline=True)
+def carries_loads(estimator: EstimatorParameters, state: "EstimatorState") -> bool:
+    """Return whether there are loads to identify: further regressors, or gravity once a position has been given."""
+    if estimator.regressors > 0:
+        return True
+    if state.loads.shape[0] > 0:
+        return bool(state.loads[SINE, INPUT] != 0.0 or state.loads[COSINE, INPUT] != 0.0)
+    return False
 
 
 def known_torque(first: NDArray[np.float64], loads: int) -> float:

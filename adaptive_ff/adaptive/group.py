@@ -81,6 +81,7 @@ class JointGroup:
                     "cosine for each joint that follows"
                 )
         self._forms_regressors = preceding is not None
+        self._gear_ratios = np.array([controller.parameters.estimator.gear_ratio for controller in self._controllers])
         self._compiled = True
 
     @classmethod
@@ -215,14 +216,16 @@ class JointGroup:
     def _form_regressors(self, position: Array) -> None:
         """Replace each position by the sum of angles up to the joint, and give each joint those of the ones it carries.
 
-        A sum with an unknown position is unknown: the joints that it concerns hold their last one.
+        A sum with an unknown position is unknown: the joints that it concerns hold their last one. Positions of motors
+        are summed as angles of their joints, and handed on as the controller takes them.
         """
-        angles = np.array([np.sum(position[row != 0.0]) for row in self._angles])
+        own = position / self._gear_ratios
+        angles = np.array([np.sum(own[row != 0.0]) for row in self._angles])
         for controller, carried in zip(self._controllers, self._carried, strict=True):
             place = controller.regressors
             with np.errstate(invalid="ignore"):
                 place[0::2], place[1::2] = np.sin(angles[carried]), np.cos(angles[carried])
-        position[:] = angles
+        position[:] = self._gear_ratios * angles
 
     @property
     def estimates(self) -> dict[str, dict[str, float]]:

@@ -19,9 +19,10 @@ from rich.text import Text
 from adaptive_ff.adaptive.candidate_choice import assess_choice
 from adaptive_ff.adaptive.candidates import MEMORIES
 from adaptive_ff.adaptive.controller import AdaptiveBase
+from adaptive_ff.adaptive.estimator_state import carries_loads
 from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState, gate_speed
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
-from adaptive_ff.model.friction import unit_of
+from adaptive_ff.model.friction import GRAVITY, unit_of
 from adaptive_ff.report.diagnosis_supervision import supervision
 from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings
 
@@ -261,9 +262,11 @@ def feedback_share(run: Recorded) -> float:
 
 
 def _parameters(controller: AdaptiveBase, confidence: Confidence) -> tuple[ParameterDiagnosis, ...]:
-    memory = controller.parameters.estimator.memory
+    memory, estimator = controller.parameters.estimator.memory, controller.state.estimator
     found = []
     for i, (name, value) in enumerate(list(controller.estimates.items())[: confidence.errors.size]):
+        if name in GRAVITY and not carries_loads(controller.parameters.estimator, estimator):
+            continue  # there has been no position
         identifiable, share = bool(confidence.together[i] < NOT_IDENTIFIABLE), float(confidence.shares[i])
         apart = identifiable or bool(confidence.alone[i] >= NOT_IDENTIFIABLE)
         pace = memory / share if share > 0.0 else math.inf

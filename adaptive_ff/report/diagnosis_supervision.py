@@ -22,9 +22,15 @@ CAUSES = {
 
 def supervision(controller: AdaptiveBase) -> Iterator[str]:
     """Yield what the controller distrusts of its model, and what its observer does; nothing for one without them."""
-    cause = controller.state.estimator.alarm.cause
-    if cause in CAUSES:
-        yield CAUSES[cause]
+    alarm = controller.state.estimator.alarm
+    if alarm.cause in CAUSES:
+        yield CAUSES[alarm.cause]
+    if alarm.load != 0.0:
+        load = alarm.load * controller.parameters.estimator.torque_scale
+        yield (
+            f"The last sudden load that was told from friction changed the torque by {load:.3g} N m; the offset followed "
+            "it, inertia and friction did not."
+        )
     if not isinstance(controller, AdaptiveController):
         return
     block, state = controller.parameters, controller.state

@@ -115,7 +115,6 @@ class Twin:
         peak, learnt = max(peak, abs(torque)), learnt + duration
         largest = kernels.PEAK_FACTOR * peak
         floor = min(kernels.FLOOR * squared_error + kernels.SMALLEST_FLOOR, kernels.LARGEST_FLOOR)
-        instrument = self.instrument(z, x, keep, floor)
         unit = estimator.torque_scale
         error = np.clip((torque - predicted(self.estimate, row)) / unit, -largest / unit, largest / unit)
         friction = self.friction() @ row[1 : self.estimate.size + 1] / unit
@@ -124,16 +123,24 @@ class Twin:
         usual = changes.JUMP * (squared_error + changes.LEAST_ERROR)
         product, square, _ = self.surprise
         noticed = learnt > estimator.memory and product**2 / square > usual
+        squared, followed = error**2, False
         if self.estimate.size - load_count(estimator) > 5:
             longest = changes.LONGEST_WAIT * estimator.memory
             self.alarm = attribute_change(self.alarm, noticed, self.surprise, friction, window, longest, duration)
-            if noticed and changes.is_decided(self.alarm) and load_count(estimator) == 0:
+            followed = noticed and changes.is_decided(self.alarm)
+            if followed and self.alarm.cause == changes.FRICTION and load_count(estimator) == 0:
                 self.follow(product / square)
                 error = (torque - predicted(self.estimate, row)) / unit
+                squared = error**2
+            if followed and self.alarm.cause == changes.LOAD:
+                error = self.alarm.load
+            elif self.alarm.cause == changes.NOTHING and learnt > estimator.memory:
+                first = changes.FIRST_ERRORS * math.sqrt(usual / changes.JUMP)
+                error = np.clip(error, -first, first)
             if self.alarm.cause == changes.UNDECIDED:
                 self.levels = Levels(squared_error, peak, speed, learnt, stuck)
                 return
-        squared = error**2
+        instrument = self.instrument(z, x, 1.0 if self.alarm.cause == changes.LOAD else keep, floor)
         if noticed:
             squared = min(squared, usual)
             self.forget(window / estimator.memory)
@@ -141,7 +148,15 @@ class Twin:
         self.information = keep * self.information + (1.0 - keep) * (
             np.outer(instrument, instrument) + floor * np.eye(instrument.size)
         )
-        self.correct((1.0 - keep) * error * np.linalg.solve(self.information, instrument), largest, speed)
+        step = (1.0 - keep) * error * np.linalg.solve(self.information, instrument)
+        if self.alarm.cause == changes.LOAD:
+            size = step.size - load_count(estimator)
+            step[[i for i in range(size) if i != 5]] = 0.0
+            if followed:
+                if step @ x * self.alarm.load > 0.0:
+                    step *= self.alarm.load / (step @ x)
+                self.surprise = Surprise(0.0, square, 0.0)
+        self.correct(step, largest, speed)
 
     def instrument(self, z, x, keep, floor):
         self.agreement = keep * self.agreement + (1.0 - keep) * np.column_stack([z * z, z * x])
@@ -159,13 +174,9 @@ class Twin:
         return only
 
     def follow(self, change):
-        """What the short window says of load or friction holds at once."""
-        if self.alarm.cause == changes.LOAD:
-            self.estimate[5] += self.alarm.load * self.estimator.torque_scale
-        else:
-            self.estimate += (
-                np.clip(1.0 + change, changes.LEAST_FACTOR, changes.LARGEST_FACTOR) - 1.0
-            ) * self.friction()
+        """What the short window says of friction holds at once."""
+        factor = np.clip(1.0 + change, changes.LEAST_FACTOR, changes.LARGEST_FACTOR)
+        self.estimate += (factor - 1.0) * self.friction()
 
     def forget(self, share):
         estimator, cause = self.estimator, self.alarm.cause
@@ -174,6 +185,7 @@ class Twin:
         if cause in (changes.LOAD, changes.EITHER) and self.estimate.size - load_count(estimator) > 5:
             unit = np.zeros(self.estimate.size)
             unit[5] = 1.0
+            share *= changes.SUDDEN if cause == changes.LOAD else 1.0
             self.release(unit, share * (estimator.scale[5] / estimator.torque_scale) ** 2)
 
     def release(self, direction, known):

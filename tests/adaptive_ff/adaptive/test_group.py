@@ -85,6 +85,20 @@ def test_regressors_are_sines_of_the_summed_angles_of_the_joints_that_follow():
     np.testing.assert_allclose(elbow.state.estimator.loads[:, 2], [math.sin(1.1), math.cos(1.1)])
 
 
+def test_positions_of_motors_are_summed_as_angles_of_their_joints():
+    joints = {
+        name: {**entry, "gear_ratio": ratio}
+        for (name, entry), ratio in zip(ARM["joints"].items(), (50.0, -80.0), strict=True)
+    }
+    geared, direct = JointGroup.from_table({**ARM, "joints": joints}), JointGroup.from_table(ARM)
+    for group, position in ((direct, [0.4, 0.7]), (geared, [50.0 * 0.4, -80.0 * 0.7])):
+        group.step([0.1, 0.2], [0.1, 0.2], position=position)
+    for name in joints:
+        one, other = geared.joints[name].state.estimator, direct.joints[name].state.estimator
+        np.testing.assert_allclose(one.loads[:, 2], other.loads[:, 2], rtol=1e-12)
+        np.testing.assert_allclose(one.regressors, other.regressors, rtol=1e-12)
+
+
 def test_state_of_all_joints_is_one_text():
     first, second = JointGroup.from_table(ARM), JointGroup.from_table(ARM)
     run(first, samples=100)
