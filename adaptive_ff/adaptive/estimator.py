@@ -381,7 +381,6 @@ def learn_in_place(
         longest = LONGEST_WAIT * estimator.memory
         alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
         followed = noticed and is_decided(alarm)
-        # where gravity is learnt too, a change of friction is shared out by least squares
         if followed and alarm.cause == FRICTION:
             follow_friction_in_place(estimate, surprise, load_count(estimator))
             error = (torque - predict_torque(estimate, row)) / estimator.torque_scale

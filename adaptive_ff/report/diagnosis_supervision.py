@@ -28,8 +28,8 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
     if alarm.load != 0.0:
         load = alarm.load * controller.parameters.estimator.torque_scale
         yield (
-            f"The last sudden load that was told from friction changed the torque by {load:.3g} N m; the offset followed "
-            "it, inertia and friction did not."
+            f"The last sudden load that was told from friction changed the torque by {load:.3g} N m; the offset "
+            "followed it, inertia and friction did not."
         )
     if not isinstance(controller, AdaptiveController):
         return

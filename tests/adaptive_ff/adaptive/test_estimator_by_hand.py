@@ -128,7 +128,7 @@ class Twin:
             longest = changes.LONGEST_WAIT * estimator.memory
             self.alarm = attribute_change(self.alarm, noticed, self.surprise, friction, window, longest, duration)
             followed = noticed and changes.is_decided(self.alarm)
-            if followed and self.alarm.cause == changes.FRICTION and load_count(estimator) == 0:
+            if followed and self.alarm.cause == changes.FRICTION:
                 self.follow(product / square)
                 error = (torque - predicted(self.estimate, row)) / unit
                 squared = error**2
