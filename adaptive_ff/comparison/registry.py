@@ -20,7 +20,7 @@ from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.comparison.own_bandwidth import in_own_loop
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.friction import ESTIMATED, WITH_GRAVITY, WITH_OFFSET, TorqueModel
+from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, TorqueModel
 from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
 from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
 from adaptive_ff.rivals.model_based import ModelBased
@@ -124,7 +124,7 @@ def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, 
 def _adaptive(scenario: Scenario) -> AdaptiveController:
     gains = scenario.feedback.gains
     bandwidth = observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains)
-    settings = _adaptive_settings(scenario, WITH_GRAVITY if scenario.joint.axis == "rotary" else WITH_OFFSET)
+    settings = _adaptive_settings(scenario, WITH_OFFSET)
     return AdaptiveController(*gains, **settings, observer_bandwidth=bandwidth)
 
 

@@ -211,10 +211,9 @@ class Adaptation(Table):
         Pre-estimated ``Vs`` (rad/s) and ``delta``.
     memory : float, optional
         Memory, s of sliding motion; by default what suits each controller.
-    identify : "symmetric", "offset", "gravity", "directions" or "directions_and_gravity", optional
-        What ``adaptive`` identifies: the paper's five parameters; an offset beside them (the default of a linear axis);
-        gravity as well (the default of a rotary one); friction by direction. ``adaptive_unsupervised`` identifies five
-        where nothing is given.
+    identify : "symmetric", "offset" or "directions", optional
+        What ``adaptive`` identifies: the paper's five parameters; an offset beside them (the default); friction by
+        direction, too. ``adaptive_unsupervised`` identifies five where nothing is given.
     """
 
     model_config = STRICT

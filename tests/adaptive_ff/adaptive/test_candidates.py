@@ -34,7 +34,7 @@ def without_candidates(scenario):
 
 @pytest.mark.parametrize("factor", [0.25, 4.0])
 def test_a_joint_that_is_told_a_wrong_velocity_finds_its_own(factor):
-    scenario = JOINT.modified(adaptation={"stribeck_velocity": factor * TRUE}, duration=20.0)
+    scenario = JOINT.modified(adaptation={"stribeck_velocity": factor * TRUE}, duration=15.0)
     controller = make("adaptive", scenario)
     record, _ = drive(controller, lay_course(scenario))
     found = controller.estimates

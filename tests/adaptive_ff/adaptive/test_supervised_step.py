@@ -82,9 +82,8 @@ def test_loop_of_steps_and_plain_python_are_the_whole_run():
     for series in ("torque", "velocity", "estimates"):
         wanted = getattr(expected, series)
         assert np.max(np.abs(getattr(found, series) - wanted)) <= 1e-12 * np.max(np.abs(wanted))
-    blind = SHORT.modified(change=[], adaptation={"identify": "offset"})  # one's own loop has no position to give
-    without_load = lay_course(blind)
-    whole, _ = drive(make("adaptive", blind), without_load)
+    without_load = lay_course(SHORT.modified(change=[]))
+    whole, _ = drive(make("adaptive"), without_load)
     assert own_loop(stepped, without_load) == pytest.approx(whole.torque, rel=1e-12)
 
 

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from adaptive_ff import simulate
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_GRAVITY
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
 from controllers import pi_gains
 
 
@@ -35,10 +35,10 @@ def test_settled_on_the_built_in_joint_all_is_well():
     assert found.excited
     assert found.warnings == ()
     assert found.learnt == controller.state.estimator.levels.learnt > 40.0
-    assert [one.name for one in found.parameters] == [*WITH_GRAVITY, "stribeck_velocity", "presliding"]
+    assert [one.name for one in found.parameters] == [*WITH_OFFSET, "stribeck_velocity", "presliding"]
     assert {one.name: one.estimate for one in found.parameters} == controller.estimates
     assert {one.name: one.uncertainty for one in found.parameters} == controller.uncertainties
-    assert all(4.0 <= one.pace < 8.0 for one in found.parameters[:5])  # offset and gravity share slow motion
+    assert all(4.0 <= one.pace < 8.0 for one in found.parameters[:-2])
     assert found.model_torque + found.feedback_torque == controller.state.feedback.commands[0]
     assert found.model_torque == run.feedforward[-1]
     assert found.feedforward_lag == controller.feedforward_lag > controller.estimates["friction_lag"]
