@@ -48,6 +48,16 @@ def test_gravity_begins_settled_at_the_first_position_whenever_that_comes():
     np.testing.assert_array_equal(loads[:, SLOPE], 0.0)
 
 
+@pytest.mark.parametrize("angle", [0.0, math.pi / 2.0])
+def test_gravity_is_filtered_from_there_on_where_the_sine_or_the_cosine_is_zero_too(angle):
+    loads = initial_loads(2)
+    advance_loads_in_place(loads, NONE, POLE, angle, PERIOD, True)
+    loads[COSINE if angle == 0.0 else SINE, INPUT] = 1.0
+    loads[SINE if angle == 0.0 else COSINE, INPUT] = 0.0
+    advance_loads_in_place(loads, NONE, POLE, angle + 0.5, PERIOD, False)
+    assert np.all(loads[:, SLOPE] != 0.0), "a filter, no fresh start"
+
+
 @pytest.mark.parametrize("lost", [math.nan, math.inf, -math.inf])
 def test_what_is_not_finite_holds_the_last_value(lost):
     loads = initial_loads(3)
