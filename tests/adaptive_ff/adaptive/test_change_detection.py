@@ -202,7 +202,7 @@ def test_what_cannot_be_decided_within_the_longest_wait_may_be_either():
 def test_what_may_be_either_waits_for_the_other_way_and_for_the_settling_after_it():
     """Until the joint turns no other change is looked for; once it has turned, moving back does not stop the clock."""
     either = attributed((1, True, PUSHED, 0.8), (502, False, PUSHED, 0.8))
-    assert attributed((3000, True, PUSHED, 0.8), alarm=either)._replace(age=either.age) == either
+    assert attributed((3000, True, PUSHED, 0.8), alarm=either) == either._replace(age=0.0)
     turned = attributed((5, True, PUSHED, -0.8), alarm=either)
     assert turned.cause == EITHER
     assert turned.turned == pytest.approx(0.05)
@@ -211,14 +211,15 @@ def test_what_may_be_either_waits_for_the_other_way_and_for_the_settling_after_i
     assert attributed((settling + 2, False, PUSHED, 0.8), alarm=turned) == NO_ALARM
 
 
+@pytest.mark.parametrize("begun", [PUSHED, BACK])
 @pytest.mark.parametrize(("factor", "cause"), [(0.98, FRICTION), (1.02, LOAD)])
-def test_the_sign_of_an_error_counts_anew_once_it_is_large_enough(factor, cause):
+def test_the_sign_of_an_error_counts_anew_once_it_is_large_enough(factor, cause, begun):
     """Moving on, the product of error and friction turns its sign: a large one is another state, a small one noise."""
-    renewed = Surprise(-factor * RENEWED * 0.2, 0.4, 0.0)
-    assert attributed((1, True, PUSHED, 0.8), (5, True, renewed, 0.8), (20, False, PUSHED, -0.6)).cause == cause
-    less = Surprise(factor * RENEWED * 0.2, 0.4, 0.0)
-    lessened = attributed((1, True, PUSHED, 0.8), (1, True, less, 0.8))
-    assert lessened.product == (PUSHED.product if factor < 1.0 else less.product)
+    renewed = begun._replace(product=-factor * RENEWED * begun.product)
+    assert attributed((1, True, begun, 0.8), (5, True, renewed, 0.8), (20, False, begun, -0.6)).cause == cause
+    less = begun._replace(product=factor * RENEWED * begun.product)
+    lessened = attributed((1, True, begun, 0.8), (1, True, less, 0.8))
+    assert lessened.product == (begun.product if factor < 1.0 else less.product)
 
 
 def test_after_a_decision_none_other_is_made_for_a_while():

@@ -197,6 +197,14 @@ def test_evidence_is_dropped_where_the_identified_lag_has_fallen_much_too():
     assert drop_stale_evidence(long, far, PERIOD, True) == state._replace(evidence=empty_evidence(far))
 
 
+def test_the_best_lag_is_a_possible_one():
+    state = Samples(201, spread=0.5).learn()
+    found = best_lag(state, LAG, LARGEST, PERIOD)
+    assert best_lag(state, LAG, 0.5 * found, PERIOD) == 0.5 * found
+    against = state._replace(evidence=state.evidence._replace(weighted=-1e6 * state.evidence.information))
+    assert best_lag(against, LAG, LARGEST, PERIOD) == 0.0
+
+
 @pytest.mark.parametrize("young", [True, False])
 def test_without_evidence_what_comes_is_fitted_around_the_lag_identified_now(young):
     state = initial_timing_state(check_gains(*GAINS), LAG)

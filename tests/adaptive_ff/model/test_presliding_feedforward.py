@@ -173,3 +173,11 @@ def test_settled_signals_are_those_of_a_long_motion_at_one_velocity(velocity):
     assert settled.velocity == velocity
     assert settled.bent == pytest.approx(moved.bent, abs=1e-9)
     assert settled.filters[2:] == pytest.approx(moved.filters[2:], abs=1e-9)
+
+
+def test_filters_stay_as_they_are_over_no_time():
+    signals = settle_signals_in_place(FORM, initial_signals(9), 0.06)
+    filters, bent = signals.filters.copy(), signals.bent.copy()
+    advance_friction_in_place(FORM, signals, 0.06, 0.0, 0.0)
+    assert np.array_equal(signals.filters, filters)
+    assert np.array_equal(signals.bent, bent)
