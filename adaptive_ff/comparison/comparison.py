@@ -130,7 +130,8 @@ def compare(
     progress : callable, optional
         Is called with the name of the controller and the share of its run that is done.
     thin : int, optional
-        Keep one of so many samples in the series, 1 for all; the default and more are told by :func:`~adaptive_ff.comparison.run.simulate`.
+        Keep one of so many samples in the series, 1 for all; for the default see
+        :func:`~adaptive_ff.comparison.run.simulate`.
 
     Returns
     -------
