@@ -328,8 +328,10 @@ def choose_candidate_in_place(
     """Compare the candidates for what friction is assumed to be, at a sample that the estimator has learnt from."""
     if estimator.candidates.errors.size > 0:
         learnt = estimator.levels.learnt > state.estimator.levels.learnt
-        if estimator.levels.learnt < LOADS_FIRST * block.estimator.memory and carries_loads(block.estimator, estimator):
-            return estimator
+        if estimator.loads.shape[0] > 0:
+            young = estimator.levels.learnt < LOADS_FIRST * block.estimator.memory
+            if young and carries_loads(block.estimator, estimator):
+                return estimator
         if learnt and estimator.alarm.cause != UNDECIDED:
             candidates = compare_candidates_in_place(
                 block.estimator, estimator, period.measured, period.model, duration, ratio

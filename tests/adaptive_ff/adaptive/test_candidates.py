@@ -12,6 +12,7 @@ from adaptive_ff.adaptive.candidates import residual_moments_in_place
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import predict_torque
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.model.friction import WITH_OFFSET
 
 JOINT = load_scenario(SCENARIOS / "high_stiction.toml").modified(seed=101)
 TRUE = JOINT.joint.stribeck_velocity
@@ -27,6 +28,7 @@ def without_candidates(scenario):
         scenario.sampling.period,
         inertia=scenario.feedback.inertia,
         stribeck_velocity=adaptation.stribeck_velocity,
+        parameters=WITH_OFFSET,
         stribeck_factors=(),
         presliding_factors=(),
     )
