@@ -17,6 +17,7 @@ from adaptive_ff.adaptive.candidate_choice import (
     chosen_names,
 )
 from adaptive_ff.adaptive.estimator_state import load_count
+from adaptive_ff.adaptive.map_settings import MAP_MEMORY
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share, possible_now
@@ -277,6 +278,11 @@ class AdaptiveController(AdaptiveBase):
         observer_bandwidth: float | None = None,
         stribeck_factors: Sequence[float] = FACTORS,
         presliding_factors: Sequence[float] = BENT_FACTORS,
+        position_periods: Sequence[float] = (),
+        position_hats: int = 0,
+        position_range: Sequence[float] | None = None,
+        load_friction: bool = False,
+        map_memory: float = MAP_MEMORY,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -299,6 +305,11 @@ class AdaptiveController(AdaptiveBase):
             feedforward_includes_inertia=feedforward_includes_inertia,
             stribeck_factors=stribeck_factors,
             presliding_factors=presliding_factors,
+            position_periods=position_periods,
+            position_hats=position_hats,
+            position_range=position_range,
+            load_friction=load_friction,
+            map_memory=map_memory,
         )
         self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
         pole = observer_pole(block, float(inertia), observer_bandwidth)
