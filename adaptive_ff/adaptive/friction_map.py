@@ -3,7 +3,7 @@
 Friction of gears and screws rises and falls with their position, and with the torque that they carry. What the model
 has for friction is multiplied by a factor
 
-    phi = 1 + g m,    m = sum_k (a_k cos(2 pi q/p_k) + b_k sin(2 pi q/p_k)) + sum_j c_j hat_j(q) + l |u|/unit
+    phi = 1 + g m,    m = sum_k (a_k cos(2 pi q/p_k) + b_k sin(2 pi q/p_k)) + sum_j c_j hat_j(q) + l (|u| - <|u|>)/unit
 
 with known periods ``p_k``, hats ``hat_j`` (piecewise linear functions of one at their own position, zero from the next
 ones on, evenly over a range), and the known torque ``u`` that the joint transmits. The factor enters the regression in
@@ -52,6 +52,12 @@ MEMORIES = 2.0
 
 GROWTH = 0.5
 """... and at most this share of the time for which there has been any."""
+
+LOAD_MEMORIES = 10.0
+"""Memory of the mean known torque, in memories of the estimator."""
+
+LOAD_FADING = 0.25
+"""Memory of the load's coefficient over that of the others: with the position it changes all the time."""
 
 FIRST = 1.0
 """Time of learning before the map is fed, in memories of the estimator."""
@@ -111,7 +117,7 @@ class MapState(NamedTuple):
     information : ndarray, shape (n,)
         Sum of the rows of their information matrix, N^2 m^2 s.
     signals : ndarray, shape (2, 3)
-        Filters of position (rad) and known torque (N m); without a map none.
+        Filters of position (rad) and known torque (N m).
     known : bool
         Whether there has been a position.
     direction : float
@@ -126,6 +132,8 @@ class MapState(NamedTuple):
         Mean products of what the map of earlier strokes says of the torque, and of the error without map, N^2 m^2.
     friction : float
         Mean squared friction, N^2 m^2.
+    load : float
+        Mean known torque, without its sign, N m: at it friction is that of the model.
     """
 
     coefficients: MutableArray
@@ -141,6 +149,7 @@ class MapState(NamedTuple):
     xy: float
     yy: float
     friction: float
+    load: float
 
 
 NO_MAP = MapParameters(np.zeros(0), 0, 0.0, 1.0, 0.0, 1.0)
@@ -155,10 +164,8 @@ def coefficient_count(parameters: MapParameters) -> int:
 def initial_map(parameters: MapParameters) -> MapState:
     """Return the map of a joint of which nothing has been seen."""
     count = coefficient_count(parameters)
-    signals = np.zeros((2 if count > 0 else 0, 3))
-    return MapState(
-        np.zeros(count), np.zeros(count), np.zeros(count), signals, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    )
+    arrays = (np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((2, 3)))
+    return MapState(*arrays, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -187,6 +194,7 @@ def follow_map_in_place(
         state.xy,
         state.yy,
         state.friction,
+        state.load,
     )
 
 
@@ -200,10 +208,10 @@ def hat_place(parameters: MapParameters, angle: float) -> tuple[int, float]:
 
 @register_jitable(forceinline=True)
 def map_value(parameters: MapParameters, coefficients: NDArray[np.float64], angle: float, load: float) -> float:
-    """Return what a map says at a position (rad) under a known torque (N m, without its sign)."""
+    """Return what a map says at a position (rad) under a known torque (N m, without its sign, beyond its mean)."""
     value, place = 0.0, 0
     if parameters.load > 0.0:
-        value += coefficients[0] * load / parameters.load
+        value += coefficients[place] * load / parameters.load
         place = 1
     for i in range(parameters.waves.size):
         phase = parameters.waves[i] * angle
@@ -228,7 +236,7 @@ def filtered_factor(parameters: MapParameters, state: MapState) -> float:
         return 1.0
     if state.share == 0.0:
         return 1.0
-    angle, load = state.signals[POSITION, VALUE], state.signals[LOAD, VALUE]
+    angle, load = state.signals[POSITION, VALUE], state.signals[LOAD, VALUE] - state.load
     return limited_factor(state.share, map_value(parameters, state.coefficients, angle, load))
 
 
@@ -239,18 +247,35 @@ def coming_factor(parameters: MapParameters, state: MapState, turn: float) -> fl
         return 1.0
     if state.share == 0.0:
         return 1.0
-    angle, load = state.signals[POSITION, INPUT] + turn, state.signals[LOAD, INPUT]
+    angle, load = state.signals[POSITION, INPUT] + turn, state.signals[LOAD, INPUT] - state.load
     return limited_factor(state.share, map_value(parameters, state.coefficients, angle, load))
 
 
 @register_jitable(forceinline=True)
 def correct_entry_in_place(
-    parameters: MapParameters, state: MapState, place: int, value: float, total: float, duration: float, torque: float
+    state: MapState, place: int, value: float, memory: float, total: float, duration: float, torque: float
 ) -> None:
-    """Correct one coefficient whose regressor has a value; arguments as in :func:`correct_map_in_place`."""
+    """Correct one coefficient whose regressor has a value.
+
+    Parameters
+    ----------
+    state : MapState
+        The map; changed in place.
+    place : int
+        Which coefficient.
+    value : float
+        Its regressor.
+    memory : float
+        Its memory, s.
+    total : float
+        Squared friction times the sum of the sizes of all regressors, N^2 m^2.
+    duration : float
+        Time since the last sample, s.
+    torque : float
+        Friction times the error that is left, N^2 m^2.
+    """
     size, prior = abs(value), PRIOR * state.friction
-    fading = min(size, 1.0) * state.information[place] / parameters.memory
-    state.information[place] += duration * (size * total - fading)
+    state.information[place] += duration * (size * total - min(size, 1.0) * state.information[place] / memory)
     moved = state.coefficients[place] + value * torque * duration / (state.information[place] + prior)
     state.coefficients[place] = min(max(moved, -LARGEST_COEFFICIENT), LARGEST_COEFFICIENT)
 
@@ -274,27 +299,27 @@ def correct_map_in_place(
     duration : float
         Time since the last sample, s.
     """
-    angle, load, place = state.signals[POSITION, VALUE], 0.0, 0
+    angle, load, place, memory = state.signals[POSITION, VALUE], 0.0, 0, parameters.memory
     sizes = 1.0 if parameters.hats > 1 else 0.0
-    if parameters.load > 0.0:
-        load = state.signals[LOAD, VALUE] / parameters.load
-        sizes += abs(load)
-        place = 1
     for i in range(parameters.waves.size):
         phase = parameters.waves[i] * angle
         sizes += abs(math.cos(phase)) + abs(math.sin(phase))
+    if parameters.load > 0.0:
+        load = (state.signals[LOAD, VALUE] - state.load) / parameters.load
+        sizes += abs(load)
     total, torque = friction * friction * sizes, friction * error
     if parameters.load > 0.0:
-        correct_entry_in_place(parameters, state, 0, load, total, duration, torque)
+        correct_entry_in_place(state, place, load, LOAD_FADING * memory, total, duration, torque)
+        place = 1
     for i in range(parameters.waves.size):
         phase = parameters.waves[i] * angle
-        correct_entry_in_place(parameters, state, place, math.cos(phase), total, duration, torque)
-        correct_entry_in_place(parameters, state, place + 1, math.sin(phase), total, duration, torque)
+        correct_entry_in_place(state, place, math.cos(phase), memory, total, duration, torque)
+        correct_entry_in_place(state, place + 1, math.sin(phase), memory, total, duration, torque)
         place += 2
     if parameters.hats > 1:
         below, share = hat_place(parameters, angle)
-        correct_entry_in_place(parameters, state, place + below, 1.0 - share, total, duration, torque)
-        correct_entry_in_place(parameters, state, place + below + 1, share, total, duration, torque)
+        correct_entry_in_place(state, place + below, 1.0 - share, memory, total, duration, torque)
+        correct_entry_in_place(state, place + below + 1, share, memory, total, duration, torque)
 
 
 @register_jitable(forceinline=True)
@@ -326,7 +351,7 @@ def learn_map_in_place(
         age = 0.0
         for i in range(state.before.size):
             state.before[i] = state.coefficients[i]
-    angle, load = state.signals[POSITION, VALUE], state.signals[LOAD, VALUE]
+    angle, load = state.signals[POSITION, VALUE], state.signals[LOAD, VALUE] - state.load
     value = map_value(parameters, state.coefficients, angle, load)
     factor = limited_factor(state.share, value)
     friction /= factor
@@ -334,6 +359,7 @@ def learn_map_in_place(
     said = map_value(parameters, state.before, angle, load) * friction
     seen = state.seen + duration
     weight = duration / (duration + min(MEMORIES * memory, GROWTH * seen))
+    slow = duration / min(LOAD_MEMORIES * memory, seen)
     xx, xy = state.xx + weight * (said * said - state.xx), state.xy + weight * (said * plain - state.xy)
     yy = state.yy + weight * (plain * plain - state.yy)
     squared = state.friction + weight * (friction * friction - state.friction)
@@ -357,6 +383,7 @@ def learn_map_in_place(
         xy,
         yy,
         squared,
+        state.load + slow * (state.signals[LOAD, VALUE] - state.load),
     )
     correct_map_in_place(parameters, new, friction, left, duration)
     return new

@@ -12,7 +12,7 @@ MAP_MEMORY = 2.0
 """Default memory of the map, s of sliding motion at a position."""
 
 MOST_PERIODS = 8
-"""Most known periods: many of them learn each other's part for long."""
+"""Most known periods: many of them take each other's part for long."""
 
 MOST_HATS = 1000
 """Most hats: they cost memory only, but each must be visited."""
