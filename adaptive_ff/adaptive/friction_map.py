@@ -23,7 +23,7 @@ Sin, "Adaptive filtering, prediction and control" (1984), with a gain for each c
 Whether friction depends on position is decided by evidence: with what the map said of the torque before the present
 stroke, ``x = F m``, and the error without the map, ``y``, over the last seconds
 
-    g = sat((<x y>/(<x^2> + rho <y^2>) - 1/2)/(1/4))
+    g = sat((<x y>/(<x^2> + rho <y^2>) - 0.3)/0.2)
 
 The map of before, because within a stroke the hats follow whatever the model lacks, and a load that is not modelled
 turns its sign against friction at the reversal. Where friction does not depend on position, ``g`` is zero, and the
@@ -65,8 +65,11 @@ FIRST = 1.0
 DOUBT = 0.05
 """Share of the mean squared error that the map must explain to count as much as none, ``rho``."""
 
-LEAST_SLOPE, FULL_SLOPE = 0.5, 0.75
-"""Slope from which the map is fed at all, a smaller one leaves more error than none; and fed in full."""
+LEAST_SLOPE, FULL_SLOPE = 0.3, 0.5
+"""Slope from which the map is fed at all, and fed in full.
+
+A map that is right has a slope below one: before it is fed, the estimator follows slow variations by itself.
+"""
 
 OUTLIER = 3.0
 """Errors beyond this many times the usual one count as so large: a sudden change is none of position."""
