@@ -344,6 +344,23 @@ def choose_candidate_in_place(
 
 
 @register_jitable(forceinline=True)
+def learn_curve_in_place(
+    block: Block,
+    state: Block,
+    estimator: EstimatorState,
+    period: Period,
+    duration: float,
+    ratio: float,
+    factor: float,
+) -> EstimatorState:
+    """Learn what the regression is not linear in, map and candidates, at a sample that the estimator has learnt from."""
+    if estimator.levels.learnt > state.estimator.levels.learnt and estimator.alarm.cause != UNDECIDED:
+        mapped = learn_friction_map(block.estimator, estimator, period.measured, duration)
+        return choose_candidate_in_place(block, mapped, period, duration, ratio, factor)
+    return estimator
+
+
+@register_jitable(forceinline=True)
 def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: Inputs) -> Fed:
     """Learn, or guess before there is anything to learn, and feed forward for the period that begins.
 
@@ -351,34 +368,32 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     that ends were computed earlier.
     """
     reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
-    begins, timing = state.feedback.samples == 0, period.timing
-    estimator = follow_friction_map(
-        block.estimator, state.estimator, inputs.position, inputs.feedforward, inputs.dt, begins
+    first, timing = state.feedback.samples == 0, period.timing
+    followed = follow_friction_map(
+        block.estimator, state.estimator, inputs.position, inputs.feedforward, inputs.dt, first
     )
     # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
-    old = present_model(block, estimator, timing.lag, reference)
-    before, old_friction, feedforward = step_model(block, old, estimator, state.feedforward, inputs)
+    old = present_model(block, followed, timing.lag, reference)
+    before, old_friction, feedforward = step_model(block, old, followed, state.feedforward, inputs)
     learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
     # at rest a load looks like friction: where loads are estimated, only motion tells of friction
     carries = block.estimator.regressors > 0 or (load_count(block.estimator) > 0 and math.isfinite(inputs.position))
     moves = not carries or period.sliding > GUESS_HOLD * block.hold
-    guesses = moves and may_guess(block.estimator, estimator)
+    guesses = moves and may_guess(block.estimator, followed)
     if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
-        return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
+        return Fed(before, old_friction, before, old_friction, feedforward, followed, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
     handed = state.feedforward
     if learns:
-        factor = filtered_factor(block.estimator.friction_map, estimator.friction_map)
-        estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio, factor)
-        if estimator.levels.learnt > state.estimator.levels.learnt and estimator.alarm.cause != UNDECIDED:
-            estimator = learn_friction_map(block.estimator, estimator, period.measured, inputs.dt)
-            estimator = choose_candidate_in_place(block, estimator, period, inputs.dt, ratio, factor)
+        factor = filtered_factor(block.estimator.friction_map, followed.friction_map)
+        learnt = learn_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio, factor)
+        estimator = learn_curve_in_place(block, state, learnt, period, inputs.dt, ratio, factor)
         if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
             since = estimator.recursion.estimate[FRICTION_LAG]
             timing = with_evidence(timing, empty_evidence(since), since)
             handed = with_bent(handed, estimator.candidates)
     else:
-        estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
+        estimator = guess_friction_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)
