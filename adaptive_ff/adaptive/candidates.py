@@ -339,7 +339,7 @@ def write_row_in_place(
     write_regressors(estimator.form, model, row)
     scale_inertia_in_place(row, ratio)
     row[VISCOUS + 1] *= factor
-    if row.size > VISCOUS_ASYMMETRY + 3:
+    if state.candidates.filters.shape[1] > 2:
         row[VISCOUS_ASYMMETRY + 1] *= factor
     loads = add_loads(0.0, state.recursion.estimate, state.scratch.row)
     row[row.size - 1] = measured.filters[FILTER_TORQUE, 0] - loads

@@ -353,7 +353,7 @@ def learn_curve_in_place(
     ratio: float,
     factor: float,
 ) -> EstimatorState:
-    """Learn what the regression is not linear in, map and candidates, at a sample that the estimator has learnt from."""
+    """Learn what the regression is not linear in, map and candidates, where the estimator has just learnt."""
     if estimator.levels.learnt > state.estimator.levels.learnt and estimator.alarm.cause != UNDECIDED:
         mapped = learn_friction_map(block.estimator, estimator, period.measured, duration)
         return choose_candidate_in_place(block, mapped, period, duration, ratio, factor)
