@@ -16,8 +16,8 @@ factor and ``e`` the error that model and full map leave,
     D_i <- D_i + |x_i| (F^2 sum_j |x_j| - D_i/T) dt,    c_i <- c_i + x_i F e dt/(D_i + prior)
 
 ``D`` is the sum of the rows of the information matrix of least squares, which is at least that matrix, so that the
-recursion is stable; an entry fades only while it is visited, with the memory ``T``. A hat more costs two numbers of
-memory and no time: only the two at the present position change. This is the projection algorithm of G. Goodwin and K.
+recursion is stable; an entry fades only while it is visited, with the memory ``T``. A hat more costs three numbers
+of memory and no time: only the two at the present position change. This is the projection algorithm of G. Goodwin and K.
 Sin, "Adaptive filtering, prediction and control" (1984), with a gain for each coefficient.
 
 Whether friction depends on position is decided by evidence: with what the map said of the torque before the present
@@ -116,7 +116,8 @@ class MapState(NamedTuple):
     coefficients : ndarray, shape (n,)
         That of the load where there is one, cosine and sine of each period, hats.
     before : ndarray, shape (n,)
-        The coefficients as they were at the last reversal: what an earlier stroke says of this one.
+        The coefficients as they were at the last reversal, without hats at most a memory of the estimator ago: what an
+        earlier stroke says of this one.
     information : ndarray, shape (n,)
         Sum of the rows of their information matrix, N^2 m^2 s.
     signals : ndarray, shape (2, 3)
