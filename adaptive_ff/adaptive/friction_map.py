@@ -17,8 +17,8 @@ factor and ``e`` the error that model and full map leave,
 
 ``D`` is the sum of the rows of the information matrix of least squares, which is at least that matrix, so that the
 recursion is stable; an entry fades only while it is visited, with the memory ``T``. A hat more costs three numbers
-of memory and no time: only the two at the present position change. This is the projection algorithm of G. Goodwin and K.
-Sin, "Adaptive filtering, prediction and control" (1984), with a gain for each coefficient.
+of memory and no time: only the two at the present position change. This is the projection algorithm of G. Goodwin and
+K. Sin, "Adaptive filtering, prediction and control" (1984), with a gain for each coefficient.
 
 Whether friction depends on position is decided by evidence: with what the map said of the torque before the present
 stroke, ``x = F m``, and the error without the map, ``y``, over the last seconds
