@@ -132,10 +132,10 @@ def run_length(scenario: Scenario, repeats: int) -> tuple[float, int, int]:
     times = []
     for _ in range(repeats):
         begin = CLOCK()
-        simulate(scenario)
+        simulate(scenario, thin=1)
         times.append(CLOCK() - begin)
     tracemalloc.start()
-    run = simulate(scenario)
+    run = simulate(scenario, thin=1)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     series = [value for value in [*vars(run).values(), *run.estimates.values()] if isinstance(value, np.ndarray)]

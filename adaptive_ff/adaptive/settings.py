@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,6 @@ from adaptive_ff.model.friction import FURTHER, TorqueModel
 from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
-
-if TYPE_CHECKING:
-    pass
 
 GATE_SHARE = 0.2
 """Speed of the gate, as a share of the Stribeck velocity."""

@@ -349,14 +349,16 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     start, _ = ahead(state.feedforward, reference, following, delay)
     handed = state.feedforward
     if learns:
-        estimator = learn_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
+        estimator = learn_in_place(block.estimator, state.estimator, period.measured, period.model, inputs.dt, ratio)
         estimator = choose_candidate_in_place(block, state, estimator, period, inputs.dt, ratio)
         if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
             since = estimator.recursion.estimate[FRICTION_LAG]
             timing = with_evidence(timing, empty_evidence(since), since)
             handed = with_bent(handed, estimator.candidates)
     else:
-        estimator = guess_friction_in_place(block.estimator, estimator, period.measured, period.model, inputs.dt, ratio)
+        estimator = guess_friction_in_place(
+            block.estimator, state.estimator, period.measured, period.model, inputs.dt, ratio
+        )
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)

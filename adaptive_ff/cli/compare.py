@@ -49,8 +49,13 @@ def compare_command(
     ] = None,
     metric: Annotated[list[str] | None, typer.Option(help="Figure to guard, such as rms_error_settled; all.")] = None,
     thin: Annotated[
-        int, typer.Option(min=1, help="Keep one of so many samples in series and plots; figures are of the whole run.")
-    ] = 1,
+        int | None,
+        typer.Option(
+            min=1,
+            help="Keep one of so many samples in series and plots; figures are of the whole run. By default all are "
+            "kept up to two million solver steps; 1 for all of a longer run.",
+        ),
+    ] = None,
 ) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
     from adaptive_ff.comparison.own import check_own_names, named_own
@@ -98,7 +103,7 @@ def compare_command(
     return 0 if gate is None else gate.judge(comparison, errors)
 
 
-def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console, thin: int) -> "Comparison":
+def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console, thin: int | None) -> "Comparison":
     from adaptive_ff.comparison.comparison import compare
     from adaptive_ff.simulation.loop import run_in_memory
 

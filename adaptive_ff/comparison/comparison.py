@@ -115,7 +115,7 @@ def compare(
     *,
     own: Mapping[str, Own] | None = None,
     progress: Callable[[str, float], None] | None = None,
-    thin: int = 1,
+    thin: int | None = None,
 ) -> Comparison:
     """Run every controller of a scenario.
 
@@ -130,7 +130,8 @@ def compare(
     progress : callable, optional
         Is called with the name of the controller and the share of its run that is done.
     thin : int, optional
-        Keep one of so many samples in the series; see :func:`~adaptive_ff.comparison.run.simulate`.
+        Keep one of so many samples in the series, 1 for all; for the default see
+        :func:`~adaptive_ff.comparison.run.simulate`.
 
     Returns
     -------

@@ -1,5 +1,6 @@
 """One controller in the closed loop of a scenario."""
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -19,6 +20,9 @@ from controllers.arrays import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+MOST_STEPS = 2_000_000
+"""Solver steps of which all series are kept unless it is said otherwise; of longer runs about as many samples are."""
 
 MARKS = 120
 """Times in a run at which the uncertainty of the estimates is noted."""
@@ -131,7 +135,7 @@ def simulate(
     course: Course | None = None,
     progress: Callable[[float], None] | None = None,
     uncertain: bool = True,
-    thin: int = 1,
+    thin: int | None = None,
 ) -> Run:
     """Run one controller in the closed loop.
 
@@ -152,8 +156,10 @@ def simulate(
     uncertain : bool, optional
         Whether to note how uncertain the estimates are along the run, for controllers that know.
     thin : int, optional
-        Keep one of so many samples, and the last, in the series. The figures of merit are of the whole run all the
-        same, to rounding, and a long run takes no more memory than its reference and the samples that are kept.
+        Keep one of so many samples, and the last, in the series; 1 keeps all, and the solver's grid. By default all
+        are kept up to two million solver steps, and of a longer run as many as keep its series from growing further.
+        The figures of merit are of the whole run all the same, to rounding, and a thinned run takes no more memory
+        than its reference and the samples that are kept.
 
     Returns
     -------
@@ -169,7 +175,7 @@ def simulate(
     ArithmeticError
         The run did not stay finite.
     """
-    if thin < 1:
+    if thin is not None and thin < 1:
         raise ValueError(f"thin = {thin} is not allowed: it must be at least 1")
     if isinstance(controller, str):
         scenario = loop_of(scenario, controller)
@@ -184,6 +190,8 @@ def simulate(
     if uncertain and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
         notes = {"note": lambda sample: marks.append((sample, controller.uncertainties)), "parts": MARKS}
     label = name or type(controller).__name__
+    if thin is None:
+        thin = math.ceil((course.reference.size - 1) / MOST_STEPS)
     if thin > 1:
         thinned, *found = drive_thinned(controller, course, thin, scenario.last_change, progress, **notes)
         run = _thinned(label, scenario, course, thinned, thin, *found)

@@ -42,8 +42,8 @@ STEP = 1e-6
 STARTS, ITERATIONS = 10, 60
 """Random starts of the search, and iterations of each."""
 
-MOST_HARMONICS = 60
-"""Most harmonics of a series."""
+LEAST_HARMONICS, MOST_HARMONICS = 3, 60
+"""Least and most harmonics of a series."""
 
 
 @dataclass(frozen=True)
@@ -250,9 +250,9 @@ def _check(joint: AssumedJoint, limits: MotionLimits, period: float, fastest: fl
             f"torque = {limits.torque:g} N m is not allowed: it must be more than the stiction, {joint.stiction:g} N m"
         )
     harmonics = math.floor(fastest * period + 1e-9)
-    if not 3 <= harmonics <= MOST_HARMONICS:
+    if not LEAST_HARMONICS <= harmonics <= MOST_HARMONICS:
         raise InputError(
-            f"period = {period:g} s and fastest = {fastest:g} Hz make {harmonics} harmonics; there must be from 3 to "
-            f"{MOST_HARMONICS}"
+            f"period = {period:g} s and fastest = {fastest:g} Hz make {harmonics} harmonics; there must be from "
+            f"{LEAST_HARMONICS} to {MOST_HARMONICS}"
         )
     return harmonics

@@ -9,7 +9,7 @@ import numpy as np
 from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS
 from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.design_studies.excitation import Excitation, MotionLimits, find_excitations
+from adaptive_ff.design_studies.excitation import LEAST_HARMONICS, Excitation, MotionLimits, find_excitations
 from adaptive_ff.design_studies.information import (
     GATE_SHARE,
     NAMES,
@@ -29,6 +29,9 @@ FASTER = 4.0
 
 FASTEST, BANDWIDTH_SHARE = 2.0, 0.2
 """Largest frequency of the series, Hz, and its largest share of the bandwidth of the loop."""
+
+SLOWER = (1.0, 0.5)
+"""Shares of that frequency that are tried: what the loop follows badly tells less than it should."""
 
 POLE_SHARE, HOLD_TIMES = 0.5, 3.0
 """Pole of the filters of identification over the crossover, and its hold in their time constants, as a calibration."""
@@ -167,7 +170,7 @@ def exciting_motion(
     period : float, optional
         Length of the motion, s.
     fastest : float, optional
-        Largest frequency, Hz; by default 2 Hz, or a fifth of the bandwidth of the loop.
+        Largest frequency, Hz; by default 2 Hz, or a fifth of the bandwidth of the loop. Half of it is tried, too.
     seed : int, optional
         Seed of the search.
     progress : callable, optional
@@ -191,7 +194,13 @@ def exciting_motion(
     every = max(1, round(GRID / loop.joint.solver_period))
     plans = np.stack([measured_by.modified(seed=one).reference_velocity()[::every] for one in TUNING_SEEDS])
     measure: Array = interval_sizes(np.mean(information(joint, plans, every * loop.joint.solver_period), axis=0))
-    found = find_excitations(joint, limits, measure, period=period, fastest=fastest, seed=seed, progress=progress)
+    found: list[Excitation] = []
+    shares = [share for share in SLOWER if share == 1.0 or share * fastest * period >= LEAST_HARMONICS]
+    for i, share in enumerate(shares):
+        part = None if progress is None else _part_of(progress, i, len(shares))
+        found += find_excitations(
+            joint, limits, measure, period=period, fastest=share * fastest, seed=seed, progress=part
+        )
     base = interval_widths(measured_by, TUNING_SEEDS)
     best, least = found[0], math.inf
     for motion in found:
@@ -200,3 +209,8 @@ def exciting_motion(
         if not max(sizes.values()) >= least:
             best, least = motion.with_sizes(sizes), max(sizes.values())
     return best
+
+
+def _part_of(progress: Callable[[float], None], part: int, parts: int) -> Callable[[float], None]:
+    """Return the progress of one of some parts."""
+    return lambda share: progress((part + share) / parts)

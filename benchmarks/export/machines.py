@@ -81,50 +81,68 @@ def emulated(samples: int) -> list[Row]:
 
 def objects() -> list[Row]:
     """Compile objects with all warnings; list their size and what they need from elsewhere."""
-    rows = []
-    for processor in PROCESSORS:
-        with tempfile.TemporaryDirectory() as folder:
-            single = processor.name.endswith("single")
-            write_sources(adaptive("symmetric", 0.0, 0.0, True), Path(folder), single)
-            rows += _object(processor, Path(folder))
-    return rows
+    return [row for processor in PROCESSORS for row in _object(processor)]
 
 
-def _object(processor: Processor, folder: Path) -> list[Row]:
+def _object(processor: Processor) -> list[Row]:
     what = f"object for {processor.name}"
     if not found(processor.command[0]) or (processor.command[0] == sys.executable and zig() is None):
         return [skipped(what, f"no {processor.command[0]}", "no warning")]
+    with tempfile.TemporaryDirectory() as folder:
+        said = _compile(processor, Path(folder), tries_candidates=True)
+        if said:
+            return [Row(what, f"says {said[:100]!r}", "no warning", False)]
+        rows = [Row(what, "compiles silently", "no warning", True), *_needs(processor, Path(folder))]
+        size = _size(processor, Path(folder))
+        if size is None:
+            return rows
+        rows.append(Row("  size", "{} bytes of code and constants, {} of globals".format(*size)))
+        if processor.name.startswith("Cortex-M7"):
+            _compile(processor, Path(folder), tries_candidates=False)
+            code, data = _size(processor, Path(folder)) or size
+            met = code <= LARGEST_OBJECT and data == 0
+            rows.append(Row("  size without candidates", f"{code} bytes, {data} of globals", "20 kB, 0", met))
+            rows.append(Row("  added by the candidates", f"{size[0] - code} bytes"))
+    return rows
+
+
+def _compile(processor: Processor, folder: Path, *, tries_candidates: bool) -> str:
+    """Write the sources and compile them into an object; return what the compiler says."""
+    single = processor.name.endswith("single")
+    write_sources(adaptive("symmetric", 0.0, 0.0, True, tries_candidates), folder, single)
     line = [*processor.command, "-std=c99", "-Os", "-ffp-contract=off", *WARNINGS, "-c", "drive.c", "-o", "drive.o"]
     done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode or done.stderr.strip():
-        return [Row(what, f"says {done.stderr.strip()[:100]!r}", "no warning", False)]
-    rows = [Row(what, "compiles silently", "no warning", True)]
-    tool = "arm-none-eabi-" if processor.command[0].startswith("arm") else ""
-    if found(f"{tool}size"):
-        sizes = subprocess.run([f"{tool}size", "drive.o"], cwd=folder, capture_output=True, text=True, check=False)
-        numbers = re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", sizes.stdout, re.MULTILINE)
-        if numbers:
-            text, data, bss = (int(number) for number in numbers[0])
-            limit = processor.name.startswith("Cortex-M7")
-            figure = f"{text} bytes of code and constants, {data + bss} of globals"
-            rows.append(
-                Row(
-                    "  size",
-                    figure,
-                    "20 kB, 0" if limit else "",
-                    (text <= LARGEST_OBJECT) and not data + bss if limit else None,
-                )
-            )
-    if found(f"{tool}nm"):
-        listed = subprocess.run([f"{tool}nm", "-u", "drive.o"], cwd=folder, capture_output=True, text=True, check=False)
-        needed = {part.split()[-1] for part in listed.stdout.splitlines() if part.strip()}
-        library = {f"{name}f" for name in ALLOWED} | ALLOWED
-        own = sorted(needed - library)
-        met = all(name.startswith(processor.runtime) for name in own)  # arithmetic that the processor does not have
-        rows.append(Row("  undefined symbols", ", ".join(sorted(needed & library)), "libm, memcpy, memset", met))
-        if own:
-            rows.append(Row("  of the compiler's own runtime", ", ".join(own)))
-    return rows
+    return done.stderr.strip() or ("exits with an error" if done.returncode else "")
+
+
+def _tool(processor: Processor, name: str, folder: Path, *arguments: str) -> str:
+    """Return what a tool for objects prints of the object; nothing where it is not installed."""
+    tool = f"{'arm-none-eabi-' if processor.command[0].startswith('arm') else ''}{name}"
+    if not found(tool):
+        return ""
+    line = [tool, *arguments, "drive.o"]
+    return subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False).stdout
+
+
+def _size(processor: Processor, folder: Path) -> tuple[int, int] | None:
+    """Return the bytes of code and constants, and of globals."""
+    numbers = re.findall(r"^\s*(\d+)\s+(\d+)\s+(\d+)", _tool(processor, "size", folder), re.MULTILINE)
+    if not numbers:
+        return None
+    text, data, bss = (int(number) for number in numbers[0])
+    return text, data + bss
+
+
+def _needs(processor: Processor, folder: Path) -> list[Row]:
+    """List what the object needs from elsewhere."""
+    needed = {line.split()[-1] for line in _tool(processor, "nm", folder, "-u").splitlines() if line.strip()}
+    if not needed:
+        return []
+    library = {f"{name}f" for name in ALLOWED} | ALLOWED
+    own = sorted(needed - library)
+    met = all(name.startswith(processor.runtime) for name in own)  # arithmetic that the processor does not have
+    rows = [Row("  undefined symbols", ", ".join(sorted(needed & library)), "libm, memcpy, memset", met)]
+    return rows + ([Row("  of the compiler's own runtime", ", ".join(own))] if own else [])
 
 
 def sanitized(samples: int) -> list[Row]:

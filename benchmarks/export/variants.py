@@ -13,11 +13,14 @@ SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECT
 SEED = 1
 
 
-def adaptive(size: str, delay: float, velocity_lag: float, tunes_lag: bool) -> AdaptiveController:
+def adaptive(
+    size: str, delay: float, velocity_lag: float, tunes_lag: bool, tries_candidates: bool = True
+) -> AdaptiveController:
     """Make an adaptive controller for the built-in joint."""
     design = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
     settings: dict[str, Any] = {"inertia": 20.0, "stribeck_velocity": 0.05, "parameters": SIZES[size]}
     settings |= {"delay": delay, "velocity_lag": velocity_lag, "tunes_lag": tunes_lag}
+    settings |= {} if tries_candidates else {"stribeck_factors": (), "presliding_factors": ()}
     return AdaptiveController(design.proportional, design.integral, 0.01, **settings)
 
 

@@ -5,7 +5,7 @@ import control
 import numpy as np
 import pytest
 
-from controllers import PI, check_gains, design_pi, hand_over, planned_inputs
+from controllers import PI, check_gains, design_pi, feed_back, hand_over, planned_inputs
 
 INERTIA, PERIOD = 20.0, 0.01
 GAINS = (2.0 * math.pi * 5.0 * INERTIA, (2.0 * math.pi * 5.0) ** 2 * INERTIA / 5.0)
@@ -298,6 +298,17 @@ def test_a_torque_that_is_not_finite_is_none_and_the_loop_begins_anew():
     assert (controller.faults, controller.rejected, controller.state.samples) == (1, 0, 2)
     assert controller.state.commands == (0.0,)
     assert controller.step(0.5, 0.1) == pytest.approx(40.0 + 20.0 * 0.4)
+
+
+@pytest.mark.parametrize(("integral", "feedforward"), [(1e308, 1e308), (math.inf, -math.inf), (math.inf, 0.0)])
+def test_neither_torque_nor_integral_is_infinite(integral, feedforward):
+    """A sum beyond all numbers, and infinities that cancel into no number."""
+    controller = PI(100.0, 0.0, PERIOD).run_uncompiled()
+    state = controller.state._replace(integral=integral, samples=1)
+    inputs = planned_inputs(0.5, 0.1, math.nan, math.nan, PERIOD)._replace(feedforward=feedforward)
+    output, after = feed_back(controller.parameters, state, inputs, state.guard)
+    assert tuple(output) == (0.0, 0.0)
+    assert (after.integral, after.guard.faults) == (0.0, state.guard.faults + 1)
 
 
 def test_a_correction_adds_to_the_plan_and_the_feedforward_is_told_apart():

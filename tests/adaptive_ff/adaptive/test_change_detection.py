@@ -28,10 +28,17 @@ from adaptive_ff.adaptive.change_detection import (
     EITHER,
     FRICTION,
     JUMP,
+    LARGEST_FACTOR,
     LEAST_ERROR,
+    LEAST_FACTOR,
     LOAD,
     NO_ALARM,
+    NOTHING,
+    RENEWED,
+    SETTLING,
+    TURNED_FOR,
     UNDECIDED,
+    UNDONE,
     Alarm,
     Surprise,
     attribute_change,
@@ -39,6 +46,8 @@ from adaptive_ff.adaptive.change_detection import (
     follow_change_in_place,
     forget_friction_in_place,
     forget_offset_in_place,
+    is_decided,
+    load_is_undone,
     note_surprise,
     release_in_place,
 )
@@ -190,6 +199,29 @@ def test_what_cannot_be_decided_within_the_longest_wait_may_be_either():
     assert attributed((1, True, PUSHED, 0.8), (502, False, PUSHED, 0.8)).cause == EITHER
 
 
+def test_what_may_be_either_waits_for_the_other_way_and_for_the_settling_after_it():
+    """Until the joint turns no other change is looked for; once it has turned, moving back does not stop the clock."""
+    either = attributed((1, True, PUSHED, 0.8), (502, False, PUSHED, 0.8))
+    assert attributed((3000, True, PUSHED, 0.8), alarm=either) == either._replace(age=0.0)
+    turned = attributed((5, True, PUSHED, -0.8), alarm=either)
+    assert turned.cause == EITHER
+    assert turned.turned == pytest.approx(0.05)
+    settling = round(SETTLING * WINDOW / 0.01)
+    assert attributed((settling - 8, True, PUSHED, 0.8), alarm=turned).cause == EITHER
+    assert attributed((settling + 2, False, PUSHED, 0.8), alarm=turned) == NO_ALARM
+
+
+@pytest.mark.parametrize("begun", [PUSHED, BACK])
+@pytest.mark.parametrize(("factor", "cause"), [(0.98, FRICTION), (1.02, LOAD)])
+def test_the_sign_of_an_error_counts_anew_once_it_is_large_enough(factor, cause, begun):
+    """Moving on, the product of error and friction turns its sign: a large one is another state, a small one noise."""
+    renewed = begun._replace(product=-factor * RENEWED * begun.product)
+    assert attributed((1, True, begun, 0.8), (5, True, renewed, 0.8), (20, False, begun, -0.6)).cause == cause
+    less = begun._replace(product=factor * RENEWED * begun.product)
+    lessened = attributed((1, True, begun, 0.8), (1, True, less, 0.8))
+    assert lessened.product == (begun.product if factor < 1.0 else less.product)
+
+
 def test_after_a_decision_none_other_is_made_for_a_while():
     decided = attributed((1, True, PUSHED, 0.8), (20, False, BACK, -0.6))
     assert decided.cause == LOAD
@@ -227,6 +259,42 @@ def test_what_a_change_is_attributed_to_is_followed_at_once():
     friction = estimate.copy()
     follow_change_in_place(friction, Alarm(FRICTION, 0.2, 0.8, 0.0, 0.0, 0.0), PUSHED, 62.0, 1)
     assert friction == pytest.approx([20.0, 90.0, 135.0, 120.0, 0.02, 15.0, 6.0, 10.5, 33.0])
+
+
+@pytest.mark.parametrize(
+    ("product", "squared", "factor"),
+    [(-0.9, 1.0, LEAST_FACTOR), (-0.7, 1.0, 0.3), (3.9, 1.0, 4.9), (9.0, 1.0, LARGEST_FACTOR), (9.0, 0.0, 1.0)],
+)
+def test_friction_changes_at_once_by_no_more_than_is_plausible(product, squared, factor):
+    estimate = np.array([20.0, 60.0, 90.0, 80.0, 0.02, 15.0])
+    change = Alarm(FRICTION, 0.2, 0.8, 0.0, 0.0, 0.0)
+    follow_change_in_place(estimate, change, Surprise(product, squared, 0.3), 62.0, 0)
+    assert estimate == pytest.approx([20.0, 60.0 * factor, 90.0 * factor, 80.0 * factor, 0.02, 15.0])
+
+
+@pytest.mark.parametrize("load", [0.4, -0.4])
+@pytest.mark.parametrize(("share", "age", "undone"), [(0.9, 1.1, True), (0.9, 0.9, False), (1.1, 1.1, False)])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_load_is_undone_by_about_its_reverse_for_long_enough(load, share, age, undone, side):
+    error = -load * (1.0 + side * share * UNDONE)
+    alarm = Alarm(UNDECIDED, 0.2, 0.8, age * TURNED_FOR * WINDOW, 0.0, load)
+    assert load_is_undone(alarm, Surprise(0.2, 0.4, error), WINDOW) is undone
+
+
+def test_a_change_has_just_been_decided_in_the_sample_that_decides_it():
+    fresh = {cause: is_decided(Alarm(cause, 0.2, 0.8, 0.0, 0.0, 0.0)) for cause in (NOTHING, UNDECIDED, EITHER)}
+    assert not any(fresh.values())
+    assert is_decided(Alarm(LOAD, 0.2, 0.8, 0.0, 0.0, 0.3))
+    assert is_decided(Alarm(FRICTION, 0.2, 0.8, 0.0, 0.0, 0.3))
+    assert not is_decided(Alarm(LOAD, 0.2, 0.8, 0.01, 0.0, 0.3))
+    assert not is_decided(Alarm(FRICTION, 0.2, 0.8, 0.01, 0.0, 0.3))
+
+
+def test_what_is_decided_no_longer_minds_which_way_the_joint_moves():
+    decided = attributed((1, True, PUSHED, 0.8), (20, False, BACK, -0.6))
+    later = attributed((30, False, BACK, -0.6), alarm=decided)
+    assert later == decided._replace(age=later.age)
+    assert later.age == pytest.approx(decided.age + 0.3)
 
 
 def test_friction_is_predicted_without_inertia_lag_and_offset():

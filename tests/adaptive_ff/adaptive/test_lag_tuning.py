@@ -189,6 +189,28 @@ def test_what_was_fitted_near_an_identified_lag_that_has_moved_far_is_dropped_wh
     assert best_lag(dropped, near, LARGEST, PERIOD) == near  # nothing is left
 
 
+def test_evidence_is_dropped_where_the_identified_lag_has_fallen_much_too():
+    state = Samples(201, spread=0.5).learn()
+    long = state._replace(evidence=state.evidence._replace(since=5.0 * LAG))
+    near, far = 5.0 * LAG * (1.0 - 0.9 * MOVED) - PERIOD, 5.0 * LAG * (1.0 - 1.1 * MOVED) - PERIOD
+    assert drop_stale_evidence(long, near, PERIOD, True) == long
+    assert drop_stale_evidence(long, far, PERIOD, True) == state._replace(evidence=empty_evidence(far))
+
+
+def test_the_best_lag_is_a_possible_one():
+    state = Samples(201, spread=0.5).learn()
+    found = best_lag(state, LAG, LARGEST, PERIOD)
+    assert best_lag(state, LAG, 0.5 * found, PERIOD) == 0.5 * found
+    against = state._replace(evidence=state.evidence._replace(weighted=-1e6 * state.evidence.information))
+    assert best_lag(against, LAG, LARGEST, PERIOD) == 0.0
+
+
+@pytest.mark.parametrize("young", [True, False])
+def test_without_evidence_what_comes_is_fitted_around_the_lag_identified_now(young):
+    state = initial_timing_state(check_gains(*GAINS), LAG)
+    assert drop_stale_evidence(state, 1.01 * LAG, PERIOD, young) == state._replace(evidence=empty_evidence(1.01 * LAG))
+
+
 def test_asking_for_the_best_lag_drops_nothing():
     state = Samples(201, spread=0.5).learn()
     assert best_lag(state, LARGEST, LARGEST, PERIOD) == best_lag(state, LARGEST, LARGEST, PERIOD) != LARGEST

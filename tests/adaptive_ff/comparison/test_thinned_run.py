@@ -1,5 +1,6 @@
 """A thinned run keeps few samples, and its figures are those of the whole run."""
 
+import importlib
 import tracemalloc
 
 import numpy as np
@@ -71,6 +72,13 @@ def test_series_take_no_memory_that_grows_with_the_run(monkeypatch):
     taken(1.0, 100)
     assert taken(600.0, 2000) < 1.2 * taken(150.0, 500)
     assert taken(600.0, 1) > 20.0 * taken(600.0, 2000)
+
+
+def test_a_long_run_is_thinned_unless_all_is_asked_for(monkeypatch):
+    asked = scenario("built-in")
+    assert simulate(asked, "pi").thin == 1
+    monkeypatch.setattr(importlib.import_module("adaptive_ff.comparison.run"), "MOST_STEPS", 2500)
+    assert [simulate(asked, "pi", thin=thin).thin for thin in (None, 1)] == [3, 1]
 
 
 def test_diverging_run_is_refused_and_so_is_a_thinning_below_one():

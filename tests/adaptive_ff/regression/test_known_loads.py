@@ -48,6 +48,26 @@ def test_gravity_begins_settled_at_the_first_position_whenever_that_comes():
     np.testing.assert_array_equal(loads[:, SLOPE], 0.0)
 
 
+@pytest.mark.parametrize("angle", [0.0, math.pi / 2.0])
+def test_gravity_is_filtered_from_there_on_where_the_sine_or_the_cosine_is_zero_too(angle):
+    loads = initial_loads(2)
+    advance_loads_in_place(loads, NONE, POLE, angle, PERIOD, True)
+    loads[COSINE if angle == 0.0 else SINE, INPUT] = 1.0
+    loads[SINE if angle == 0.0 else COSINE, INPUT] = 0.0
+    advance_loads_in_place(loads, NONE, POLE, angle + 0.5, PERIOD, False)
+    assert np.all(loads[:, SLOPE] != 0.0), "a filter, no fresh start"
+
+
+def test_gravity_and_further_regressors_have_rows_of_their_own():
+    together, gravity, further = initial_loads(5), initial_loads(2), initial_loads(3)
+    for k in range(20):
+        position, values = 0.1 * k, np.array([math.sin(0.3 * k), 0.2 * k, 1.0])
+        advance_loads_in_place(together, values, POLE, position, PERIOD, k == 0)
+        advance_loads_in_place(gravity, NONE, POLE, position, PERIOD, k == 0)
+        advance_loads_in_place(further, values, POLE, math.nan, PERIOD, k == 0)
+    np.testing.assert_array_equal(together, np.vstack([gravity, further]))
+
+
 @pytest.mark.parametrize("lost", [math.nan, math.inf, -math.inf])
 def test_what_is_not_finite_holds_the_last_value(lost):
     loads = initial_loads(3)
