@@ -56,4 +56,29 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "release_in_place(information, direction, share * mean, work[1])",
         "release_in_place(information, direction, share * mean, work[2])",
     ): "any row of the scratch but the first will do",
+    (
+        "adaptive_ff.adaptive.change_detection.attribute_change",
+        "if surprise.product * product < 0.0:",
+        "if surprise.product / product < 0.0:",
+    ): "a quotient has the sign of the product, and what was noticed is not zero",
+    (
+        "adaptive_ff.adaptive.change_detection.attribute_change",
+        "if age > longest:",
+        "if age >= longest:",
+    ): "sums of periods do not meet the limit in all digits",
+    (
+        "adaptive_ff.adaptive.change_detection.attribute_change",
+        "if turned > TURNED_FOR * window:",
+        "if turned >= TURNED_FOR * window:",
+    ): "sums of periods do not meet the limit in all digits",
+    (
+        "adaptive_ff.regression.known_loads.advance_loads_in_place",
+        "if loads.shape[0] == 0:",
+        "if False:",
+    ): "a short cut: nothing is done for no load",
+    (
+        "controllers.pi.feed_back",
+        "if valid:",
+        "if True:",
+    ): "without a measurement the error is zero",
 }

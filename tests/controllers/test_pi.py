@@ -300,6 +300,16 @@ def test_a_torque_that_is_not_finite_is_none_and_the_loop_begins_anew():
     assert controller.step(0.5, 0.1) == pytest.approx(40.0 + 20.0 * 0.4)
 
 
+@pytest.mark.parametrize(("proportional", "share"), [(0.0, 1.0), (0.5, 0.4), (0.1, 1.0)])
+def test_share_of_refused_torque_that_leaves_the_integral_is_that_of_the_gains(proportional, share):
+    """``dt Ki/Kp`` of a loop in small units too, and all of it where there is no proportional gain."""
+    controller = PI(proportional, 20.0, PERIOD).run_uncompiled()
+    asked = controller.step(0.5, 0.1)
+    integral = controller.state.integral
+    controller.step(0.1, 0.1, realised_torque=asked - 0.3)
+    assert controller.state.integral == pytest.approx(integral - 0.3 * share)
+
+
 @pytest.mark.parametrize(("integral", "feedforward"), [(1e308, 1e308), (math.inf, -math.inf), (math.inf, 0.0)])
 def test_neither_torque_nor_integral_is_infinite(integral, feedforward):
     """A sum beyond all numbers, and infinities that cancel into no number."""

@@ -234,7 +234,7 @@ def test_the_end_of_a_push_is_the_push_undone_at_once(pause):
     pushed = attributed((1, True, PUSHED, 0.8), (20, False, BACK, -0.6), (pause, False, Surprise(0.0, 0.4, 0.0), -0.6))
     assert pushed.load == 0.3
     found = attributed((1, True, GONE, -0.6), (20, True, GONE, -0.6), alarm=pushed)
-    assert (found.cause, found.load) == (LOAD, -0.3)
+    assert (found.cause, found.turned, found.load) == (LOAD, 0.0, -0.3)
     other = attributed((1, True, PUSHED, -0.6), (20, True, PUSHED, -0.6), alarm=pushed)
     assert other.load == 0.3
 

@@ -181,3 +181,7 @@ def test_filters_stay_as_they_are_over_no_time():
     advance_friction_in_place(FORM, signals, 0.06, 0.0, 0.0)
     assert np.array_equal(signals.filters, filters)
     assert np.array_equal(signals.bent, bent)
+
+
+def test_a_motion_at_rest_has_no_direction():
+    assert bending_of(FORM, 0.0, 0.0, PERIOD) == Bending(0.0, 1.0, 0.0, 0.0, 0.0)
