@@ -45,6 +45,8 @@ class FrictionFields(Table):
         position ``q``, which is zero at the start. Only of a rotary axis.
     gravity_phase : float, optional
         Angle from the hanging weight to the position zero, rad.
+    gear_ratio : float, optional
+        Turns of the motor in a turn of the joint. It changes nothing in the simulation; a controller may be told it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -63,6 +65,7 @@ class FrictionFields(Table):
     axis: Literal["rotary", "linear"] = "rotary"
     gravity: NonNegative = 0.0
     gravity_phase: Finite = 0.0
+    gear_ratio: Positive | None = None
 
     @model_validator(mode="after")
     def _check_gravity(self) -> Self:

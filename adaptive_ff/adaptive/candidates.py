@@ -39,7 +39,15 @@ from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator import add_loads, scale_inertia_in_place
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
 from adaptive_ff.estimation.resetting import ResettingState, factor_in_place, solve_in_place, total_of
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, STICTION_ASYMMETRY
+from adaptive_ff.model.bounds import (
+    COULOMB,
+    FRICTION_LAG,
+    INERTIA,
+    STICTION,
+    STICTION_ASYMMETRY,
+    VISCOUS,
+    VISCOUS_ASYMMETRY,
+)
 from adaptive_ff.model.friction import adhesion_share
 from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay
 from adaptive_ff.regression.torque_form import (
@@ -164,18 +172,18 @@ def follow_candidates_in_place(
 
 
 @register_jitable(forceinline=True)
-def note_moments_in_place(candidates: CandidateState, share: float, first: int, last: int) -> None:
+def note_moments_in_place(candidates: CandidateState, share: float, first: int, last: int, factor: float) -> None:
     """Take the row into account with a share, for candidates from one place to before another.
 
-    Its columns ``g``, ``h`` and micro-damping are each candidate's own.
+    Its columns ``g``, ``h`` and micro-damping are each candidate's own; friction is multiplied by a factor.
     """
     row, size = candidates.row, candidates.row.size
     for i in range(first, last):
         filters, moments = candidates.filters[i], candidates.moments[i]
-        row[COULOMB + 1] = filters[0, 0]
-        row[STICTION + 1] = filters[1, 0]
+        row[COULOMB + 1] = factor * filters[0, 0]
+        row[STICTION + 1] = factor * filters[1, 0]
         if filters.shape[0] > 2:
-            row[STICTION_ASYMMETRY + 1] = filters[2, 0]
+            row[STICTION_ASYMMETRY + 1] = factor * filters[2, 0]
         row[size - 2] = 0.0
         if candidates.bent.shape[0] > 0:
             bent = i - (candidates.errors.size - candidates.bent.shape[0])
@@ -319,12 +327,20 @@ def take_candidate_in_place(
 
 @register_jitable(forceinline=True)
 def write_row_in_place(
-    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, model: Signals, ratio: float
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    measured: Signals,
+    model: Signals,
+    ratio: float,
+    factor: float,
 ) -> None:
     """Write what the rows of all candidates have in common; arguments as below."""
     row = state.candidates.row
     write_regressors(estimator.form, model, row)
     scale_inertia_in_place(row, ratio)
+    row[VISCOUS + 1] *= factor
+    if state.candidates.filters.shape[1] > 2:
+        row[VISCOUS_ASYMMETRY + 1] *= factor
     loads = add_loads(0.0, state.recursion.estimate, state.scratch.row)
     row[row.size - 1] = measured.filters[FILTER_TORQUE, 0] - loads
 
@@ -371,6 +387,7 @@ def compare_candidates_in_place(
     model: Signals,
     duration: float,
     ratio: float,
+    factor: float,
 ) -> CandidateState:
     """Compare the candidates at a sample of sliding motion from which the estimator has just learnt.
 
@@ -390,6 +407,8 @@ def compare_candidates_in_place(
         Time since the last sample, s.
     ratio : float
         Inertia in the present configuration over that of the first estimate.
+    factor : float
+        Friction at the present position and load over that which is estimated.
 
     Returns
     -------
@@ -403,12 +422,12 @@ def compare_candidates_in_place(
             begin_anew_in_place(candidates, state.recursion.estimate)
         seen += waited
         share = -math.expm1(-waited / min(MEMORIES * estimator.memory, GROWTH * seen))
-        write_row_in_place(estimator, state, measured, model, ratio)
-        note_moments_in_place(candidates, share, 0, count)
+        write_row_in_place(estimator, state, measured, model, ratio, factor)
+        note_moments_in_place(candidates, share, 0, count, factor)
         return with_turn(candidates, candidates.turn, BENT_ROWS, share, seen, 0.0)
     if candidates.phase == BENT_ROWS and estimator.presliding.size > 0:
-        write_row_in_place(estimator, state, measured, model, ratio)
-        note_moments_in_place(candidates, candidates.share, count, candidates.errors.size)
+        write_row_in_place(estimator, state, measured, model, ratio, factor)
+        note_moments_in_place(candidates, candidates.share, count, candidates.errors.size, factor)
         return with_turn(candidates, candidates.turn, FITS, candidates.share, seen, waited)
     if not fit_in_place(estimator, state.recursion, candidates, state.scratch.ranges):
         recover_candidates_in_place(candidates, state.recursion.estimate)

@@ -17,6 +17,9 @@ from adaptive_ff.adaptive.candidate_choice import (
     chosen_names,
 )
 from adaptive_ff.adaptive.estimator_state import load_count
+from adaptive_ff.adaptive.friction_map import coefficient_count
+from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_map
+from adaptive_ff.adaptive.map_settings import MAP_MEMORY
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share, possible_now
@@ -38,7 +41,13 @@ class AdaptiveBase(IdentifyingController):
     """What the adaptive controllers share: reading what has been learnt, and taking further regressors."""
 
     def _belongs_to(self) -> dict[str, Any]:
-        return super()._belongs_to() | {"inertia": float(self.parameters.estimator.first[INERTIA])}
+        estimator = self.parameters.estimator
+        found = super()._belongs_to() | {"inertia": float(estimator.first[INERTIA])}
+        mapped = estimator.friction_map
+        if coefficient_count(mapped) == 0:
+            return found
+        numbers = [*mapped.waves.tolist(), mapped.hats, mapped.lowest, mapped.spacing, mapped.load, mapped.memory]
+        return found | {"friction_map": [float(number) for number in numbers]}
 
     def _check_state(self, state: Any) -> None:
         super()._check_state(state)
@@ -48,6 +57,7 @@ class AdaptiveBase(IdentifyingController):
         check_estimator_state(estimator, state.estimator, largest)
         ranges = possible_now(estimator, state.estimator.levels)
         check_candidate_state(estimator, state.estimator.candidates, ranges, largest)
+        check_map_state(state.estimator.friction_map, largest)
         check_share("command.share", state.command.share)
         if not 0.0 <= state.timing.lag <= self.parameters.estimator.ranges[FRICTION_LAG, 1] * (1.0 + 1e-9):
             raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
@@ -110,6 +120,11 @@ class AdaptiveBase(IdentifyingController):
     def feedforward_lag(self) -> float:
         """Friction lag that the feedforward is computed with, s: the identified one, tuned by the tracking error."""
         return float(self.state.timing.lag)
+
+    @property
+    def learnt_map(self) -> LearntMap | None:
+        """Friction over position and load as it is learnt and fed; None for a controller without a map."""
+        return read_map(self.parameters.estimator.friction_map, self.state.estimator.friction_map)
 
     def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":
         """Return what the controller has identified and how uncertain it is; see ``report.diagnosis``."""
@@ -230,6 +245,17 @@ class AdaptiveController(AdaptiveBase):
     presliding_factors : sequence of float, optional
         Presliding distances that are tried with the assumed Stribeck velocity ``Vs``, over ``Vs`` by the pole of the
         filters: positive and ascending. The one in use is the estimate ``presliding``, zero where there is none.
+    position_periods : sequence of float, optional
+        Known periods of friction over position, rad: of a cosine and a sine of each the sizes are learnt. Position is
+        that of the joint, the given one by ``gear_ratio``; a turn of the motor is ``2 pi`` over the gear's ratio.
+    position_hats : int, optional
+        Number of hats of a piecewise linear map of friction over position, where no period is known.
+    position_range : sequence of float, optional
+        Positions of the first and of the last hat, rad, a turn about zero by default; beyond, the map goes on as it is.
+    load_friction : bool, optional
+        Whether friction may rise with the known torque, ``feedforward`` and identified gravity.
+    map_memory : float, optional
+        Memory of these maps, s of sliding motion at a position.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
         delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
@@ -278,6 +304,11 @@ class AdaptiveController(AdaptiveBase):
         observer_bandwidth: float | None = None,
         stribeck_factors: Sequence[float] = FACTORS,
         presliding_factors: Sequence[float] = BENT_FACTORS,
+        position_periods: Sequence[float] = (),
+        position_hats: int = 0,
+        position_range: Sequence[float] | None = None,
+        load_friction: bool = False,
+        map_memory: float = MAP_MEMORY,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -300,6 +331,11 @@ class AdaptiveController(AdaptiveBase):
             feedforward_includes_inertia=feedforward_includes_inertia,
             stribeck_factors=stribeck_factors,
             presliding_factors=presliding_factors,
+            position_periods=position_periods,
+            position_hats=position_hats,
+            position_range=position_range,
+            load_friction=load_friction,
+            map_memory=map_memory,
         )
         self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
         pole = observer_pole(block, float(inertia), observer_bandwidth)

@@ -59,7 +59,9 @@ from adaptive_ff.adaptive.estimator_state import (
     load_count,
     with_candidates,
     with_levels,
+    with_map,
 )
+from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_place
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
@@ -72,6 +74,7 @@ from adaptive_ff.model.bounds import (
     INERTIA,
     OFFSET,
     STICTION,
+    STICTION_ASYMMETRY,
     write_ranges,
 )
 from adaptive_ff.regression.known_loads import advance_loads_in_place, load_torque, write_loads
@@ -163,6 +166,15 @@ def scale_inertia_in_place(row: NDArray[np.float64], ratio: float) -> None:
 
 
 @register_jitable(forceinline=True)
+def scale_friction_in_place(row: NDArray[np.float64], factor: float, loads: int) -> None:
+    """Multiply the regressors of friction, but for the offset and the last ones, of loads, by a factor."""
+    for i in range(COULOMB + 1, FRICTION_LAG + 1):
+        row[i] *= factor
+    for i in range(STICTION_ASYMMETRY + 1, row.size - 2 * loads):
+        row[i] *= factor
+
+
+@register_jitable(forceinline=True)
 def follow_loads_in_place(
     estimator: EstimatorParameters, state: EstimatorState, position: float, duration: float, first: bool
 ) -> None:
@@ -175,6 +187,34 @@ def follow_loads_in_place(
 def estimated_load(estimator: EstimatorParameters, state: EstimatorState, turn: float) -> float:
     """Return the torque (N m) that carries the known loads, gravity as it is after a change of position (rad)."""
     return load_torque(state.recursion.estimate, state.loads, state.regressors, turn / estimator.gear_ratio)
+
+
+@register_jitable(forceinline=True)
+def follow_friction_map(
+    estimator: EstimatorParameters, state: EstimatorState, position: float, known: float, duration: float, first: bool
+) -> EstimatorState:
+    """Return the state after one sample of position (rad) and of the torque known from elsewhere (N m)."""
+    if state.friction_map.coefficients.size == 0:
+        return state
+    load = known + estimated_load(estimator, state, 0.0)
+    angle = position / estimator.gear_ratio
+    return with_map(state, follow_map_in_place(state.friction_map, estimator.form.pole, angle, load, duration, first))
+
+
+@register_jitable(forceinline=True)
+def learn_friction_map(
+    estimator: EstimatorParameters, state: EstimatorState, measured: Signals, duration: float
+) -> EstimatorState:
+    """Return the state with the map corrected at a sample from which the estimator has just learnt."""
+    if state.friction_map.coefficients.size == 0:
+        return state
+    estimate, row = state.recursion.estimate, state.scratch.row
+    torque = measured.filters[FILTER_TORQUE, 0] - damping_in_use(state) * measured.bent[DAMPING, 0]
+    error, friction = torque - predict_torque(estimate, row), add_friction(0.0, estimate, row)
+    return with_map(
+        state,
+        learn_map_in_place(estimator.friction_map, state.friction_map, friction, error, duration, estimator.memory),
+    )
 
 
 @register_jitable(forceinline=True)
@@ -321,6 +361,7 @@ def learn_in_place(
     model: Signals,
     duration: float,
     ratio: float = 1.0,
+    factor: float = 1.0,
 ) -> EstimatorState:
     """Take one sample of sliding motion into account.
 
@@ -338,21 +379,25 @@ def learn_in_place(
         Time since the last sample, s.
     ratio : float, optional
         Inertia in the present configuration over that of the first estimate; what is estimated is the latter.
+    factor : float, optional
+        Friction at the present position and load over that which is estimated.
 
     Returns
     -------
     EstimatorState
         The new state; it shares the arrays of the old one, which are changed in place.
     """
-    recursion, scratch, levels = state.recursion, state.scratch, state.levels
+    recursion, scratch, levels, loads = state.recursion, state.scratch, state.levels, load_count(estimator)
     estimate, row, gradient = recursion.estimate, scratch.row, scratch.measured_gradient
     write_regressors(estimator.form, model, row)
     write_loads(state.loads, row)
     scale_inertia_in_place(row, ratio)
+    scale_friction_in_place(row, factor, loads)
     write_gradient(estimator, estimate, row, scratch.model_gradient)
     torque = write_regressors(estimator.form, measured, row)
     write_loads(state.loads, row)
     scale_inertia_in_place(row, ratio)
+    scale_friction_in_place(row, factor, loads)
     write_gradient(estimator, estimate, row, gradient)
     keep = math.exp(-duration / estimator.memory)
     levels = faded(levels, keep, estimator.memory)

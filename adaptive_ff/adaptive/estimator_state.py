@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.candidate_state import CandidateState, initial_candidate_state
 from adaptive_ff.adaptive.change_detection import NO_ALARM, Alarm, Surprise
+from adaptive_ff.adaptive.friction_map import MapParameters, MapState, initial_map
 from adaptive_ff.estimation.resetting import ResettingState, initial_resetting_state
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
 from adaptive_ff.regression.known_loads import COSINE, INPUT, SINE, initial_loads
@@ -57,6 +58,8 @@ class EstimatorParameters(NamedTuple):
         Units of the parameters of friction, and of the micro-damping, which the candidates alone fit.
     begin : float
         The one to begin with, rad/s; that of the regression where there are none.
+    friction_map : MapParameters
+        Map of friction over position and load.
     """
 
     form: TorqueForm
@@ -74,6 +77,7 @@ class EstimatorParameters(NamedTuple):
     presliding: NDArray[np.float64]
     fit_scale: NDArray[np.float64]
     begin: float
+    friction_map: MapParameters
 
 
 class Levels(NamedTuple):
@@ -142,6 +146,8 @@ class EstimatorState(NamedTuple):
         Scratch.
     candidates : CandidateState
         Candidates for the Stribeck velocity, and the one in use.
+    friction_map : MapState
+        Map of friction over position and load.
     """
 
     recursion: ResettingState
@@ -153,6 +159,7 @@ class EstimatorState(NamedTuple):
     regressors: MutableArray
     scratch: Scratch
     candidates: CandidateState
+    friction_map: MapState
 
 
 @register_jitable(forceinline=True)
@@ -195,6 +202,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
         np.zeros(estimator.regressors),
         Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
         initial_candidate_state(estimator.candidates, estimator.presliding, estimator.begin, friction),
+        initial_map(estimator.friction_map),
     )
 
 
@@ -211,6 +219,7 @@ def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm
         state.regressors,
         state.scratch,
         state.candidates,
+        state.friction_map,
     )
 
 
@@ -227,6 +236,24 @@ def with_candidates(state: EstimatorState, candidates: CandidateState) -> Estima
         state.regressors,
         state.scratch,
         candidates,
+        state.friction_map,
+    )
+
+
+@register_jitable(forceinline=True)
+def with_map(state: EstimatorState, friction_map: MapState) -> EstimatorState:
+    """Return the state with another state of the map; it shares the arrays."""
+    return EstimatorState(
+        state.recursion,
+        state.agreement,
+        state.levels,
+        state.surprise,
+        state.alarm,
+        state.loads,
+        state.regressors,
+        state.scratch,
+        state.candidates,
+        friction_map,
     )
 
 

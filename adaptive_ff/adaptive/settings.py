@@ -12,6 +12,7 @@ from adaptive_ff.adaptive.candidate_choice import (
 )
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters
+from adaptive_ff.adaptive.map_settings import MAP_MEMORY, map_parameters
 from adaptive_ff.adaptive.prior import prior_of
 from adaptive_ff.adaptive.step import AdaptiveParameters
 from adaptive_ff.model.bounds import largest_lag
@@ -74,6 +75,11 @@ def adaptive_parameters(
     feedforward_includes_inertia: bool = False,
     stribeck_factors: Sequence[float] = (),
     presliding_factors: Sequence[float] = (),
+    position_periods: Sequence[float] = (),
+    position_hats: int = 0,
+    position_range: Sequence[float] | None = None,
+    load_friction: bool = False,
+    map_memory: float = MAP_MEMORY,
 ) -> tuple[tuple[str, ...], AdaptiveParameters]:
     """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
 
@@ -112,11 +118,12 @@ def adaptive_parameters(
         deviation=deviation,
     )
     velocities = candidate_velocities(float(stribeck_velocity), stribeck_factors)
+    unit = float(proportional * stribeck_velocity)
     estimator = EstimatorParameters(
         TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
         prior.first,
         prior.scale,
-        float(proportional * stribeck_velocity),
+        unit,
         float(memory),
         ranges,
         int(regressors),
@@ -128,6 +135,7 @@ def adaptive_parameters(
         candidate_distances(float(stribeck_velocity / pole), presliding_factors),
         np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
         begin_velocity(velocities, float(stribeck_velocity), model),
+        map_parameters(position_periods, position_hats, position_range, unit if load_friction else 0.0, map_memory),
     )
     return named, AdaptiveParameters(
         feedback,

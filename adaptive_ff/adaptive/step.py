@@ -32,8 +32,10 @@ from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, initial_doubt, undo
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     estimated_load,
+    follow_friction_map,
     follow_loads_in_place,
     guess_friction_in_place,
+    learn_friction_map,
     learn_in_place,
 )
 from adaptive_ff.adaptive.estimator_state import (
@@ -47,6 +49,7 @@ from adaptive_ff.adaptive.estimator_state import (
     may_guess,
     with_candidates,
 )
+from adaptive_ff.adaptive.friction_map import coming_factor, filtered_factor
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,
     YOUNG,
@@ -62,7 +65,14 @@ from adaptive_ff.adaptive.lag_tuning import (
     with_evidence,
 )
 from adaptive_ff.adaptive.period import Fed, Period
-from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, with_bristles, write_model
+from adaptive_ff.model.bounds import (
+    FRICTION_LAG,
+    INERTIA,
+    torque_model,
+    with_bristles,
+    with_friction_times,
+    write_model,
+)
 from adaptive_ff.model.feedforward import (
     FeedforwardState,
     ahead,
@@ -224,6 +234,14 @@ def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueMode
 
 
 @register_jitable(forceinline=True)
+def present_model(block: Block, estimator: EstimatorState, lag: float, reference: float) -> TorqueModel:
+    """Return the model that is fed forward where the joint will be, on its plan (rad/s), when the torque acts."""
+    turn = (block.feedback.delay + 0.5) * block.period * reference / block.estimator.gear_ratio
+    factor = coming_factor(block.estimator.friction_map, estimator.friction_map, turn)
+    return with_friction_times(fed_model(block, estimator, lag), factor)
+
+
+@register_jitable(forceinline=True)
 def gate_speed(block: Block, estimator: EstimatorState) -> float:
     """Return the speed below which the joint may stick, rad/s: it is that of the curve in use."""
     speed: float = block.slowest * (estimator.candidates.stribeck_velocity / block.estimator.form.stribeck_velocity)
@@ -323,20 +341,35 @@ def with_bent(state: FeedforwardState, candidates: CandidateState) -> Feedforwar
 
 @register_jitable(forceinline=True)
 def choose_candidate_in_place(
-    block: Block, state: Block, estimator: EstimatorState, period: Period, duration: float, ratio: float
+    block: Block, estimator: EstimatorState, period: Period, duration: float, ratio: float, factor: float
 ) -> EstimatorState:
     """Compare the candidates for what friction is assumed to be, at a sample that the estimator has learnt from."""
     if estimator.candidates.errors.size > 0:
-        learnt = estimator.levels.learnt > state.estimator.levels.learnt
         if estimator.loads.shape[0] > 0:
             young = estimator.levels.learnt < LOADS_FIRST * block.estimator.memory
             if young and carries_loads(block.estimator, estimator):
                 return estimator
-        if learnt and estimator.alarm.cause != UNDECIDED:
-            candidates = compare_candidates_in_place(
-                block.estimator, estimator, period.measured, period.model, duration, ratio
-            )
-            return with_candidates(estimator, candidates)
+        candidates = compare_candidates_in_place(
+            block.estimator, estimator, period.measured, period.model, duration, ratio, factor
+        )
+        return with_candidates(estimator, candidates)
+    return estimator
+
+
+@register_jitable(forceinline=True)
+def learn_curve_in_place(
+    block: Block,
+    state: Block,
+    estimator: EstimatorState,
+    period: Period,
+    duration: float,
+    ratio: float,
+    factor: float,
+) -> EstimatorState:
+    """Learn what the regression is not linear in, map and candidates, where the estimator has just learnt."""
+    if estimator.levels.learnt > state.estimator.levels.learnt and estimator.alarm.cause != UNDECIDED:
+        mapped = learn_friction_map(block.estimator, estimator, period.measured, duration)
+        return choose_candidate_in_place(block, mapped, period, duration, ratio, factor)
     return estimator
 
 
@@ -348,34 +381,36 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     that ends were computed earlier.
     """
     reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
-    estimator, timing = state.estimator, period.timing
+    first, timing = state.feedback.samples == 0, period.timing
+    followed = follow_friction_map(
+        block.estimator, state.estimator, inputs.position, inputs.feedforward, inputs.dt, first
+    )
     # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
-    old = fed_model(block, estimator, timing.lag)
-    before, old_friction, feedforward = step_model(block, old, estimator, state.feedforward, inputs)
+    old = present_model(block, followed, timing.lag, reference)
+    before, old_friction, feedforward = step_model(block, old, followed, state.feedforward, inputs)
     learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
     # at rest a load looks like friction: where other joints hang on this one, only motion tells of friction
     moves = block.estimator.regressors == 0 or period.sliding > GUESS_HOLD * block.hold
-    guesses = moves and may_guess(block.estimator, estimator)
+    guesses = moves and may_guess(block.estimator, followed)
     if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
-        return Fed(before, old_friction, before, old_friction, feedforward, estimator, timing)
+        return Fed(before, old_friction, before, old_friction, feedforward, followed, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
     handed = state.feedforward
     if learns:
-        estimator = learn_in_place(block.estimator, state.estimator, period.measured, period.model, inputs.dt, ratio)
-        estimator = choose_candidate_in_place(block, state, estimator, period, inputs.dt, ratio)
+        factor = filtered_factor(block.estimator.friction_map, followed.friction_map)
+        learnt = learn_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio, factor)
+        estimator = learn_curve_in_place(block, state, learnt, period, inputs.dt, ratio, factor)
         if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
             since = estimator.recursion.estimate[FRICTION_LAG]
             timing = with_evidence(timing, empty_evidence(since), since)
             handed = with_bent(handed, estimator.candidates)
     else:
-        estimator = guess_friction_in_place(
-            block.estimator, state.estimator, period.measured, period.model, inputs.dt, ratio
-        )
+        estimator = guess_friction_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)
     timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
-    new = fed_model(block, estimator, timing.lag)
+    new = present_model(block, estimator, timing.lag, reference)
     moved = exchange_model(handed, old, new, start)
     torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)
     return Fed(before, old_friction, torque, friction, feedforward, estimator, timing)

@@ -69,12 +69,19 @@ def replay_command(
     rest_speed: Annotated[
         float | None, typer.Option(help="The reference rests below this speed, rad/s; 0.005 of its largest.")
     ] = None,
+    start_path: Annotated[
+        float | None,
+        typer.Option(help="A slower one that speeds up moves from this path on, rad; the noise of the position."),
+    ] = None,
     torque_delay: Annotated[
         float | None,
         typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held."),
     ] = None,
     velocity_cutoff: Annotated[
-        float | None, typer.Option(help="Low-pass behind differences of the position, Hz; none if not given.")
+        float | None, typer.Option(help="Low-pass behind differences of the position, Hz; where its noise asks for it.")
+    ] = None,
+    velocity_lag: Annotated[
+        float | None, typer.Option(help="Time by which the velocity lags, s; that of these, zero where it is measured.")
     ] = None,
     bandwidth: Annotated[float | None, typer.Option(help="Band in which the fixed model is fitted, Hz.")] = None,
     band: Annotated[float, typer.Option(help="Band in which torques are judged, Hz.")] = BAND,
@@ -117,8 +124,10 @@ def replay_command(
             identify=identify,
             loop_bandwidth=loop_bandwidth,
             rest_speed=rest_speed,
+            start_path=start_path,
             torque_delay=torque_delay,
             velocity_cutoff=velocity_cutoff,
+            velocity_lag=velocity_lag,
             bandwidth=bandwidth,
             band=band,
             state=saved,

@@ -124,7 +124,13 @@ def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, 
 def _adaptive(scenario: Scenario) -> AdaptiveController:
     gains = scenario.feedback.gains
     bandwidth = observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains)
-    settings = _adaptive_settings(scenario, WITH_OFFSET)
+    assumed = scenario.adaptation
+    settings = _adaptive_settings(scenario, WITH_OFFSET) | {
+        "position_periods": scenario.friction_periods,
+        "position_hats": assumed.position_hats,
+        "position_range": assumed.position_range,
+        "load_friction": assumed.load_friction,
+    }
     return AdaptiveController(*gains, **settings, observer_bandwidth=bandwidth)
 
 

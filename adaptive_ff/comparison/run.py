@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adaptive_ff.adaptive.controller import AdaptiveBase
+from adaptive_ff.adaptive.map_reading import LearntMap
 from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import drive_over
 from adaptive_ff.comparison.thinning import Thinned, drive_thinned
@@ -68,6 +70,8 @@ class Run:
         When, s.
     thin : int
         One of so many samples is kept, and the last; the figures of merit are those of the whole run.
+    friction_map : LearntMap or None
+        Friction over position and load as the controller has learnt it at the end, where it does.
     """
 
     name: str
@@ -88,6 +92,7 @@ class Run:
     uncertainties: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     uncertainty_time: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     thin: int = 1
+    friction_map: LearntMap | None = None
 
     def __repr__(self) -> str:
         """Return what was run and its settled error in one line."""
@@ -198,6 +203,8 @@ def simulate(
     else:
         record, *found = drive_over(controller, course, progress, **notes)
         run = _finished(label, scenario, course, record, *found)
+    if isinstance(controller, AdaptiveBase):
+        run = replace(run, friction_map=controller.learnt_map)
     return _with_marks(run, course, marks)
 
 

@@ -8,7 +8,8 @@ Analysis", Wiley, 1988, chapter 6): at each bend of each shape all else is fitte
 
     union of  value(bend) +- se(bend) sqrt(t^2 - D / (s^2 inflation))   where that is real
 
-``inflation`` is what the correlation of the residuals makes of the variance of the bend, by the fit.
+``inflation`` is what the correlation of the residuals makes of a variance, by the fit: the largest of all parameters
+and at least one, as what two shapes differ in is no parameter of either.
 """
 
 import math
@@ -128,6 +129,7 @@ def profile_interval(
     covariance = fitted.regression.covariance
     given = covariance[place, place] - covariance[place, bend] ** 2 / covariance[bend, bend]  # the bend known
     nearest = int(np.argmin(np.abs(np.log(grid.speeds[shape] / fitted.values[BENT[shape]]))))
+    inflation = max(1.0, float(np.max(fitted.inflation)))
     times = math.sqrt(max(given, 0.0)) / own.deviations[name][nearest]
     if covariance[bend, bend] < (SHARP * math.log(grid.speeds[shape][1] / grid.speeds[shape][0])) ** 2:
         ends = [*fitted.estimate(name)[2:]]  # the grid is too coarse for it, and the linearised interval is right
@@ -144,7 +146,7 @@ def profile_interval(
             PchipInterpolator(along, series[usable])(fine)
             for series in (profile.squares, profile.values[name], profile.deviations[name])
         )
-        beyond = np.maximum(squares - least, 0.0) / (variance * fitted.inflation[bend])
+        beyond = np.maximum(squares - least, 0.0) / (variance * inflation)
         allowed = beyond <= quantile**2
         half = times * deviations[allowed] * np.sqrt(quantile**2 - beyond[allowed])
         middle = values[allowed] + fitted.correction[place]

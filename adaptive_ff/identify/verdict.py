@@ -20,6 +20,9 @@ from adaptive_ff.identify.units import ROTARY
 WELL, POORLY = 0.1, 0.4
 """Relative errors of the torque up to which the model is said to explain it, and from which it is said not to."""
 
+NOTHING = 0.9
+"""Relative error from which a torque has so little to do with the motion that it cannot be the drive's."""
+
 WORSE = 1.5
 """Error of the validation over that of the fit from which the former is said to be worse."""
 
@@ -33,7 +36,7 @@ def check_plausible(found: LogIdentification) -> None:
     Raises
     ------
     InputError
-        It does: the sign of the torque or of the motion is reversed.
+        It does: the sign of the torque or of the motion is reversed, or the torque is not that of a drive at all.
     """
     velocity = np.concatenate([rows.velocity[rows.slides] for rows in found.rows])
     values = found.selection.chosen.values
@@ -43,6 +46,11 @@ def check_plausible(found: LogIdentification) -> None:
         shown = ", ".join(
             f"{name} {values[name]:.3g} {found.units[name]}" for name in ("inertia", "coulomb", "viscous")
         )
+        if found.fit.relative_error > NOTHING:
+            raise InputError(
+                f"{found.name}: the motion explains {100.0 * (1.0 - found.fit.relative_error):.0f} % of the torque: it "
+                "is not that of the drive, or the drive does not move this joint; name its column with --torque"
+            )
         raise InputError(
             f"{found.name}: friction would drive the joint ({shown}); the torque or the motion has the wrong sign, or "
             "their columns are exchanged: scale one of them by -1, or name the others"

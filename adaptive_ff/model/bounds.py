@@ -147,6 +147,25 @@ def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -
 
 
 @register_jitable(forceinline=True)
+def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
+    """Return the model with all its friction, but for the offset and the damping of bristles, times a factor."""
+    return TorqueModel(
+        model.inertia,
+        factor * model.coulomb,
+        factor * model.stiction,
+        factor * model.viscous,
+        model.friction_lag,
+        model.stribeck_velocity,
+        model.stribeck_shape,
+        model.offset,
+        factor * model.stiction_asymmetry,
+        factor * model.viscous_asymmetry,
+        model.presliding,
+        model.micro_damping,
+    )
+
+
+@register_jitable(forceinline=True)
 def write_model(model: TorqueModel, row: NDArray[np.float64], loads: int = 0) -> None:
     """Write the identified parameters of a model into a row of as many as are identified, but for its last, loads."""
     size = row.size - loads

@@ -24,9 +24,6 @@ PART = 50_000
 REFERENCE_VELOCITY, REFERENCE_POSITION, RECORDED = "reference_velocity", "reference_position", "feedforward"
 """Names in ``Log.extra`` of the reference and of the feedforward that the machine itself had."""
 
-START = 0.01
-"""Speed from which on a reference that speeds up counts as moving, over that of rest; found on KUKA KR300, record A."""
-
 SHARP = 1e-6
 """Share of a period within which a time is that of a sample: clocks are rounded."""
 
@@ -80,14 +77,17 @@ def split_log(log: Log, pieces: list[Piece], settings: ReplaySettings, band: flo
     """
     shift = settings.torque_delay / settings.period
     recorded = log.extra.get(RECORDED)
-    start_speed = settings.rest_speed * (START if has_reference(log) else 1.0)  # what is slow in a motion is noise
+    start_path = settings.start_path if has_reference(log) else math.inf  # what is slow in a motion is noise
     for piece in pieces:
+        gone = 0.0
         for start in range(piece.start, piece.stop, size):
             stop = min(start + size, piece.stop)
             torque = mean_torque(log.torque, piece, start, stop + 1, shift)
             before = max(piece.start, start - 1)
             reference = reference_velocity(log, piece, before, stop + 1, settings.period, band)
-            reference = with_rest(reference, settings.rest_speed, start_speed)[start - before :]
+            paths = paths_gone(reference, settings.period, gone)
+            gone = float(paths[stop - 1 - before])
+            reference = with_rest(reference, paths[1:], settings.rest_speed, start_path)[start - before :]
             elapsed = np.full(stop - start, settings.period)
             first = max(start, piece.start + 1)
             elapsed[first - start :] = np.diff(log.time[first - 1 : stop])
@@ -148,23 +148,53 @@ def has_reference(log: Log) -> bool:
     return REFERENCE_VELOCITY in log.extra or REFERENCE_POSITION in log.extra
 
 
-def with_rest(reference: Array, rest_speed: float, start_speed: float) -> Array:
+def paths_gone(reference: Array, period: float, gone: float) -> Array:
+    """Return how far a reference has gone without reversing or standing still, rad, signed: before it, and after each.
+
+    Parameters
+    ----------
+    reference : ndarray, shape (n,)
+        Reference, rad/s.
+    period : float
+        Sample time, s.
+    gone : float
+        How far it had gone before, rad.
+
+    Returns
+    -------
+    ndarray, shape (n + 1,)
+        The given path, and the path after each sample.
+    """
+    sign = np.sign(np.concatenate([[gone], reference]))
+    summed = np.cumsum(np.concatenate([[gone], reference * period]))
+    begins = np.concatenate([[False], sign[1:] != sign[:-1]])
+    first = np.maximum.accumulate(np.where(begins, np.arange(sign.size), 0))
+    before = np.concatenate([[0.0], summed])[first]  # nothing was gone where the given path begins
+    paths: Array = summed - before
+    return paths
+
+
+def with_rest(reference: Array, paths: Array, rest_speed: float, start_path: float) -> Array:
     """Return a reference that stands still where it is slow, but for where it starts.
 
     A machine that comes to rest may then push either way. One that starts needs the torque to break away before it
-    moves, so a reference that speeds up counts from a much lower speed on.
+    moves, so a slow reference that speeds up counts as soon as it has gone so far that the sensor could see it: what it
+    does before, perhaps in the other direction, is no motion of the joint.
 
     Parameters
     ----------
     reference : ndarray, shape (n,)
         Reference, rad/s; the one before the first is taken to be equal.
-    rest_speed, start_speed : float
-        Speed below which it rests while it slows down, and while it speeds up, rad/s.
+    paths : ndarray, shape (n,)
+        How far it has gone in its direction, see ``paths_gone``, rad.
+    rest_speed : float
+        Speed below which it rests while it slows down, rad/s.
+    start_path : float
+        Path from which on it counts as moving while it speeds up, rad.
     """
     speed = np.abs(reference)
-    starting = np.diff(speed, prepend=speed[0]) > 0.0
-    rests = speed < np.where(starting, start_speed, rest_speed)
-    return np.where(rests, 0.0, reference)
+    starting = (np.diff(speed, prepend=speed[0]) > 0.0) & (np.abs(paths) >= start_path)
+    return np.where((speed < rest_speed) & ~starting, 0.0, reference)
 
 
 def largest_reference(log: Log, pieces: list[Piece], period: float, band: float) -> float:

@@ -9,6 +9,7 @@ from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
 from adaptive_ff.replay.fixed import fit_fixed
 from adaptive_ff.replay.further_torque import FurtherTorque
 from adaptive_ff.replay.judging import Left
@@ -22,8 +23,8 @@ from adaptive_ff.replay.parts import (
 )
 from adaptive_ff.replay.result import COLD, FIXED, NONE, SAVED, Replay
 from adaptive_ff.replay.runs import Runner, Tape
-from adaptive_ff.replay.settings import LOOP, LOOP_PERIODS, RESTING, SLOW, ReplaySettings, check_names
-from adaptive_ff.replay.state import state_from_json
+from adaptive_ff.replay.settings import ReplaySettings, check_names
+from adaptive_ff.replay.state import carry_over_in_place, state_from_json
 from adaptive_ff.rivals.model_based import ModelBased
 from controllers import Controller
 
@@ -70,7 +71,7 @@ def replay_log(
         Band in which is judged, Hz: a filter without delay, for judging only; infinite for none.
     state : str, optional
         A state saved by :meth:`Replay.state_to_json`: the adaptive feedforward runs from it, too. Settings are then
-        those saved with it.
+        those saved with it. What it knows of the inertia counts for little, as the posture may be another one.
     linear : bool, optional
         Whether the joint is a linear axis, in m and N.
     part : int, optional
@@ -78,9 +79,8 @@ def replay_log(
     progress : callable, optional
         Is called with the share done, from 0 to 1.
     **given : optional
-        Fields of :class:`ReplaySettings` but for the period, by name. Where nothing is given: inertia, and the Stribeck
-        velocity if it has one, are those of the fixed model; else the latter is 0.05 times the largest speed of the
-        reference; its rest is 0.005 times that; the loop has 10 Hz, or a tenth of the sampling frequency.
+        Fields of :class:`ReplaySettings` but for the period, by name; for what is used where nothing is given see
+        :func:`adaptive_ff.replay.defaults.usual_settings`.
 
     Returns
     -------
@@ -106,6 +106,7 @@ def replay_log(
     if state is not None:
         settings, saved = state_from_json(state)
         settings.check_fits(period, given)
+        carry_over_in_place(saved)
         delay = settings.torque_delay
     else:
         delay = given.get("torque_delay") or 0.0
@@ -117,7 +118,7 @@ def replay_log(
     reference_band = min(band, 0.4 / period)
     if saved is None:
         largest = largest_reference(log, pieces, period, reference_band)
-        settings = _settings(log, period, given, model, note, largest)
+        settings = usual_settings(Recorded(log, pieces, period, largest), given, model, note)
     notes = [
         note,
         *(f"{one[0].upper()}{one[1:]}." for one in said),
@@ -169,32 +170,6 @@ def _check_arguments(log: Log, band: float) -> None:
         raise InputError(f"{log.name}: {REFERENCE_VELOCITY} and {REFERENCE_POSITION} are both given; give one of them")
 
 
-def _settings(
-    log: Log,
-    period: float,
-    given: Mapping[str, Any],
-    model: TorqueModel | None,
-    note: str,
-    largest: float,
-) -> ReplaySettings:
-    """Return the settings: what is given, and for the rest what is said in ``replay_log``."""
-    if largest == 0.0:
-        raise InputError(f"{log.name}: the reference stands still; it must move")
-    bend = SLOW * largest
-    if model is not None and model.stiction > model.coulomb:
-        bend = model.stribeck_velocity
-    usual: dict[str, Any] = {
-        "inertia": 0.0 if model is None else model.inertia,
-        "stribeck_velocity": bend,
-        "loop_bandwidth": min(LOOP, LOOP_PERIODS / period),
-        "rest_speed": RESTING * largest,
-    }
-    chosen = {name: value for name, value in given.items() if value is not None}
-    if "inertia" not in chosen and usual["inertia"] <= 0.0:
-        raise InputError(f"{log.name}: inertia must be given, the first half of the log does not determine it. {note}")
-    return ReplaySettings(period=period, **{**usual, **chosen})
-
-
 def _notes(
     log: Log,
     settings: ReplaySettings,
@@ -207,9 +182,10 @@ def _notes(
     if given is None:
         notes.append("Settings of the adaptive controller are those of the saved state.")
     else:
-        chosen = [name for name in ("inertia", "stribeck_velocity", "rest_speed") if given.get(name) is None]
+        chosen = [name for name in FROM_LOG if given.get(name) is None]
         if chosen:
-            shown = ", ".join(f"{name} {getattr(settings, name):.3g}" for name in chosen)
+            known = [name for name in chosen if getattr(settings, name) is not None]
+            shown = ", ".join(f"{name} {getattr(settings, name):.3g}" for name in known)
             notes.append(f"Not given, but taken from the log, which on the machine was to come: {shown}.")
     if not has_reference(log):
         notes.append(

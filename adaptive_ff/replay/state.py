@@ -1,11 +1,18 @@
 """The state of a replayed controller with its settings, as one JSON text."""
 
 import json
+import math
 from pathlib import Path
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
+from adaptive_ff.model.bounds import INERTIA
 from adaptive_ff.replay.settings import ReplaySettings
+
+KEPT = 0.01
+"""Share that is kept of what is known of the inertia where a state is carried over, as an information. The posture may
+be another one, and with it the inertia; friction stays. Of KUKA KR300 and EMPS, one record to the other, 0.01 left 4 %
+less torque while the reference moves than 1; the same share of friction would leave 3 % more."""
 
 
 def state_to_json(settings: ReplaySettings, controller: UnsupervisedController) -> str:
@@ -35,6 +42,13 @@ def state_from_json(text: str) -> tuple[ReplaySettings, UnsupervisedController]:
     except ValueError as error:
         raise InputError(str(error)) from error
     return settings, controller
+
+
+def carry_over_in_place(controller: UnsupervisedController) -> None:
+    """Forget the inertia, but for a share, and of the other parameters nothing."""
+    information = controller.state.estimator.recursion.information
+    information[INERTIA, :] *= math.sqrt(KEPT)  # row and column: what is left stays positive definite
+    information[:, INERTIA] *= math.sqrt(KEPT)
 
 
 def read_state(path: Path) -> str:

@@ -31,6 +31,7 @@ from adaptive_ff.report.drawing import (
 )
 from adaptive_ff.report.estimates_picture import draw_estimates
 from adaptive_ff.report.framing import frame, make_logarithmic, peak_of, plain_name, typical_peak
+from adaptive_ff.report.friction_map_picture import draw_friction_map
 from adaptive_ff.report.marks import TRUTH, mark_changes
 from adaptive_ff.report.supervision_picture import SUPERVISED, draw_supervision
 from adaptive_ff.scenario.scenario import Scenario
@@ -127,7 +128,8 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
     -------
     dict of Figure
         ``tracking`` and ``torque``; ``estimates`` where a controller estimates, ``stribeck`` where its estimates make a
-        friction curve, and ``supervision`` where a controller is supervised.
+        friction curve, ``supervision`` where a controller is supervised, and ``friction_map`` where one learns friction
+        over position.
 
     Raises
     ------
@@ -148,6 +150,10 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
         supervised = [run for run in runs.values() if run.monitors.keys() >= SUPERVISED]
         if supervised:
             figures["supervision"] = draw_supervision(supervised[-1])
+        maps = {name: run.friction_map for name, run in runs.items() if run.friction_map is not None}
+        maps = {name: learnt for name, learnt in maps.items() if learnt.position.size}
+        if maps:
+            figures["friction_map"] = draw_friction_map(maps, looks, comparison.scenario.variation)
         stamp(figures.values(), origin(comparison.scenario))
         if folder is not None:
             for name, figure in figures.items():

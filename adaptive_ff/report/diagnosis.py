@@ -23,6 +23,7 @@ from adaptive_ff.adaptive.estimator_state import carries_loads
 from adaptive_ff.adaptive.step import AdaptiveParameters, AdaptiveState, gate_speed
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import GRAVITY, unit_of
+from adaptive_ff.report.diagnosis_map import map_sentences
 from adaptive_ff.report.diagnosis_supervision import supervision
 from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings
 
@@ -114,6 +115,8 @@ class Diagnosis:
         What is distrusted of the model and why, and what the observer does, a sentence each.
     warnings : tuple of str
         What an engineer should look at, a sentence each.
+    friction_map : tuple of str
+        How friction depends on position and load, where that is learnt, a sentence each.
     """
 
     learning: bool
@@ -129,6 +132,7 @@ class Diagnosis:
     rejected: int
     supervision: tuple[str, ...]
     warnings: tuple[str, ...]
+    friction_map: tuple[str, ...] = ()
 
     @property
     def excited(self) -> bool:
@@ -164,7 +168,7 @@ class Diagnosis:
         if self.feedback_share is not None:
             share = f"{100.0 * self.feedback_share:.2g} %"
             said.append(f"Over the second half of the run feedback did {share} of the torque (rms).")
-        said += self.supervision
+        said += [*self.friction_map, *self.supervision]
         return said + [f"Warning: {warning}" for warning in self.warnings]
 
     def _excitation(self) -> list[str]:
@@ -238,6 +242,7 @@ def diagnose(controller: AdaptiveBase, run: Recorded | None = None) -> Diagnosis
         controller.rejected,
         tuple(supervision(controller)),
         tuple(find_warnings(controller, confidence, unexplained)),
+        tuple(map_sentences(controller.learnt_map)),
     )
 
 

@@ -161,6 +161,8 @@ class Scenario(Table):
                 design_pi(self.feedback.inertia, period, self.feedback.hertz, delay=delay)
             except ValueError as error:
                 raise ValueError(f"feedback.{error}") from error
+        if self.adaptation.motor_turn and self.joint.gear_ratio is None:
+            raise ValueError("joint.gear_ratio is missing; it must be given where adaptation.motor_turn is true")
         try:
             check_factor(self.joint.parameters, self.plan, solver, self.joint.weight.amplitude)
         except ValueError as error:
@@ -233,6 +235,12 @@ class Scenario(Table):
     def velocity_lag(self) -> float:
         """Time by which the velocity that the controllers see lags behind the joint's, s."""
         return 0.0 if self.sensor.encoder_resolution is None else self.velocity.lag(self.sampling.period)
+
+    @property
+    def friction_periods(self) -> list[float]:
+        """Periods of friction over position that the adaptive controller is told, rad."""
+        turn = [] if self.joint.gear_ratio is None else [2.0 * math.pi / self.joint.gear_ratio]
+        return [*self.adaptation.position_periods, *(turn if self.adaptation.motor_turn else [])]
 
     @property
     def position_loop(self) -> PositionLoopParameters | None:

@@ -26,9 +26,12 @@ from controllers import (
     low_pass_velocity,
     pi_gains,
 )
-from plant.fields import NonNegative, Positive, Table
+from plant.fields import Finite, NonNegative, Positive, Table
 
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+MOST_PERIODS, MOST_HATS = 7, 1000
+"""Most known periods of friction over position, and most hats of a map of it."""
 
 
 LATE = {9: 0.5, 19: 1.0, 29: 0.5}
@@ -214,6 +217,16 @@ class Adaptation(Table):
     identify : "symmetric", "offset" or "directions", optional
         What ``adaptive`` identifies: the paper's five parameters; an offset beside them (the default); friction by
         direction, too. ``adaptive_unsupervised`` identifies five where nothing is given.
+    position_periods : list of float, optional
+        Known periods of friction over position, rad: ``adaptive`` learns a cosine and a sine of each.
+    motor_turn : bool, optional
+        Whether a turn of the motor is one of them, ``2 pi / joint.gear_ratio``.
+    position_hats : int, optional
+        Number of the hats of a piecewise linear map of friction over position, without a known period; 2 or more.
+    position_range : list of float, optional
+        Positions of the first and of the last hat, rad; a turn about zero by default.
+    load_friction : bool, optional
+        Whether friction may rise with the torque that the joint is known to transmit: identified gravity here.
     """
 
     model_config = STRICT
@@ -221,6 +234,21 @@ class Adaptation(Table):
     stribeck_shape: Positive = 1.0
     memory: Positive | None = None
     identify: Literal["symmetric", "offset", "directions", "gravity", "directions_and_gravity"] | None = None
+    position_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS)] = []
+    motor_turn: bool = False
+    position_hats: Annotated[int, Field(ge=0, le=MOST_HATS)] = 0
+    position_range: Annotated[list[Finite], Field(min_length=2, max_length=2)] | None = None
+    load_friction: bool = False
+
+    @model_validator(mode="after")
+    def _check_map(self) -> Self:
+        if self.position_hats == 1:
+            raise ValueError("position_hats = 1 is not allowed: it must be 0, or 2 and more")
+        if self.position_range is not None and not self.position_range[0] < self.position_range[1]:
+            raise ValueError(f"position_range = {self.position_range} is not allowed: the lower position must be first")
+        if self.position_range is not None and self.position_hats == 0:
+            raise ValueError(f"position_range = {self.position_range} is given without position_hats; give both")
+        return self
 
     @property
     def parameters(self) -> tuple[str, ...] | None:

@@ -23,7 +23,7 @@ SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECT
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
 
 
-def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, tunes_lag=True):
+def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, tunes_lag=True, **further):
     """Make an adaptive controller of a variant."""
     return AdaptiveController(
         GAINS.proportional,
@@ -35,13 +35,19 @@ def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, tunes_lag=True):
         delay=delay,
         velocity_lag=velocity_lag,
         tunes_lag=tunes_lag,
+        **further,
     )
+
+
+def adaptive_with_map():
+    """Make an adaptive controller that learns friction over position and load."""
+    return adaptive(WITH_OFFSET, position_periods=[0.3], position_hats=9, load_friction=True)
 
 
 def adaptive_variants():
     """Variants of the adaptive controller by name, as functions that make one: all sizes of all arrays and tuples."""
     grid = itertools.product(SIZES, ((0.0, 0.0, True), (1.5, 0.004, False)))
-    return {
+    return {"map": adaptive_with_map} | {
         f"{size} delay={delay} lag={lag} tuned={tuned}": (
             lambda size=size, delay=delay, lag=lag, tuned=tuned: adaptive(SIZES[size], delay, lag, tuned)
         )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO as JOINT
 from closed_loops import lay_course, make, own_loop
-from exports import DELAYED, SIZES, adaptive, inputs, made, needs_gcc, steps_in_c, steps_in_python
+from exports import DELAYED, SIZES, adaptive, adaptive_with_map, inputs, made, needs_gcc, steps_in_c, steps_in_python
 
 from adaptive_ff import run_in_c
 from adaptive_ff.errors import InputError
@@ -34,6 +34,7 @@ MADE = {
     "adaptive": lambda: adaptive(),
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004, False),
+    "adaptive with a map of friction": adaptive_with_map,
 }
 
 

@@ -59,6 +59,19 @@ def test_more_confidence_widens_it_and_a_further_shape_never_narrows_it(fitted):
         assert usual[0] <= single[0] < single[1] <= usual[1]
 
 
+def test_shapes_are_compared_with_the_largest_inflation_and_at_least_one(fitted):
+    grid, found = fitted
+    profiles, names = shape_profiles(grid, TERMS), found.regression.names
+    ends = []
+    for bend, other in ((0.1, 0.1), (1.0, 1.0), (0.1, 9.0), (9.0, 0.1)):
+        inflation = np.full(len(names), other)
+        inflation[names.index("long_saturation_velocity")] = bend
+        ends.append(profile_interval(grid, profiles, found._replace(inflation=inflation), "viscous", 0.95))
+    assert ends[0] == ends[1]
+    assert ends[2] == ends[3]
+    assert ends[2][0] < ends[1][0] < ends[1][1] < ends[2][1]
+
+
 def test_profile_at_the_best_bend_is_the_fit(fitted):
     grid, found = fitted
     profile = shape_profiles(grid, TERMS)[SATURATIONS.index("long_saturation")]

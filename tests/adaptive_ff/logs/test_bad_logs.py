@@ -89,6 +89,13 @@ def test_reversed_sign_is_refused_with_what_to_do(series):
         identify_log(spoiled(log, **{series: -getattr(log, series)}))
 
 
+def test_torque_that_has_nothing_to_do_with_the_motion_is_not_blamed_on_its_sign():
+    log = make_log()
+    noise = 20.0 * np.random.default_rng(110).standard_normal(log.time.size)
+    with pytest.raises(InputError, match=r"log: the motion explains \d+ % of the torque: it is not that of the drive"):
+        identify_log(spoiled(log, torque=noise - 0.15 * log.torque))
+
+
 def test_degrees_are_suspected():
     log = make_log(noise=0.1)
     found = identify_log(spoiled(log, position=np.degrees(log.position)))

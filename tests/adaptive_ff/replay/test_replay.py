@@ -5,16 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from synthetic_logs import make_log
 
 from adaptive_ff import InputError, TorqueModel, load_scenario, simulate
-from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.logs.derivatives import lowpass
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.replay import replay_log
-from controllers import PI, pi_gains
+from adaptive_ff.replay.settings import ReplaySettings
+from adaptive_ff.replay.state import state_from_json
+from controllers import PI, low_pass_lag, pi_gains
 
-ASSUMED = {"inertia": 20.0, "stribeck_velocity": 0.05, "rest_speed": 0.0}
+ASSUMED = {"inertia": 20.0, "stribeck_velocity": 0.05, "rest_speed": 0.0, "start_path": 0.0}
 MODEL = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 NOT_JUDGED_IN_A_BAND = math.inf
 
@@ -29,10 +31,8 @@ def log_of(run):
 @pytest.fixture(scope="module")
 def run():
     scenario = load_scenario().modified(duration=20.0, seed=101)
-    gains = pi_gains(20.0, 10.0)
-    assumed = {"inertia": 20.0, "stribeck_velocity": 0.05, "memory": 5.0, "tunes_lag": False}
-    own = UnsupervisedController(*gains, 0.01, **assumed)
-    return simulate(scenario, own)
+    settings = ReplaySettings(0.01, 20.0, 0.05, 10.0, rest_speed=0.0, identify="symmetric")
+    return simulate(scenario, settings.controller())
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +124,7 @@ def test_future_of_the_log_changes_nothing_before(as_position):
     reference = make_log(duration=10.0, as_position=False).velocity
     log = replace(log, extra={"reference_velocity": reference})
     assumed = {"inertia": 2.0, "stribeck_velocity": 0.05, "rest_speed": 0.01, "fixed": MODEL, "band": math.inf}
+    assumed |= {"start_path": 1e-6, "velocity_cutoff": 50.0}  # else taken from all of the log
     other = {"torque": log.torque.copy(), "position": log.motion.copy()}
     since = 3000
     other["torque"][since:] *= -2.0
@@ -151,8 +152,9 @@ def test_coming_reference_counts_one_sample_ahead_and_not_more():
     assert series[0][2999] != series[1][2999]
 
 
-def test_state_is_saved_and_restored_exactly(driven):
+def test_state_is_saved_and_restored_exactly(driven, monkeypatch):
     """Two logs one after the other, the second from the state at the end of the first, are one log with a jump."""
+    monkeypatch.setattr("adaptive_ff.replay.state.KEPT", 1.0)  # nothing is forgotten
     middle = driven.time.size // 2
     halves = [
         Log(
@@ -176,6 +178,50 @@ def test_state_is_saved_and_restored_exactly(driven):
     saved = second.state_to_json()
     third = replay_log(halves[0], state=saved, fixed=MODEL)
     assert third.series.estimates["adaptive_saved"]["coulomb"][0] == second.estimates["adaptive_saved"]["coulomb"]
+
+
+def test_inertia_of_another_posture_is_found_sooner_than_if_it_were_kept(monkeypatch):
+    """The second log has twice the inertia, and the same friction."""
+    first = replay_log(make_log(duration=20.0, noise=0.1), inertia=2.0)
+    other = make_log(duration=4.0, noise=0.1, inertia=4.0)
+    found, known = {}, state_from_json(first.state_to_json())[1].estimates
+    for kept in (0.01, 1.0):
+        monkeypatch.setattr("adaptive_ff.replay.state.KEPT", kept)
+        found[kept] = replay_log(other, state=first.state_to_json(), fixed=MODEL)
+    errors = {kept: abs(replay.estimates["adaptive_saved"]["inertia"] - 4.0) for kept, replay in found.items()}
+    assert errors[0.01] < 0.3 * errors[1.0]
+    assert found[0.01].estimates["adaptive_saved"]["coulomb"] == pytest.approx(known["coulomb"], rel=0.1)
+
+
+def lagged_log(lag, **options):
+    """A log whose friction follows with a lag, s."""
+    log, velocity = make_log(**options), make_log(**options, as_position=False).velocity
+    friction = 3.0 * np.sign(velocity) + 4.0 * velocity
+    decay = math.exp(-0.002 / lag)
+    return replace(log, torque=log.torque - friction + lfilter([1.0 - decay], [1.0, -decay], friction))
+
+
+def test_lag_leaves_its_first_guess():
+    log = lagged_log(0.045, duration=30.0, noise=0.1)
+    found = replay_log(log, inertia=2.0, fixed=MODEL)
+    assert found.estimates["adaptive"]["friction_lag"] == pytest.approx(0.045, abs=0.006)
+
+
+def test_coarse_position_is_filtered_and_its_lag_is_known():
+    log = lagged_log(0.03, duration=30.0)
+    count = 2.0 * math.pi / 2**12
+    coarse = replace(log, position=count * np.round(log.position / count))
+    found = replay_log(coarse, inertia=2.0, fixed=MODEL)
+    cutoff = found.settings.velocity_cutoff
+    assert 10.0 <= cutoff < 50.0
+    assert found.settings.velocity_lag == pytest.approx(low_pass_lag(cutoff, 0.002))
+    rough = replay_log(coarse, inertia=2.0, fixed=MODEL, velocity_cutoff=200.0)
+    errors = [abs(replay.estimates["adaptive"]["friction_lag"] - 0.03) for replay in (found, rough)]
+    assert errors[0] < 0.7 * errors[1]
+    assert found.left["adaptive"].second_half < 0.9 * rough.left["adaptive"].second_half
+    fine = replay_log(log, inertia=2.0, fixed=MODEL).settings
+    assert fine.velocity_cutoff is None
+    assert fine.velocity_lag == pytest.approx(0.001)
 
 
 def test_defects_are_skipped_and_the_rest_is_used(driven):

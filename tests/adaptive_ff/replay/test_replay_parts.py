@@ -12,7 +12,7 @@ from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import lowpass
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.judging import BINS, Extremes, Judge, Stretch
-from adaptive_ff.replay.parts import mean_torque, reference_velocity, split_log, with_rest
+from adaptive_ff.replay.parts import mean_torque, paths_gone, reference_velocity, split_log, with_rest
 from adaptive_ff.replay.settings import ReplaySettings
 from adaptive_ff.replay.watching import Seen, watch
 from controllers import difference_velocity, initial_velocity_state
@@ -50,11 +50,25 @@ def test_reference_from_a_position_and_from_the_motion_is_the_velocity():
 
 
 def test_reference_rests_when_it_has_slowed_down_but_not_when_it_starts():
-    speeds = np.array([0.0, 0.0, 0.5, 2.0, 20.0, 60.0, 110.0, 150.0, 99.0, 40.0, 5.0, 0.0, -1.5, -3.0, -120.0])
-    rests = with_rest(1e-4 * speeds, 0.01, 1e-4) == 0.0
+    speeds = 1e-4 * np.array([0.0, 0.0, 0.5, 2.0, 20.0, 60.0, 110.0, 150.0, 99.0, 40.0, 5.0, 0.0, -1.5, -3.0, -120.0])
+    paths = paths_gone(speeds, 0.1, 0.0)[1:]
+    rests = with_rest(speeds, paths, 0.01, 1e-5) == 0.0
     expected = [True] * 3 + [False] * 5 + [True] * 4 + [False] * 3
     assert rests.tolist() == expected
-    assert np.array_equal(with_rest(speeds, 0.0, 0.0), speeds)
+    assert np.array_equal(with_rest(speeds, paths, 0.0, 0.0), speeds)
+
+
+def test_small_way_against_the_motion_before_it_starts_is_rest():
+    """Half a second at up to 0.9 of the rest speed the wrong way: any constant share of that speed lets it through."""
+    time = 0.002 * np.arange(1500)
+    before = -0.9e-4 * np.sin(np.pi * np.clip((time - 0.5) / 0.5, 0.0, 1.0))
+    reference = before + np.where(time > 1.0, 0.05 * (time - 1.0) ** 2, 0.0)
+    gone = paths_gone(reference, 0.002, 0.0)[1:]
+    seen = with_rest(reference, gone, 1e-4, 5e-5)
+    assert np.all(seen[time < 1.0] == 0.0)
+    assert np.min(gone) == pytest.approx(-0.9e-4 * 0.5 * 2.0 / np.pi, rel=0.01)
+    moves = time[np.flatnonzero(seen)[0]]
+    assert 1.0 < moves < time[np.flatnonzero(reference > 1e-4)[0]] + 0.002
 
 
 def test_motion_that_stands_for_a_reference_is_filtered_without_delay():
@@ -72,7 +86,7 @@ def test_parts_follow_a_jittered_clock_and_join_without_a_seam():
     velocity = 1e-3 * np.cumsum(generator.standard_normal(300))
     extra = {"reference_velocity": velocity, "feedforward": 2.0 * time}
     log = Log("log", time, time.copy(), velocity=velocity, extra=extra)
-    settings = ReplaySettings(0.01, 1.0, 0.05, 10.0, rest_speed=5e-3)
+    settings = ReplaySettings(0.01, 1.0, 0.05, 10.0, rest_speed=5e-3, start_path=1e-4)
     pieces = [Piece(3, 120), Piece(120, 300)]
     parts = {size: list(split_log(log, pieces, settings, 20.0, size)) for size in (1000, 7)}
     for get in (

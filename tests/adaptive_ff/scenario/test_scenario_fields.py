@@ -37,7 +37,8 @@ POSITIVE = [
     *(f"reference.{name}" for name in ("speed", "acceleration", "jerk", "period", "hold")),
     "reference.peak",
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
-    *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
+    *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory", "position_periods.0")),
+    "joint.gear_ratio",
     *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
     *(f"change.0.{name}" for name in SCALES),
     "actuator.gain",
@@ -67,6 +68,7 @@ NUMBERS = [
     *("joint.link_share", "joint.exponent", "joint.gravity_phase", "change.0.load"),
     *("reference.positions.0", "reference.distance", "reference.velocities.0"),
     *("reference.cosines.0", "reference.sines.0"),
+    "adaptation.position_range.0",
     *("joint.offset", "variation.warm_up_excess", "reference.amplitudes.0", "sweep.stiction.0"),
 ]
 TEXTS = ["controllers.0", "reference.path", "reference.time", "reference.velocity", "reference.position"]
@@ -78,6 +80,8 @@ LISTS = [
     "reference.positions",
     "reference.velocities",
     "change",
+    "adaptation.position_periods",
+    "adaptation.position_range",
     *(f"sweep.{name}" for name in RANGES),
 ]
 TABLES = [
@@ -102,7 +106,7 @@ OTHERS = [
     "joint.kind",
     "reference.kind",
     "velocity.method",
-    "adaptation.identify",
+    *(f"adaptation.{name}" for name in ("identify", "motor_turn", "position_hats", "load_friction")),
 ]
 KINDS = "'multisine', 'csv', 'point_to_point', 'triangle', 'staircase' or 'fourier'"
 REQUIRED = [
@@ -120,7 +124,7 @@ KNOWN = {
     "": TOP,
     "joint": (
         f"kind, {FRICTION}, stribeck_velocity, stribeck_shape, coulomb_backward, stiction_backward, viscous_backward, "
-        "offset, axis, gravity, gravity_phase, friction_lag, solver_period"
+        "offset, axis, gravity, gravity_phase, gear_ratio, friction_lag, solver_period"
     ),
     "sampling": "period, jitter",
     "sensor": "velocity_noise, encoder_resolution",
@@ -129,7 +133,10 @@ KNOWN = {
     "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
     "position": "gain, limit, encoder_resolution",
     "feedback": "inertia, bandwidth, proportional, integral, delay",
-    "adaptation": "stribeck_velocity, stribeck_shape, memory, identify",
+    "adaptation": (
+        "stribeck_velocity, stribeck_shape, memory, identify, position_periods, motor_turn, position_hats, "
+        "position_range, load_friction"
+    ),
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
     "change.0": "time, friction_scale, coulomb_scale, viscous_scale, inertia_scale, lag_scale, load",
     "variation": (
@@ -181,6 +188,8 @@ def complete(path=""):
         content["joint"] |= {"hysteresis": 1.0, "hysteresis_reach": 0.01}
     if path.startswith("joint.link"):
         content["joint"] = {**content["joint"], "kind": "elastic", "link_share": 0.5, "link_stiffness": 1e4}
+    if path.startswith("adaptation.position"):
+        content["adaptation"] |= {"position_periods": [1.0], "position_hats": 9, "position_range": [-1.0, 100.0]}
     if path.startswith("reference.pause"):
         content["reference"] = {**content["reference"], "pause": [10.0, 100.0]}
     if path == "sensor.encoder_resolution":

@@ -1,0 +1,70 @@
+"""Parameters of the map of friction over position and load from what a user gives."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters
+from controllers import check_positive
+
+MAP_MEMORY = 2.0
+"""Default memory of the map, s of sliding motion at a position."""
+
+MOST_PERIODS = 8
+"""Most known periods: many of them take each other's part for long."""
+
+MOST_HATS = 1000
+"""Most hats: they cost memory only, but each must be visited."""
+
+
+def map_parameters(
+    periods: Sequence[float], hats: int, positions: Sequence[float] | None, load: float, memory: float
+) -> MapParameters:
+    """Return the parameters of a map.
+
+    Parameters
+    ----------
+    periods : sequence of float
+        Known periods, rad.
+    hats : int
+        Number of hats.
+    positions : sequence of float, optional
+        Positions of the first and of the last hat, rad; from ``-pi`` to ``pi`` where there are hats and none is given.
+    load : float
+        Unit of the known torque, N m; zero where friction is not assumed to depend on it.
+    memory : float
+        Memory, s of sliding motion at a position.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+    """
+    if len(periods) > MOST_PERIODS or any(not (math.isfinite(period) and period > 0.0) for period in periods):
+        raise ValueError(
+            f"position_periods = {list(periods)} is not allowed: at most {MOST_PERIODS} positive numbers of rad"
+        )
+    if isinstance(hats, bool) or not isinstance(hats, int | np.integer) or hats == 1 or not 0 <= hats <= MOST_HATS:
+        raise ValueError(
+            f"position_hats = {hats} is not allowed: it must be 0, or a whole number from 2 to {MOST_HATS}"
+        )
+    check_positive(map_memory=memory)
+    lowest, highest = _checked_range(positions)
+    if hats == 0 and positions is not None:
+        raise ValueError(f"position_range = {list(positions)} is not allowed without position_hats")
+    if not (len(periods) or hats or load):
+        return NO_MAP
+    spacing = (highest - lowest) / (hats - 1) if hats else 1.0
+    waves = 2.0 * math.pi / np.array([float(period) for period in periods])
+    return MapParameters(waves, int(hats), lowest, spacing, float(load), float(memory))
+
+
+def _checked_range(positions: Sequence[float] | None) -> tuple[float, float]:
+    if positions is None:
+        return -math.pi, math.pi
+    if len(positions) != 2 or not (math.isfinite(positions[0]) and positions[0] < positions[1] < math.inf):
+        raise ValueError(
+            f"position_range = {list(positions)} is not allowed: it must be two finite numbers of rad, the lower first"
+        )
+    return float(positions[0]), float(positions[1])
