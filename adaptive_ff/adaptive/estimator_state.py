@@ -224,8 +224,8 @@ def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm
 
 
 @register_jitable(forceinline=True)
-def with_candidates(state: EstimatorState, candidates: CandidateState) -> EstimatorState:
-    """Return the state with another state of the candidates; it shares the arrays."""
+def with_curve(state: EstimatorState, candidates: CandidateState, friction_map: MapState) -> EstimatorState:
+    """Return the state with other states of the candidates and of the map; it shares the arrays."""
     return EstimatorState(
         state.recursion,
         state.agreement,
@@ -236,25 +236,20 @@ def with_candidates(state: EstimatorState, candidates: CandidateState) -> Estima
         state.regressors,
         state.scratch,
         candidates,
-        state.friction_map,
+        friction_map,
     )
+
+
+@register_jitable(forceinline=True)
+def with_candidates(state: EstimatorState, candidates: CandidateState) -> EstimatorState:
+    """Return the state with another state of the candidates; it shares the arrays."""
+    return with_curve(state, candidates, state.friction_map)
 
 
 @register_jitable(forceinline=True)
 def with_map(state: EstimatorState, friction_map: MapState) -> EstimatorState:
     """Return the state with another state of the map; it shares the arrays."""
-    return EstimatorState(
-        state.recursion,
-        state.agreement,
-        state.levels,
-        state.surprise,
-        state.alarm,
-        state.loads,
-        state.regressors,
-        state.scratch,
-        state.candidates,
-        friction_map,
-    )
+    return with_curve(state, state.candidates, friction_map)
 
 
 @register_jitable(forceinline=True)

@@ -24,7 +24,7 @@ from adaptive_ff.replay.parts import (
 from adaptive_ff.replay.result import COLD, FIXED, NONE, SAVED, Replay
 from adaptive_ff.replay.runs import Runner, Tape
 from adaptive_ff.replay.settings import ReplaySettings, check_names
-from adaptive_ff.replay.state import carry_over_in_place, state_from_json
+from adaptive_ff.replay.state import carry_over, state_from_json
 from adaptive_ff.rivals.model_based import ModelBased
 from controllers import Controller
 
@@ -106,7 +106,7 @@ def replay_log(
     if state is not None:
         settings, saved = state_from_json(state)
         settings.check_fits(period, given)
-        carry_over_in_place(saved)
+        carry_over(saved)
         delay = settings.torque_delay
     else:
         delay = given.get("torque_delay") or 0.0

@@ -44,11 +44,21 @@ def state_from_json(text: str) -> tuple[ReplaySettings, UnsupervisedController]:
     return settings, controller
 
 
-def carry_over_in_place(controller: UnsupervisedController) -> None:
-    """Forget the inertia, but for a share, and of the other parameters nothing."""
-    information = controller.state.estimator.recursion.information
+def carry_over(controller: UnsupervisedController) -> None:
+    """Let a controller forget the inertia, but for a share, and of the other parameters nothing.
+
+    What errors are usual is not known either: with those of the other record, errors of another inertia would be taken
+    for a sudden load.
+    """
+    state = controller.state
+    estimator, block = state.estimator, controller.parameters.estimator
+    information = estimator.recursion.information
     information[INERTIA, :] *= math.sqrt(KEPT)  # row and column: what is left stays positive definite
     information[:, INERTIA] *= math.sqrt(KEPT)
+    largest = estimator.levels.torque / block.torque_scale
+    usual = max(estimator.levels.squared_error, (1.0 - KEPT) * largest * largest)
+    levels = estimator.levels._replace(squared_error=usual)
+    controller.state = state._replace(estimator=estimator._replace(levels=levels))
 
 
 def read_state(path: Path) -> str:
