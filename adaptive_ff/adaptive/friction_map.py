@@ -280,8 +280,10 @@ def correct_entry_in_place(
     """
     size, prior = abs(value), PRIOR * state.friction
     state.information[place] += duration * (size * total - min(size, 1.0) * state.information[place] / memory)
-    moved = state.coefficients[place] + value * torque * duration / (state.information[place] + prior)
-    state.coefficients[place] = min(max(moved, -LARGEST_COEFFICIENT), LARGEST_COEFFICIENT)
+    weight = state.information[place] + prior
+    if weight > 0.0:  # else there has been no friction yet
+        moved = state.coefficients[place] + value * torque * duration / weight
+        state.coefficients[place] = min(max(moved, -LARGEST_COEFFICIENT), LARGEST_COEFFICIENT)
 
 
 @register_jitable(forceinline=True)

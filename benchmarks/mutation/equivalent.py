@@ -81,4 +81,24 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "if valid:",
         "if True:",
     ): "without a measurement the error is zero",
+    (
+        "controllers.pi.feed_back",
+        "if not valid:",
+        "if True:",
+    ): "with a measurement the share of bridging is one",
+    (
+        "plant.step.step_ready_joint",
+        "if free_velocity < 0.0:",
+        "if free_velocity <= 0.0:",
+    ): "a free velocity of zero sticks",
+    (
+        "adaptive_ff.adaptive.change_detection.forget_offset_in_place",
+        "release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])",
+        "release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[2])",
+    ): "any row of the scratch but the first will do",
+    (
+        "adaptive_ff.adaptive.estimator.predict_torque",
+        "prediction += estimate[OFFSET] * row[OFFSET + 1]",
+        "prediction += estimate[OFFSET] / row[OFFSET + 1]",
+    ): "the column of the offset is one",
 }

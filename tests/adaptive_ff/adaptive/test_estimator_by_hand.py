@@ -212,27 +212,32 @@ class Twin:
         self.estimate = np.clip(self.estimate + step * scale, low, high)
 
 
-def course(estimator, seed):
-    """Samples: learning, friction and load that change, errors of sensors, a time that varies."""
+def course(estimator, seed, stroke=1):
+    """Samples: learning, friction and load that change, errors of sensors, a time that varies.
+
+    The direction is drawn for each sample, or turns with each stroke of so many.
+    """
     rng = np.random.default_rng(seed)
-    for k in range(800):
+    for k in range(800 if stroke == 1 else 1300):
         factor = 1.0 if k < 200 else 2.5 if k < 400 else 0.7
-        load = 60.0 if 500 <= k < 600 else 0.0
+        load = 60.0 if 500 <= k < 600 else 300.0 if k >= 1000 else 0.0
         speed = 40.0 if rng.uniform() < 0.01 else 1.0
         noise = 2.0 if 700 <= k < 750 else 0.02
-        drawn = draw(estimator, rng, rng.choice([-1.0, 1.0]), factor, load, noise, speed)
+        direction = rng.choice([-1.0, 1.0]) if stroke == 1 else (-1.0) ** (k // stroke)
+        drawn = draw(estimator, rng, direction, factor, load, noise, speed)
         yield *drawn, rng.uniform(0.5, 1.5) * PERIOD, rng.uniform(0.8, 1.2)
 
 
+@pytest.mark.parametrize("stroke", [1, 30])
 @pytest.mark.parametrize(
     ("names", "regressors"),
     [(ESTIMATED, 0), (WITH_OFFSET, 0), (WITH_GRAVITY, 0), (PER_DIRECTION_WITH_GRAVITY, 1)],
 )
-def test_estimator_is_the_one_with_matrices(names, regressors):
+def test_estimator_is_the_one_with_matrices(names, regressors, stroke):
     estimator = parameters(names, regressors)
     state, twin = initial_estimator_state(estimator), Twin(estimator)
     causes, first = set(), True
-    for measured, model, loads, duration, ratio in course(estimator, seed=201):
+    for measured, model, loads, duration, ratio in course(estimator, 201, stroke):
         state.loads[:] = loads
         state = kernels.learn_in_place(estimator, state, measured, model, duration, ratio)
         twin.learn(measured, model, loads, duration, ratio)
@@ -246,6 +251,7 @@ def test_estimator_is_the_one_with_matrices(names, regressors):
     assert state.recursion.information == pytest.approx(twin.information, rel=1e-4, abs=1e-7)
     assert twin.forgotten > 0 or load_count(estimator) > 0
     assert names != WITH_OFFSET or changes.UNDECIDED in causes
+    assert (names, stroke) != (WITH_OFFSET, 30) or {changes.LOAD, changes.FRICTION} <= causes
 
 
 @pytest.mark.parametrize("cause", [changes.NOTHING, changes.FRICTION, changes.LOAD, changes.EITHER])
@@ -310,6 +316,12 @@ def test_guess_is_at_most_twice_the_largest_torque_and_never_falls():
     assert estimate[1] == pytest.approx(20.0)
     assert (levels.torque, levels.speed) == (10.0, 0.3)
     assert guessed(signals(10.0, 0.2), MODEL, estimate=(30.0, 40.0))[0][1:3].tolist() == [30.0, 40.0]
+
+
+def test_nothing_of_a_fast_motion_before_is_forgotten_by_a_guess():
+    _, levels = guessed(signals(10.0, 0.2), MODEL, levels=Levels(0.0, 4.0, 0.7, 0.0, 0.0))
+    assert levels.speed == 0.7
+    assert guessed(signals(100.0, 1.5), MODEL, levels=levels)[0][1] == pytest.approx(90.0)
 
 
 def test_guess_leaves_out_the_known_loads():

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController, load_scenario
+from adaptive_ff.adaptive.estimator import follow_friction_map, learn_friction_map, scale_friction_in_place
+from adaptive_ff.adaptive.estimator_state import initial_estimator_state
 from adaptive_ff.adaptive.friction_map import (
     LEAST_FACTOR,
+    LOAD,
+    POSITION,
     coming_factor,
     correct_map_in_place,
     filtered_factor,
@@ -21,6 +25,8 @@ from adaptive_ff.adaptive.map_reading import read_map
 from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
+from adaptive_ff.regression.known_loads import INPUT, load_torque
+from adaptive_ff.regression.torque_form import initial_signals
 from adaptive_ff.report.comparison_plots import plot_comparison
 from adaptive_ff.report.diagnosis_map import map_sentences
 from controllers import pi_gains
@@ -79,6 +85,52 @@ def test_a_load_that_does_not_turn_with_the_motion_is_no_friction_over_position(
     assert np.max(np.abs(state.coefficients)) > 0.1
     assert state.share == 0.0
     assert filtered_factor(parameters, state) == coming_factor(parameters, state, 0.1) == 1.0
+
+
+def test_without_friction_there_is_nothing_to_learn():
+    parameters = map_parameters([0.3], 0, None, 0.0, 30.0)
+    state = follow_map_in_place(initial_map(parameters), 1e3, 0.1, 0.0, 0.01, True)
+    state = learn_map_in_place(parameters, state, 0.0, 5.0, 0.01, 4.0)
+    assert np.array_equal(state.coefficients, [0.0, 0.0])
+
+
+def test_known_torque_is_what_is_given_and_what_is_identified():
+    estimator = make(load_friction=True).parameters.estimator
+    state = initial_estimator_state(estimator)
+    state.recursion.estimate[-2:] = 30.0, 40.0
+    state.loads[:2, INPUT] = math.sin(0.7), math.cos(0.7)
+    carried = load_torque(state.recursion.estimate, state.loads, state.regressors, 0.0)
+    assert abs(carried) > 30.0
+    followed = follow_friction_map(estimator, state, 0.7, 5.0, 0.01, True)
+    assert followed.friction_map.signals[LOAD, INPUT] == pytest.approx(5.0 + carried)
+    assert followed.friction_map.signals[POSITION, INPUT] == 0.7
+
+
+def test_map_learns_from_what_the_estimator_leaves():
+    estimator = make(**KNOWN).parameters.estimator
+    state = initial_estimator_state(estimator)
+    followed = follow_friction_map(estimator, state, 0.05, 0.0, 0.01, True)
+    estimate, row = state.recursion.estimate, state.scratch.row
+    estimate[:6], row[:7] = (20.0, 60.0, 90.0, 80.0, 0.02, 3.0), (0.0, 0.4, 0.7, 0.3, 0.2, 10.0, 1.0)
+    signals = initial_signals()
+    signals.filters[0, 0] = 150.0
+    friction = 60.0 * 0.7 + 90.0 * 0.3 + 80.0 * 0.2
+    error = 150.0 - (20.0 * 0.4 + friction + 0.02 * 10.0 + 3.0)
+    learnt = learn_friction_map(estimator, followed, signals, 0.01).friction_map
+    twin = follow_map_in_place(initial_map(estimator.friction_map), estimator.form.pole, 0.05, 0.0, 0.01, True)
+    twin = learn_map_in_place(estimator.friction_map, twin, friction, error, 0.01, estimator.memory)
+    for own, other in zip(learnt, twin, strict=True):
+        assert np.allclose(own, other, rtol=1e-12, atol=0.0)
+    assert np.all(learnt.coefficients != 0.0)
+
+
+@pytest.mark.parametrize("loads", [0, 2])
+def test_factor_is_on_friction_alone(loads):
+    row = np.arange(1.0, 10.0 + 2.0 * loads)
+    scaled = row.copy()
+    scale_friction_in_place(scaled, 2.0, loads)
+    changed = np.flatnonzero(scaled != row).tolist()
+    assert changed == [2, 3, 4, 7, 8]
 
 
 def test_no_error_makes_friction_vanish():
