@@ -370,4 +370,5 @@ def forget_offset_in_place(
         direction = work[0]
         direction[:] = 0.0
         direction[OFFSET] = 1.0
-        release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])
+        size = scale[OFFSET] / unit
+        release_in_place(information, direction, share * (size * size), work[1])

@@ -174,7 +174,7 @@ def carries_loads(estimator: EstimatorParameters, state: "EstimatorState") -> bo
     if estimator.regressors > 0:
         return True
     if state.loads.shape[0] > 0:
-        return bool(state.loads[SINE, INPUT] != 0.0 or state.loads[COSINE, INPUT] != 0.0)
+        return state.loads[SINE, INPUT] != 0.0 or state.loads[COSINE, INPUT] != 0.0  # type: ignore[no-any-return]
     return False
 
 

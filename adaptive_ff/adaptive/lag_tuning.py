@@ -258,7 +258,8 @@ def best_lag(state: TimingState, identified: float, largest: float, period: floa
     period : float
         Sampling period, s.
     """
-    prior = 1.0 / (PRIOR_DEVIATION * period) ** 2
+    deviation = PRIOR_DEVIATION * period
+    prior = 1.0 / (deviation * deviation)
     evidence = state.evidence
     # a difference, not a weighted mean of the two: without evidence the identified lag must come out bit for bit
     correction = evidence.weighted - evidence.information * identified

@@ -173,7 +173,8 @@ def learn_from_feedback_in_place(
     """Move the weights along the features of the last period, times the feedback torque (N m) that they left over."""
     size = 0.0
     for i in range(block.scale.size):
-        size += (block.scale[i] * state.active[i]) ** 2  # not zero, because of the constant
+        part = block.scale[i] * state.active[i]
+        size += part * part  # not zero, because of the constant
     share = -math.expm1(-block.rate * duration)
     for i in range(block.scale.size):
         state.weights[i] += share * block.scale[i] * block.scale[i] * state.active[i] * feedback_torque / size

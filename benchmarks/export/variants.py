@@ -6,10 +6,15 @@ from typing import Any
 
 from adaptive_ff import AdaptiveController, load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from controllers import PI
 
-SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+SIZES = {
+    "symmetric": ESTIMATED,
+    "offset": WITH_OFFSET,
+    "gravity": WITH_GRAVITY,
+    "directions": PER_DIRECTION,
+}
 SEED = 1
 
 

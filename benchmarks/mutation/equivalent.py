@@ -93,8 +93,8 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ): "a free velocity of zero sticks",
     (
         "adaptive_ff.adaptive.change_detection.forget_offset_in_place",
-        "release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[1])",
-        "release_in_place(information, direction, share * (scale[OFFSET] / unit) ** 2, work[2])",
+        "release_in_place(information, direction, share * (size * size), work[1])",
+        "release_in_place(information, direction, share * (size * size), work[2])",
     ): "any row of the scratch but the first will do",
     (
         "adaptive_ff.adaptive.estimator.predict_torque",

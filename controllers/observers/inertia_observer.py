@@ -68,4 +68,5 @@ def double_pole_gains(inertia: float, pole: float, dt: float) -> tuple[float, fl
         Time since the last sample, s.
     """
     kept = math.exp(-pole * dt)
-    return 1.0 - kept * kept, inertia * (1.0 - kept) ** 2 / dt
+    rest = 1.0 - kept
+    return 1.0 - kept * kept, inertia * (rest * rest) / dt  # a product: pow() rounds otherwise than a square does

@@ -10,7 +10,7 @@ import pytest
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.export.sample import made_up_inputs
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.scenario.scenario import load_scenario
 from controllers import PI, Inputs
 
@@ -18,7 +18,12 @@ SCENARIO = load_scenario()
 DELAYED = SCENARIO.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
 GAINS = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
-SIZES = {"symmetric": ESTIMATED, "offset": WITH_OFFSET, "directions": PER_DIRECTION}
+SIZES = {
+    "symmetric": ESTIMATED,
+    "offset": WITH_OFFSET,
+    "gravity": WITH_GRAVITY,
+    "directions": PER_DIRECTION,
+}
 
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc on this machine")
 
