@@ -6,10 +6,12 @@ import sys
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from adaptive_ff import load_scenario
+from adaptive_ff.comparison.registry import CONTROLLERS
 from benchmarks.export.driver import build, found, in_python, random_inputs, run, write_sources
 from benchmarks.export.rows import Row, skipped
 from benchmarks.export.variants import SEED, adaptive
@@ -89,7 +91,7 @@ def _object(processor: Processor) -> list[Row]:
     if not found(processor.command[0]) or (processor.command[0] == sys.executable and zig() is None):
         return [skipped(what, f"no {processor.command[0]}", "no warning")]
     with tempfile.TemporaryDirectory() as folder:
-        said = _compile(processor, Path(folder), "offset", tries_candidates=True)
+        said = _compile(processor, Path(folder), adaptive("offset", 0.0, 0.0, True))
         if said:
             return [Row(what, f"says {said[:100]!r}", "no warning", False)]
         rows = [Row(what, "compiles silently", "no warning", True), *_needs(processor, Path(folder))]
@@ -98,20 +100,21 @@ def _object(processor: Processor) -> list[Row]:
             return rows
         rows.append(Row("  size", "{} bytes of code and constants, {} of globals".format(*size)))
         if processor.name.startswith("Cortex-M7"):
-            _compile(processor, Path(folder), "offset", tries_candidates=False)
+            _compile(processor, Path(folder), adaptive("offset", 0.0, 0.0, True, tries_candidates=False))
             chosen, _ = _size(processor, Path(folder)) or size
-            _compile(processor, Path(folder), "symmetric", tries_candidates=False)
+            _compile(processor, Path(folder), CONTROLLERS["adaptive_unsupervised"](load_scenario()))
             code, data = _size(processor, Path(folder)) or size
             met = code <= LARGEST_OBJECT and data == 0
-            rows.append(Row("  of it candidates, offset", f"{size[0] - chosen}, {chosen - code} bytes"))
+            rows.append(Row("  of it candidates", f"{size[0] - chosen} bytes"))
+            rows.append(Row("  of it supervision, offset", f"{chosen - code} bytes"))
             rows.append(Row("  size without these", f"{code} bytes, {data} of globals", "20 kB, 0", met))
     return rows
 
 
-def _compile(processor: Processor, folder: Path, size: str, *, tries_candidates: bool) -> str:
+def _compile(processor: Processor, folder: Path, controller: Any) -> str:
     """Write the sources and compile them into an object; return what the compiler says."""
     single = processor.name.endswith("single")
-    write_sources(adaptive(size, 0.0, 0.0, True, tries_candidates), folder, single)
+    write_sources(controller, folder, single)
     line = [*processor.command, "-std=c99", "-Os", "-ffp-contract=off", *WARNINGS, "-c", "drive.c", "-o", "drive.o"]
     done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
     return done.stderr.strip() or ("exits with an error" if done.returncode else "")
