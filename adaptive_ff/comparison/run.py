@@ -262,8 +262,9 @@ def _finished(
     run = _recorded(name, scenario, grid, course.reference, record, metrics, names, watched)
     if scenario.position is None:
         return run
-    error = course.planned - record.position
-    found = evaluate_position(time, error, scenario.last_change)
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = course.planned - record.position
+        found = evaluate_position(time, error, scenario.last_change)
     return replace(run, position_error=error, position_metrics=found)
 
 

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff.files import write_json
+from adaptive_ff.report.drawing import write_stamped
 from benchmarks.friction.laws import LAWS, Fit, fit_all
 from benchmarks.friction.picture import draw
 from benchmarks.friction.record import DATA, read_record
@@ -46,8 +47,7 @@ def main(
     fits = fit_all(measured)
     console = Console()
     console.print(table_of(fits))
-    out.mkdir(parents=True, exist_ok=True)
-    draw(measured, fits).savefig(out / "friction_laws.png", dpi=110)
+    write_stamped({"friction_laws": draw(measured, fits)}, out, ["png"], "python -m benchmarks.friction")
     if json is not None:
         rows = {fit.law: {"fitted": fit.fitted, "tested": fit.tested, "parameters": fit.values} for fit in fits}
         write_json(json, rows)
