@@ -145,6 +145,7 @@ def row_of(name: str, found: list[Judgement]) -> dict[str, Any]:
         "pi": float(np.median([judgement.base.settled for judgement in found])),
         "settled": float(np.median(settled)),
         "settled_worst": float(np.min(settled)),
+        "settled_under": int(np.sum(settled < WORST_SETTLED)),
         "worst_window": float(np.max(windows)),
         "windows_over": int(np.sum(windows > asked.window)),
         "start": float(np.median(start)),
@@ -167,7 +168,9 @@ HEADINGS = (
     "n",
     "pi, mrad/s",
     "pi / own (least)",
+    "worse",
     "worst window",
+    "over",
     "start (worst)",
     "after change",
     "missed",
@@ -175,7 +178,11 @@ HEADINGS = (
 
 
 def table_of(rows: list[dict[str, Any]], title: str) -> Table:
-    """Return the rows as a table for a terminal; what is asked stands in brackets behind a semicolon."""
+    """Return the rows as a table for a terminal.
+
+    *worse* counts references whose settled error of PI over the controller's is below what is asked of each, *over*
+    those with a window above its limit.
+    """
     table = Table(title=title, box=SIMPLE, title_style="bold")
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading in ("situation", "missed") else "right", no_wrap=True)
@@ -186,7 +193,9 @@ def table_of(rows: list[dict[str, Any]], title: str) -> Table:
             str(row["references"]),
             f"{1e3 * row['pi']:.3g}",
             f"{row['settled']:.2f} ({row['settled_worst']:.2f}) >= {asked['settled']:g}",
+            str(row["settled_under"]),
             f"{row['worst_window']:.2f}" + _limit(asked["window"]),
+            str(row["windows_over"]),
             f"{row['start']:.2f} ({row['start_worst']:.2f})" + _limit(asked["start"]),
             "-" if row["after"] is None else f"{row['after']:.2f}" + _limit(asked["after"]),
             ", ".join(row["missed"]),
@@ -225,7 +234,7 @@ def main(
     every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix.")] = False,
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
-    references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 10,
+    references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 30,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first reference, and of the draws.")] = 1,
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise for each reference.")] = DRAWS,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,

@@ -15,6 +15,7 @@ import typer
 
 from adaptive_ff.cli.matrix import ALL, run_and_print
 from adaptive_ff.errors import InputError
+from benchmarks.tracking.cost import cost_table
 from benchmarks.tracking.targets import targets_table
 from benchmarks.wide import wide_console
 
@@ -33,9 +34,9 @@ def main(
     except InputError as error:
         print(f"benchmarks.tracking: {error}", file=sys.stderr)
         raise typer.Exit(2) from error
-    targets = targets_table(results)
-    if targets is not None:
-        wide_console().print(targets)
+    for table in (targets_table(results), cost_table(results)):
+        if table is not None:
+            wide_console().print(table)
 
 
 if __name__ == "__main__":

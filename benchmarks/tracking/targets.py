@@ -60,6 +60,8 @@ class Target:
         if not runs or None in tops or None in bottoms:
             return None
         if self.reachable > 0.0:
+            if not all(self.figure in found.get(name, {}) for found in runs for name in (BASELINE, TRUTH)):
+                return None
             gains = [found[BASELINE][self.figure] / found[TRUTH][self.figure] for found in runs]
             if np.median(gains) < self.reachable:
                 return None

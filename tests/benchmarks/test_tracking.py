@@ -29,6 +29,7 @@ from adaptive_ff.comparison.matrix.summary import KNOWS_THE_TRUTH, best_rival, c
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.tracking import __main__ as command
+from benchmarks.tracking.cost import WITHOUT, cost_table, costs
 from benchmarks.tracking.targets import SETTLED, TARGETS, targets_table
 from controllers import fastest_bandwidth
 
@@ -329,3 +330,30 @@ def test_runs_go_to_a_dask_cluster_by_its_executor(short, tmp_path):
     ):
         found = run_matrix(jobs, ["pi", "oracle"], tmp_path / "cluster", executor=client.get_executor())
     assert found == run_matrix(jobs, ["pi", "oracle"], tmp_path / "here", executor=Here())
+
+
+def of_supervision(scenario, settled, variation):
+    """Results of two seeds on a scenario whose ratios have these values."""
+    without = {"rms_error_settled": 2.0, "torque_variation": 10.0}
+    own = {"rms_error_settled": 2.0 * settled, "torque_variation": 10.0 * variation}
+    return {Job(scenario, seed, False): {"adaptive": own, WITHOUT: without} for seed in (1, 2)}
+
+
+def test_cost_of_supervision_names_the_scenarios_beyond_a_limit():
+    results = {
+        **of_supervision("paper_100hz", 1.0, 1.01),
+        **of_supervision("encoder", 1.04, 1.0),
+        **of_supervision("steep_5", 0.7, 1.2),
+    }
+    assert list(costs(results)) == ["encoder", "paper_100hz", "steep_5"]
+    assert costs(results)["steep_5"] == pytest.approx({"rms_error_settled": 0.7, "torque_variation": 1.2})
+    table = cost_table(results)
+    assert "2 of 3 scenarios beyond a limit, 2 no worse" in str(table.title)
+    assert list(table.columns[0].cells) == ["encoder", "steep_5"]
+    assert cost_table({Job("encoder", 1, False): {"adaptive": {"rms_error_settled": 1.0}}}) is None
+
+
+def test_targets_that_need_the_oracle_are_left_out_without_it():
+    figures = {"rms_error_settled": 1.0}
+    results = {Job("encoder", 1, False): {"pi": figures, "adaptive": figures}}
+    assert targets_table(results) is None
