@@ -62,7 +62,11 @@ class Asked(NamedTuple):
 
 
 MAPS = {row.key: row for row in map_rows()}
-"""Joints on which ``adaptive`` has a map of friction over position or load, by name."""
+MAPS |= {
+    "no_map_short": MAPS["map_short_period"]._replace(periods=()),
+    "no_map_long": MAPS["map_long_period"]._replace(periods=()),
+}
+"""Joints on which ``adaptive`` has a map of friction over position or load, by name, and two of them without."""
 
 SITUATIONS: dict[str, Asked] = {
     "paper_100hz": Asked(start=0.36),
@@ -90,7 +94,8 @@ SITUATIONS: dict[str, Asked] = {
     "high_stiction_vs_fourfold": Asked(settled=3.5),
     "delay": Asked(start=0.25),
     "elastic": Asked(start=0.25),
-    **{name: Asked(settled=max(1.0, row.asked)) for name, row in MAPS.items()},
+    **dict.fromkeys(MAPS, Asked()),
+    "map_friction_drops_hats_25": Asked(after=0.28),
 }
 """Situations by name of their scenario, or of ``MAPS``; other scenarios are asked for nothing but to be never worse."""
 

@@ -36,6 +36,12 @@ if TYPE_CHECKING:
 KNOTS = (1, 4, 8, 16, 24, 32)
 """Numbers of knots that are compared."""
 
+MAPPED_KNOTS = (1, 4, 8)
+"""The same beside a map of friction over position."""
+
+FEWEST_HATS = 4
+"""Hats below which no fewer are tried."""
+
 BLOCKS = 5
 """Blocks of the training record; simulations of the training are as long as one."""
 
@@ -171,8 +177,9 @@ def score_log(
     position_periods : sequence of float, optional
         Known periods, rad (m), over which friction may vary with position.
     position_hats : int, optional
-        Number of hats, evenly over the positions of the training, of a map of friction over position. Periods and hats
-        are used where the blocks that were held out are simulated better with them.
+        Largest number of hats, evenly over the positions of the training, of a map of friction over position; half
+        as many, and again, down to ``FEWEST_HATS``, are tried as well. Periods and hats are used where the blocks that
+        were held out are simulated better with them.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
 
@@ -183,15 +190,13 @@ def score_log(
     """
     check_asked(MapAsked(tuple(position_periods), position_hats), train)
     records = [_record(log, linear=linear) for log in (train, test)]
-    ends = float(np.min(records[0].position)), float(np.max(records[0].position))
-    asked = map_parameters(position_periods, position_hats, ends if position_hats else None, 0.0, 1.0)
     found = identify_log(train, held_out=0.0, linear=linear, model="offset")
     start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
     offset = found.selection.chosen.values.get("offset", 0.0)
     choices, models = [], {}
     length = records[0].position.size // BLOCKS
-    maps = [NO_MAP] if asked is NO_MAP else [NO_MAP, asked]
-    structures = list(product(KNOTS, (False, True), maps))
+    structures = [*product(KNOTS, (False, True), [NO_MAP])]
+    structures += product(MAPPED_KNOTS, (False, True), _maps(position_periods, position_hats, records[0]))
     for place, (knots, by_direction, variation) in enumerate(structures):
         mapped = coefficient_count(variation)
         values = np.concatenate([start, np.full(knots, offset), np.zeros(mapped)])
@@ -210,6 +215,17 @@ def score_log(
     chosen = choose_structure(choices)
     model = models[chosen.knots, chosen.by_direction, chosen.mapped]
     return _judge(train, test, model, choices, records, linear=linear)
+
+
+def _maps(periods: Sequence[float], hats: int, record: Record) -> list[MapParameters]:
+    """Return the maps of friction over position that are compared: with all periods, and each number of hats."""
+    if not hats:
+        return [map_parameters(periods, 0, None, 0.0, 1.0)] if periods else []
+    ends = float(np.min(record.position)), float(np.max(record.position))
+    numbers = [hats]
+    while numbers[-1] // 2 >= FEWEST_HATS:
+        numbers.append(numbers[-1] // 2)
+    return [map_parameters(periods, number, ends, 0.0, 1.0) for number in numbers]
 
 
 def _judge(
