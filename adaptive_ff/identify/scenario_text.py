@@ -72,7 +72,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
     period = float(f"{found.period:.4g}")
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    left = [name for name in LEFT_OUT if _identifiable(found, name)]
+    left = [name for name in LEFT_OUT if _identifiable(found, name)] + _unmapped(found)
     head = [
         f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
         "Linear axes: read m, N and kg for rad, N m and kg m^2.",
@@ -152,6 +152,19 @@ def _mapped(found: LogIdentification) -> dict[str, Any]:
         made["position_hats"] = learnt.hats
         made["position_range"] = [_rounded(end - found.reference.start) for end in learnt.range]
     return made
+
+
+def _unmapped(found: LogIdentification) -> list[str]:
+    """Return what of a map the simulated joint has not."""
+    learnt = found.position_map
+    if learnt is None:
+        return []
+    parts = {
+        "force over position": learnt.force is not None,
+        "hats of friction over position": learnt.hats > 0,
+        "friction over load": learnt.load_share is not None,
+    }
+    return [name for name, there in parts.items() if there]
 
 
 def _variation(found: LogIdentification) -> dict[str, Any]:

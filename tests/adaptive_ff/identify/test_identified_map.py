@@ -13,6 +13,7 @@ from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.map_columns import LOAD
+from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.logs.log import KNOWN, Log
 
 AMPLITUDE, PHASE = 0.3, 0.3
@@ -90,6 +91,7 @@ def test_hats_are_those_of_the_controller():
 def test_a_force_over_position_is_told_apart_from_friction():
     found = identify_log(mapped_log(amplitude=0.0, force=1.0), position_periods=(0.4,), held_out=0.0)
     assert found.position_map.friction is None
+    assert "left out of the log: offset and force over position." in scenario_text(found, "reference.csv")
     assert np.max(found.position_map.force.value) == pytest.approx(1.0, abs=0.05)
     assert {FORCE_OVER + "cosine_1", FORCE_OVER + "sine_1"} <= {*found.selection.chosen.terms}
     assert any(sentence.startswith("A force depends on position") for sentence in found.verdict)
