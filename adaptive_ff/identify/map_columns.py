@@ -34,8 +34,8 @@ from adaptive_ff.logs.log import KNOWN, Log
 LOAD = FRICTION_OVER + "load"
 """Term of friction that rises with the known torque."""
 
-MOST_HATS = 60
-"""Most hats: the products of all columns take memory with their square."""
+MOST_HATS = 40
+"""Most hats: the products of all columns take time and memory with their square; 40 some half a minute."""
 
 
 class MapAsked(NamedTuple):

@@ -60,7 +60,10 @@ def select_map(
         There is no friction that could depend on anything.
     """
     if selection.chosen.values["coulomb"] <= 0.0:
-        raise InputError(f"{prepared.log.name}: a map takes friction, and Coulomb friction comes out negative")
+        raise InputError(
+            f"{prepared.log.name}: a map takes friction, and Coulomb friction comes out negative without one; identify "
+            "the log without a map, or one on which the joint moves both ways"
+        )
     basis = map_basis(asked, prepared, pieces)
     plain = [model.terms for model in selection.validated]
     for _ in range(PASSES):
