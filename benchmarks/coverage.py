@@ -1,10 +1,11 @@
-"""How honest the intervals of ``identify`` are: ``python -m benchmarks.coverage [--logs N] [--json FILE]``.
+"""How honest the intervals of ``identify`` are: ``python -m benchmarks.coverage [--logs N] [--position-hats 9]``.
 
 Logs are made of joints that are known: multisine motion, friction with a lag of 0 to 50 ms, coloured noise of the
 torque, a quantised position, gravity in half of them, viscous friction that saturates in a third (in four shapes, of
 which the identified models have three), 10 to 60 s. For
 inertia, Coulomb friction and viscous coefficient it is counted how often the stated 95 % interval holds the truth, how
-wide it is, and how many logs are refused or flagged as confounded. Log N is the same in every run.
+wide it is, and how many logs are refused or flagged as confounded. Log N is the same in every run. Friction does not
+depend on position in any: where a map is asked for, it is counted how often one is chosen.
 """
 
 from pathlib import Path
@@ -133,14 +134,15 @@ def _noise(generator: np.random.Generator, size: int, period: float) -> Array:
     return noise
 
 
-def examine(case: Case) -> dict[str, Any]:
-    """Identify a log, and compare the intervals with the truth."""
+def examine(case: Case, **asked: Any) -> dict[str, Any]:
+    """Identify a log, with a map where it is asked for, and compare the intervals with the truth."""
     result: dict[str, Any] = {"log": case.log.name, "duration": case.duration, "enough": case.enough, "refused": None}
     try:
-        found = identify_log(case.log, held_out=0.0)
+        found = identify_log(case.log, held_out=0.0, **asked)
     except InputError as error:
         return {**result, "refused": str(error)}
     result["terms"] = list(found.selection.chosen.terms)
+    result["map"] = found.position_map is not None
     result["bandwidth"] = found.bandwidth
     for name in NAMES:
         reported = found.parameters[name]
@@ -160,12 +162,20 @@ def examine(case: Case) -> dict[str, Any]:
 def main(
     logs: Annotated[int, typer.Option(min=1, help="Number of logs.")] = 500,
     first: Annotated[int, typer.Option(min=0, help="Seed of the first log.")] = FIRST_SEED,
+    position_period: Annotated[
+        list[float] | None, typer.Option(help="Period that a map is asked for with, rad.")
+    ] = None,
+    position_hats: Annotated[int, typer.Option(help="Hats that a map is asked for with.")] = 0,
     json: Annotated[Path | None, typer.Option(help="Write all results there.")] = None,
 ) -> None:
     """Print coverage and width of the stated intervals."""
-    results = [examine(make_case(seed)) for seed in range(first, first + logs)]
+    asked = {"position_periods": tuple(position_period or ()), "position_hats": position_hats}
+    results = [examine(make_case(seed), **asked) for seed in range(first, first + logs)]
     console = Console()
     console.print(coverage_table(results))
+    if any(asked.values()):
+        maps = sum(result["refused"] is None and result["map"] for result in results)
+        console.print(f"A map is chosen in {maps} of {logs} logs, none of which has one.")
     if json is not None:
         write_json(json, {"logs": results})
 

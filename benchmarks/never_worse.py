@@ -26,6 +26,8 @@ from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
 from adaptive_ff.files import write_json
+from benchmarks.position_map import rows as map_rows
+from benchmarks.position_map import told
 from benchmarks.wide import wide_console
 
 WINDOW_LIMIT = 1.2
@@ -59,6 +61,13 @@ class Asked(NamedTuple):
     after: float = np.inf
 
 
+MAPS = {row.key: row for row in map_rows()}
+MAPS |= {
+    "no_map_short": MAPS["map_short_period"]._replace(periods=()),
+    "no_map_long": MAPS["map_long_period"]._replace(periods=()),
+}
+"""Joints on which ``adaptive`` has a map of friction over position or load, by name, and two of them without."""
+
 SITUATIONS: dict[str, Asked] = {
     "paper_100hz": Asked(start=0.36),
     "noisy_1khz": Asked(start=0.15),
@@ -85,8 +94,10 @@ SITUATIONS: dict[str, Asked] = {
     "high_stiction_vs_fourfold": Asked(settled=3.5),
     "delay": Asked(start=0.25),
     "elastic": Asked(start=0.25),
+    **dict.fromkeys(MAPS, Asked()),
+    "map_friction_drops_hats_25": Asked(after=0.28),
 }
-"""Situations by name of their scenario; other scenarios are asked for nothing but to be never worse."""
+"""Situations by name of their scenario, or of ``MAPS``; other scenarios are asked for nothing but to be never worse."""
 
 
 class Case(NamedTuple):
@@ -108,10 +119,14 @@ class Case(NamedTuple):
 
 
 def named_cases(names: Iterable[str], first: int, references: int) -> list[Case]:
-    """Return the references of named scenarios."""
-    loaded = {name: load_scenario(SCENARIOS / f"{name}.toml") for name in names}
+    """Return the references of named scenarios, and of ``MAPS``."""
     seeds = range(first, first + references)
-    return [Case(name, seed, scenario.modified(seed=seed)) for name, scenario in loaded.items() for seed in seeds]
+    return [Case(name, seed, named_scenario(name, seed)) for name in names for seed in seeds]
+
+
+def named_scenario(name: str, seed: int) -> Scenario:
+    """Return a scenario of the matrix, or of ``MAPS``, with a seed."""
+    return told(MAPS[name], seed) if name in MAPS else load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
 
 
 def drawn_cases(joints: int, seed: int) -> list[Case]:
@@ -230,8 +245,10 @@ def rows_of(
 
 
 def main(
-    scenario: Annotated[list[str] | None, typer.Option(help="Scenario of the matrix; may be repeated.")] = None,
-    every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix.")] = False,
+    scenario: Annotated[
+        list[str] | None, typer.Option(help="Scenario of the matrix, or a row with a map; may be repeated.")
+    ] = None,
+    every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix, and all maps.")] = False,
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
     references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 30,
@@ -241,7 +258,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    known = scenario_names()
+    known = [*scenario_names(), *MAPS]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:
             if name not in allowed:

@@ -25,8 +25,8 @@ class Row(NamedTuple):
 
     Attributes
     ----------
-    name : str
-        What varies.
+    key, name : str
+        Short name, and what varies.
     scenario : Scenario
         What is run.
     periods : tuple of float
@@ -39,6 +39,7 @@ class Row(NamedTuple):
         Least settled error of PI over the controller's that is asked for; zero where none is.
     """
 
+    key: str
     name: str
     scenario: Scenario
     periods: tuple[float, ...] = ()
@@ -56,20 +57,22 @@ def rows() -> list[Row]:
         return plain.modified(variation={"position_amplitude": 0.3, "position_period": period})
 
     short, long = over(0.3), over(2.0)
+    gravity, drop = plain.modified(joint={"gravity": 40.0}), load_scenario(SCENARIOS / "friction_drops.toml")
     loaded = plain.modified(joint={"gravity": 100.0}, adaptation={"identify": "gravity"})
+    shared = loaded.modified(variation={"load_share": 0.005})
     return [
-        Row("30 % over 0.3 rad, period known", short, (0.3,), asked=6.5),
-        Row("30 % over 0.3 rad, hats of 0.06 rad", short, spacing=0.06, asked=4.4),
-        Row("30 % over 2 rad, period known", long, (2.0,)),
-        Row("30 % over 2 rad, 13 hats", long, hats=13),
-        Row("30 % over 2 rad, 25 hats", long, hats=25, asked=6.3),
-        Row("no variation, period of 0.3 rad", plain, (0.3,)),
-        Row("no variation, 25 hats", plain, hats=25),
-        Row("no variation, hats of 0.06 rad", plain, spacing=0.06),
-        Row("gravity 40 sin q not modelled, 25 hats", plain.modified(joint={"gravity": 40.0}), hats=25),
-        Row("friction drops by 40 %, 25 hats", load_scenario(SCENARIOS / "friction_drops.toml"), hats=25),
-        Row("0.5 % per N m of gravity 100 sin q", loaded.modified(variation={"load_share": 0.005}), load=True),
-        Row("gravity 100 sin q, no share", loaded, load=True),
+        Row("map_short_period", "30 % over 0.3 rad, period known", short, (0.3,), asked=6.5),
+        Row("map_short_hats", "30 % over 0.3 rad, hats of 0.06 rad", short, spacing=0.06, asked=4.4),
+        Row("map_long_period", "30 % over 2 rad, period known", long, (2.0,)),
+        Row("map_long_hats_13", "30 % over 2 rad, 13 hats", long, hats=13),
+        Row("map_long_hats_25", "30 % over 2 rad, 25 hats", long, hats=25, asked=6.3),
+        Row("map_no_need_period", "no variation, period of 0.3 rad", plain, (0.3,)),
+        Row("map_no_need_hats_25", "no variation, 25 hats", plain, hats=25),
+        Row("map_no_need_hats", "no variation, hats of 0.06 rad", plain, spacing=0.06),
+        Row("map_gravity_40_hats_25", "gravity 40 sin q not modelled, 25 hats", gravity, hats=25),
+        Row("map_friction_drops_hats_25", "friction drops by 40 %, 25 hats", drop, hats=25),
+        Row("map_load", "0.5 % per N m of gravity 100 sin q", shared, load=True),
+        Row("map_no_need_load", "gravity 100 sin q, no share", loaded, load=True),
     ]
 
 

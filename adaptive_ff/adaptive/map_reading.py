@@ -1,6 +1,7 @@
 """What a controller has learnt of friction over position and load, for people and pictures."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +53,25 @@ def read_map(parameters: MapParameters, state: MapState) -> LearntMap | None:
     rise = state.share * float(state.coefficients[0]) / parameters.load if parameters.load > 0.0 else 0.0
     unloaded = max(1.0 - rise * state.load, LEAST_UNLOADED)
     return LearntMap(positions, factor / mean, float(state.share), periods, rise / unloaded)
+
+
+def position_sentence(
+    position: NDArray[np.float64], factor: NDArray[np.float64], periods: Sequence[float], unit: str = "rad"
+) -> str:
+    """Return where friction over its mean rises and falls, and by how much."""
+    high, low = int(np.argmax(factor)), int(np.argmin(factor))
+    rise, fall = 100.0 * (factor[high] - 1.0), 100.0 * (1.0 - factor[low])
+    repeats = f", and repeats every {periods[0]:.3g} {unit}" if len(periods) == 1 else ""
+    return (
+        f"Friction depends on position: it rises by {rise:.0f} % at {position[high]:.3g} {unit} and falls by "
+        f"{fall:.0f} % at {position[low]:.3g} {unit}{repeats}."
+    )
+
+
+def load_sentence(share: float, unit: str = "N m") -> str:
+    """Return by how much friction rises with the known torque."""
+    change = "rises" if share > 0.0 else "falls"
+    return f"Friction {change} by {100.0 * abs(share):.2g} % for each {unit} of known torque."
 
 
 def _positions(parameters: MapParameters, state: MapState) -> NDArray[np.float64]:

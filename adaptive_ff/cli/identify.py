@@ -11,17 +11,22 @@ from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_current, r
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
+    GearRatio,
     JsonCopy,
     KnownTorque,
     Linear,
+    LoadFriction,
     LogFile,
     Period,
     Position,
+    PositionHats,
+    PositionPeriod,
     Report,
     Scale,
     Time,
     Torque,
     Velocity,
+    known_periods,
     picture_formats,
 )
 from adaptive_ff.cli.places import places
@@ -68,6 +73,10 @@ def identify_command(
             "gravity-directions; auto takes the one that says best what it has not seen."
         ),
     ] = "auto",
+    position_period: PositionPeriod = None,
+    gear_ratio: GearRatio = None,
+    position_hats: PositionHats = 0,
+    load_friction: LoadFriction = False,
     linear: Linear = False,
     out: Annotated[Path, typer.Option(help="Folder for plots, identification.json and a scenario.")] = OUT,
     json: JsonCopy = None,
@@ -99,6 +108,9 @@ def identify_command(
             linear=linear,
             is_current=torque_constant is None and is_current(columns["torque"]) and not scales,
             model=model,
+            position_periods=known_periods(position_period, gear_ratio),
+            position_hats=position_hats,
+            load_friction=load_friction,
         )
         refused = _write_scenario(found, stage)
         figures, shown = found.plot(None), _shown(found, columns, refused)
@@ -133,10 +145,11 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
 
 
 def _shown(found: "LogIdentification", columns: dict[str, str], refused: str | None) -> "list[Table | str]":
-    from adaptive_ff.report.parameter_tables import parameters_table
+    from adaptive_ff.report.parameter_tables import map_table, parameters_table
 
     unwritten = [] if refused is None else [f"No scenario is written: {refused}"]
-    return [parameters_table(found), columns_taken(columns), *found.verdict, *unwritten]
+    tables = [table for table in (parameters_table(found), map_table(found)) if table is not None]
+    return [*tables, columns_taken(columns), *found.verdict, *unwritten]
 
 
 def _print(found: "LogIdentification", shown: "list[Table | str]", out: Path, refused: str | None) -> None:

@@ -1,5 +1,6 @@
 """Arguments and options that several commands share."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -63,6 +64,37 @@ Torque = Annotated[str | None, typer.Option(help="Column of the drive's torque, 
 KnownTorque = Annotated[
     str | None, typer.Option(help="Column of a torque that is known (gravity, coupling), N m; it is subtracted.")
 ]
+PositionPeriod = Annotated[
+    list[float] | None,
+    typer.Option(help="Known period of friction, or of a force, over position, rad (m). May be given several times."),
+]
+GearRatio = Annotated[
+    float | None,
+    typer.Option(help="Turns of the motor in one of the joint: a turn of the motor is then a known period, too."),
+]
+PositionHats = Annotated[
+    int, typer.Option(help="Hats, 2 or more, of a map over the positions of the log, where no period is known.")
+]
+LoadFriction = Annotated[
+    bool, typer.Option("--load-friction", help="Friction may rise with the torque of --known-torque.")
+]
+
+
+def known_periods(periods: list[float] | None, gear_ratio: float | None) -> tuple[float, ...]:
+    """Return the periods that are given, and that of a turn of the motor.
+
+    Raises
+    ------
+    InputError
+        The gear ratio is no positive number.
+    """
+    if gear_ratio is None:
+        return tuple(periods or ())
+    if not (math.isfinite(gear_ratio) and gear_ratio > 0.0):
+        raise InputError(f"--gear-ratio = {gear_ratio:g} is not allowed: it must be positive")
+    return (*(periods or ()), 2.0 * math.pi / gear_ratio)
+
+
 Scale = Annotated[
     list[str] | None, typer.Option(help="NAME=FACTOR for a column in other units, such as q=pi/180 or u=-1/48.")
 ]

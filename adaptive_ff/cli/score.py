@@ -9,16 +9,20 @@ from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
+    GearRatio,
     JsonCopy,
     KnownTorque,
     Linear,
     LogFile,
     Period,
     Position,
+    PositionHats,
+    PositionPeriod,
     Report,
     Scale,
     Time,
     Torque,
+    known_periods,
     picture_formats,
 )
 from adaptive_ff.cli.places import places
@@ -37,6 +41,9 @@ def score_command(
     torque: Torque = None,
     known_torque: KnownTorque = None,
     scale: Scale = None,
+    position_period: PositionPeriod = None,
+    gear_ratio: GearRatio = None,
+    position_hats: PositionHats = 0,
     linear: Linear = False,
     out: Annotated[Path, typer.Option(help="Folder for score.json and score.png.")] = OUT,
     json: JsonCopy = None,
@@ -60,7 +67,13 @@ def score_command(
         announce_compilation(errors, follow)
         with progress_bars(errors) as progress:
             task = progress.add_task("score", total=1.0)
-            score = score_log(*logs, linear=linear, progress=lambda share: progress.update(task, completed=share))
+            score = score_log(
+                *logs,
+                linear=linear,
+                position_periods=known_periods(position_period, gear_ratio),
+                position_hats=position_hats,
+                progress=lambda share: progress.update(task, completed=share),
+            )
         figures, shown = score.plot(None), _sentences(score, columns, train, test, linear)
         write_figures(figures, stage, drawn)
         if report:
@@ -76,9 +89,10 @@ def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path,
     unit = "mm" if linear else "mrad"
     best = score.chosen
     sides = "by direction" if best.by_direction else "the same both ways"
+    mapped = f", friction over position ({best.mapped} coefficients)" if best.mapped else ""
     return [
         columns_taken(columns),
-        f"Chosen on {train}: {best.knots} knots of force over position, viscous friction {sides}.",
+        f"Chosen on {train}: {best.knots} knots of force over position, viscous friction {sides}{mapped}.",
         f"Open loop on {test}: {1e3 * score.rms:.3g} {unit} rms, fit {score.fit:.4g} %; in windows of 1 s "
         f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}.",
     ]

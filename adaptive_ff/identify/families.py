@@ -28,10 +28,18 @@ FAMILIES = {
 """Terms beside the base and beside lag, stiction and saturation, by the name that a user gives; the first
 one, that of most published parameters, has none of these either."""
 
+FRICTION_OVER, FORCE_OVER = "friction_over_", "force_over_"
+"""How terms of a map begin: friction over position or load, and a force over position."""
+
 AUTO = "auto"
 """Name of the choice among all families."""
 
 Terms = tuple[str, ...]
+
+
+def is_mapped(term: str) -> bool:
+    """Tell whether a term is one of a map."""
+    return term.startswith((FRICTION_OVER, FORCE_OVER))
 
 
 def family_of(terms: Terms) -> Terms:

@@ -8,7 +8,7 @@ of a piece, where filters and differences know only one side, rows are dropped. 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import NamedTuple
 
@@ -95,6 +95,8 @@ class Conditioned(NamedTuple):
     between : dict of ndarray, shape (n,) or (k, n)
         Of ``coulomb`` (the direction) and of the bent columns, what they are at the samples beyond their mean around
         them, filtered; see :mod:`adaptive_ff.identify.sampled_lag`.
+    mapped : dict of ndarray, shape (n,)
+        Friction and forces over position and load, by term; see :mod:`adaptive_ff.identify.map_columns`.
     """
 
     time: Array
@@ -112,6 +114,7 @@ class Conditioned(NamedTuple):
     period: float
     sample_time: float
     between: dict[str, Array]
+    mapped: Mapping[str, Array] = {}
 
 
 def shortest_piece(bandwidth: float, period: float) -> int:
@@ -186,9 +189,7 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
     is_position = log.position is not None
     corners = (rest.corner, bandwidth)
     fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
-    every = max(1, math.floor(1.0 / (ROWS_PER_CYCLE * bandwidth * period)))
-    edge = math.ceil(EDGE / (bandwidth * period)) + REACH
-    kept = slice(edge, time.size - edge, every)
+    kept = kept_rows(time.size, bandwidth, period)
 
     def filtered(values: Array) -> Array:
         return lowpass(values, corners, period)[kept]
@@ -213,10 +214,16 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         lowpass(torque, corners[:1], period)[kept],
         ~_widened(resting, reach)[kept],
         ~_widened(~resting, reach)[kept],
-        every * period,
+        kept.step * period,
         period,
         _between_samples(fast, rest, period, filtered),
     )
+
+
+def kept_rows(size: int, bandwidth: float, period: float) -> slice:
+    """Return which samples of a piece become rows: not those at its ends, and as many as the band needs."""
+    edge = math.ceil(EDGE / (bandwidth * period)) + REACH
+    return slice(edge, size - edge, max(1, math.floor(1.0 / (ROWS_PER_CYCLE * bandwidth * period))))
 
 
 def bent_friction(term: str, velocity: Array, bend: float) -> Array:
@@ -230,14 +237,22 @@ def bent_friction(term: str, velocity: Array, bend: float) -> Array:
     return np.asarray(np.sign(relative) * (share if term == STICTION else 1.0 - share))
 
 
-def _between_samples(fast: Array, rest: Rest, period: float, filtered: Callable[[Array], Array]) -> dict[str, Array]:
-    """Return what columns that jump are at the samples beyond their mean around them; nothing of a fast log."""
+def velocity_between(fast: Array, period: float) -> Array | None:
+    """Return velocities around each sample, shape (n, times); None for a fast log, which does without."""
     times = math.ceil(FINE * period - 1e-9)
     if times <= 1:
-        return {}
+        return None
     place = np.arange(fast.size)
     offsets = (np.arange(times) + 0.5) / times - 0.5
-    fine = make_interp_spline(place, fast, k=3)((place[:, np.newaxis] + offsets).ravel()).reshape(fast.size, times)
+    fine: Array = make_interp_spline(place, fast, k=3)((place[:, np.newaxis] + offsets).ravel())
+    return fine.reshape(fast.size, times)
+
+
+def _between_samples(fast: Array, rest: Rest, period: float, filtered: Callable[[Array], Array]) -> dict[str, Array]:
+    """Return what columns that jump are at the samples beyond their mean around them; nothing of a fast log."""
+    fine = velocity_between(fast, period)
+    if fine is None:
+        return {}
 
     def beyond(shape: Callable[[Array], Array]) -> Array:
         return filtered(shape(fast) - np.mean(shape(fine), axis=1))

@@ -7,14 +7,15 @@ get a covariance that knows of correlated residuals (Newey and West, see
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
-from adaptive_ff.identify.regressors import BENT, LINEAR, Problem, design, measured_torque
+from adaptive_ff.identify.families import LAG
+from adaptive_ff.identify.regressors import BENT, Problem, design, measured_torque
 from adaptive_ff.logs.derivatives import Array
 
 SEARCHED = {"friction_lag": "friction_lag", **BENT}
@@ -67,7 +68,7 @@ class Fitted(NamedTuple):
     @property
     def linear(self) -> list[str]:
         """The linear terms."""
-        return [term for term in self.terms if term in LINEAR]
+        return linear_terms(self.terms)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -95,6 +96,11 @@ class Fitted(NamedTuple):
             return Estimate(value, value * found.standard_error, *(float(np.exp(end)) for end in found[2:]))
 
 
+def linear_terms(terms: Sequence[str]) -> list[str]:
+    """Return the terms that are columns: all but the lag."""
+    return [term for term in terms if term != LAG]
+
+
 def fit_terms(
     problem: Problem, terms: tuple[str, ...], confidence: float, *, start: Mapping[str, float] | None = None
 ) -> Fitted:
@@ -105,7 +111,7 @@ def fit_terms(
     problem : Problem
         The rows.
     terms : tuple of str
-        Some of ``LINEAR``, and ``friction_lag``.
+        Linear terms, and ``friction_lag``.
     confidence : float
         Probability that the intervals are meant to have.
     start : mapping of float, optional
@@ -122,7 +128,7 @@ def fit_terms(
         The rows do not determine the terms separately.
     """
     target = measured_torque(problem)
-    linear = [term for term in terms if term in LINEAR]
+    linear = linear_terms(terms)
     names = [SEARCHED[term] for term in terms if term in SEARCHED]
     point = _search(problem, linear, names, target, start or {})
     matrix = design(problem, linear, _searched(names, point))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.filtering import Conditioned
 from adaptive_ff.identify.regressors import (
     BENT,
@@ -103,17 +104,21 @@ def make_grid(problem: Problem) -> Grid:
     """Sum the products of all columns that a log has."""
     with_position = all(piece.sine is not None for piece in problem.pieces)
     direct = [term for term in DIRECT if with_position or not term.startswith("gravity")]
+    mapped = list(problem.pieces[0].mapped)
+    direct += [term for term in mapped if term.startswith(FORCE_OVER)]
+    straight = [*FRICTION, *(term for term in mapped if not term.startswith(FORCE_OVER))]
     count = max(1, math.ceil(1.0 / LAG_STEP))
     lags = problem.longest_lag * np.arange(-count, count + 1) / count
     fixed, lagging, target = [], [], []
     for piece in problem.pieces:
         fixed.append(np.column_stack([direct_column(piece, term) for term in direct])[piece.slides])
-        friction = np.array([friction_column(piece, problem.speeds, term, {}) for term in FRICTION])
-        lagging.append(_lagging(piece, np.vstack([friction, *(piece.bent[term][:: EVERY[term]] for term in BENT)])))
+        friction = np.array([friction_column(piece, problem.speeds, term, {}) for term in straight])
+        bent = [piece.bent[term][:: EVERY[term]] for term in BENT]
+        lagging.append(_lagging(piece, straight, np.vstack([friction, *bent])))
         target.append(piece_torque(piece, problem.torque_delay)[piece.slides])
     speeds = {term: problem.speeds[term][:: EVERY[term]] for term in BENT}
     columns = [f"{term} {place}" for term in BENT for place in range(speeds[term].size)]
-    names = (*direct, *FRICTION, *columns, "torque")
+    names = (*direct, *straight, *columns, "torque")
     rows = sum(part.size for part in target)
     edges = np.linspace(0, rows, BLOCKS + 1).round().astype(int)
     products = np.empty((BLOCKS, lags.size, len(names), len(names)))
@@ -208,12 +213,13 @@ class Lagging(NamedTuple):
     between: Array
 
 
-def _lagging(piece: Conditioned, columns: Array) -> Lagging:
-    """Return columns, of the terms of ``FRICTION`` and of each speed of the bent ones, to be lagged."""
+def _lagging(piece: Conditioned, straight: Sequence[str], columns: Array) -> Lagging:
+    """Return columns, of the straight terms of friction and of each speed of the bent ones, to be lagged."""
     between = np.zeros_like(columns)
     if piece.between:
-        between[FRICTION.index("coulomb")] = piece.between["coulomb"]
-        between[len(FRICTION) :] = np.vstack([piece.between[term][:: EVERY[term]] for term in BENT])
+        for place, term in enumerate(straight):
+            between[place] = piece.between.get(term, 0.0)
+        between[len(straight) :] = np.vstack([piece.between[term][:: EVERY[term]] for term in BENT])
     return Lagging(_spectrum(columns - between), between)
 
 

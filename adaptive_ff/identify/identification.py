@@ -1,6 +1,7 @@
 """Identification of a joint from a log: the steps from the samples to the result."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,6 +14,9 @@ from adaptive_ff.identify.constant_speed import friction_curve
 from adaptive_ff.identify.families import AUTO
 from adaptive_ff.identify.filtering import condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
+from adaptive_ff.identify.identified_map import identified_map
+from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, with_map
+from adaptive_ff.identify.map_selection import select_map
 from adaptive_ff.identify.prediction import predict, torque_error
 from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
 from adaptive_ff.identify.recorded_reference import reference_of
@@ -51,6 +55,9 @@ def identify_log(
     linear: bool = False,
     is_current: bool = False,
     model: str = AUTO,
+    position_periods: Sequence[float] = (),
+    position_hats: int = 0,
+    load_friction: bool = False,
     confidence: float = 0.95,
 ) -> LogIdentification:
     """Identify a joint from a log.
@@ -80,6 +87,13 @@ def identify_log(
     model : str, optional
         Family of models: a key of :data:`adaptive_ff.identify.families.FAMILIES`; by default the one that says best
         what it has not seen. Lag, stiction and viscous friction that saturates are chosen within each.
+    position_periods : sequence of float, optional
+        Known periods, rad (m), over which friction, or a force, may vary with position.
+    position_hats : int, optional
+        Number of hats, evenly over the positions of the log, of a map of friction, or of a force, without a known
+        period; 2 or more.
+    load_friction : bool, optional
+        Whether friction may rise with the known torque of the log. These three are used where they validate better.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.
 
@@ -95,21 +109,32 @@ def identify_log(
         The log does not determine a joint, or an argument is out of range.
     """
     _check_arguments(held_out, torque_delay, confidence)
+    asked = MapAsked(tuple(position_periods), position_hats, load_friction)
+    check_asked(asked, log)
     prepared = prepare(log, bandwidth, linear=linear)
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
     problem = _problem(prepared, fitting, torque_delay)
     selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
-    if validation is None:
-        held, name = _problem(prepared, holding, torque_delay), "the end of the log"
-    else:
-        other = prepare(validation, prepared.bandwidth, linear=linear)
-        held, name = _problem(other._replace(rest=prepared.rest), other.pieces, torque_delay), validation.name
+    basis: MapBasis | None = None
+    if asked != MapAsked():
+        problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
+    other, unseen, name = prepared, holding, "the end of the log"
+    if validation is not None:
+        check_asked(asked, validation)
+        other = prepare(validation, prepared.bandwidth, linear=linear)._replace(rest=prepared.rest)
+        unseen, name = other.pieces, validation.name
+    held = _problem(other, unseen, torque_delay)
+    if basis is not None and selection.varied is not None:
+        held = with_map(held, other, unseen, basis, selection.varied)
     used = Used(sum(piece.size for piece in [*fitting, *holding]), sorted([*prepared.skipped, *short]))
     found = _assemble(prepared, used, problem, selection, held, confidence)
     units = LINEAR if linear else ROTARY
     if is_current:
         units = of_current(units)
-    found = replace(found, units=units, validated_on=name, both_ways=_moves_both_ways(problem))
+    learnt = None if basis is None else identified_map(selection.chosen, basis, _positions(prepared, fitting))
+    found = replace(
+        found, units=units, validated_on=name, both_ways=_moves_both_ways(problem), map_asked=asked, position_map=learnt
+    )
     if found.validation is not None and found.validation.rms_error > WORSE * found.fit.rms_error:
         found = replace(found, carries_over=carries_over(problem, held, selection, confidence))
     check_plausible(found)
@@ -126,7 +151,7 @@ class Used(NamedTuple):
 def _assemble(
     prepared: Prepared, used: Used, problem: Problem, selection: Selection, held: Problem, confidence: float
 ) -> LogIdentification:
-    """Return the result of a fit; its units and the name of the validation are the caller's."""
+    """Return the result of a fit; its units, its map and the name of the validation are the caller's."""
     chosen, log = selection.chosen, prepared.log
     rows, unseen = predict(problem, chosen), predict(held, chosen)
     fit = torque_error(rows)
@@ -158,6 +183,8 @@ def _assemble(
         rows=rows,
         held_out=unseen,
         reference=reference_of(log, longest, prepared.bandwidth, prepared.period),
+        map_asked=MapAsked(),
+        position_map=None,
     )
 
 
@@ -165,6 +192,12 @@ def rest_torque(problem: Problem, offset: float) -> float | None:
     """Return the largest torque at rest without the offset, N m; None where the joint does not rest."""
     torques = [np.abs(piece.held[piece.rests] - offset) for piece in problem.pieces if np.any(piece.rests)]
     return max(float(np.max(torque)) for torque in torques) if torques else None
+
+
+def _positions(prepared: Prepared, pieces: list[Piece]) -> tuple[float, float]:
+    """Return the lowest and the highest position of some pieces of a log, rad."""
+    motion = np.concatenate([prepared.log.motion[piece.start : piece.stop] for piece in pieces])
+    return float(np.min(motion)), float(np.max(motion))
 
 
 def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece], list[Skipped]]:

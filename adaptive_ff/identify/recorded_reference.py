@@ -19,11 +19,22 @@ NORMAL_MEDIAN = 0.6745
 
 
 class Reference(NamedTuple):
-    """The motion of a log: time from zero (s), velocity, and noise of a velocity that is not filtered (rad/s)."""
+    """The motion of a log.
+
+    Attributes
+    ----------
+    time, velocity : ndarray, shape (n,)
+        Time from zero, s, and velocity, rad/s.
+    noise : float
+        Noise of a velocity that is not filtered, rad/s.
+    start : float
+        Position at the start, rad; zero where the log has none.
+    """
 
     time: Array
     velocity: Array
     noise: float
+    start: float
 
 
 def reference_of(log: Log, piece: Piece, bandwidth: float, period: float) -> Reference:
@@ -41,7 +52,8 @@ def reference_of(log: Log, piece: Piece, bandwidth: float, period: float) -> Ref
         Sample time, s.
     """
     time, velocity = _band_velocity(log, piece, bandwidth, period)
-    return Reference(time, velocity, _noise(log, piece, bandwidth, period))
+    start = 0.0 if log.position is None else float(log.position[piece.start + REACH])
+    return Reference(time, velocity, _noise(log, piece, bandwidth, period), start)
 
 
 def _band_velocity(log: Log, piece: Piece, bandwidth: float, period: float) -> tuple[Array, Array]:

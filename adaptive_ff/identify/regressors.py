@@ -9,7 +9,8 @@ that is (3) with a shape factor of one; viscous friction that may differ by dire
 ``sigma - b`` backward; and viscous friction that may saturate, as that of harmonic drives does: steep at low speed, by
 ``S`` higher than Coulomb friction and with the slope ``sigma`` at high speed; ``s`` is ``tanh(x)``, the slower
 ``sgn(x) (1 - exp(-|x|))``, or ``x/(1 + |x|)``, which has the longest tail. Coulomb friction that differs by
-direction is an offset as long as the joint slides, and cannot be separated from one.
+direction is an offset as long as the joint slides, and cannot be separated from one. Friction and forces over position
+and load are further linear terms where they are asked for, see :mod:`adaptive_ff.identify.map_columns`.
 """
 
 import math
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.filtering import Conditioned
 from adaptive_ff.identify.sampled_lag import sampled_share
 from adaptive_ff.logs.derivatives import Array
@@ -35,9 +37,6 @@ BENT = {
     "long_saturation": "long_saturation_velocity",
 }
 """Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
-
-LINEAR = (*DIRECT, *FRICTION, *BENT)
-"""Terms that are linear."""
 
 
 class Problem(NamedTuple):
@@ -93,7 +92,7 @@ def piece_columns(
     speeds : mapping of ndarray, shape (k,)
         Grid of speeds of each bent term, rad/s.
     terms : sequence of str
-        Some of ``LINEAR``.
+        Linear terms.
     searched : mapping of float
         ``friction_lag`` (s, zero where it is not given; a negative one leads), ``stribeck_velocity`` and
         ``saturation_velocity`` (rad/s).
@@ -106,7 +105,7 @@ def piece_columns(
     lag = searched.get("friction_lag", 0.0)
     made = []
     for term in terms:
-        if term in DIRECT:
+        if term in DIRECT or term.startswith(FORCE_OVER):
             made.append(direct_column(piece, term))
         else:
             made.append(_lagged(piece, speeds, term, searched, lag))
@@ -130,6 +129,8 @@ def _lagged(
 
 def direct_column(piece: Conditioned, term: str) -> Array:
     """Return the column of a term that does not lag."""
+    if term in piece.mapped:
+        return piece.mapped[term]
     if term == "offset":
         return np.ones_like(piece.time)
     column = {"inertia": piece.acceleration, "gravity_sine": piece.sine, "gravity_cosine": piece.cosine}[term]
@@ -139,6 +140,8 @@ def direct_column(piece: Conditioned, term: str) -> Array:
 
 def friction_column(piece: Conditioned, speeds: Mapping[str, Array], term: str, searched: Mapping[str, float]) -> Array:
     """Return the column of a term of friction, before its lag."""
+    if term in piece.mapped:
+        return piece.mapped[term]
     if term not in BENT:
         return {"coulomb": piece.direction, "viscous": piece.velocity, "viscous_asymmetry": piece.speed}[term]
     return _at_bend(piece.bent[term], speeds[term], searched[BENT[term]])

@@ -1,8 +1,9 @@
 """Parameters of the report: which are identifiable, which are part of the model, and which are confounded."""
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, STICTION
+from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, STICTION, is_mapped
 from adaptive_ff.identify.fit import Fitted
+from adaptive_ff.identify.map_words import mapped_word
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import Reported
 from adaptive_ff.identify.term_selection import Selection
@@ -71,7 +72,8 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
         if name in other.parameters and abs(other.estimate(name).value - estimate.value) > 0.5 * bound:
             found.update(dict.fromkeys(sorted({*own.terms} ^ {*other.terms})))
     found.update(dict.fromkeys(_tied(own, name)))
-    return tuple(term for term in found if term != name)
+    terms = (mapped_word(term) if is_mapped(term) else term for term in found if term != name)
+    return tuple(dict.fromkeys(terms))
 
 
 def _tied(fitted: Fitted, name: str) -> list[str]:

@@ -8,6 +8,8 @@ import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.constant_speed import FrictionCurve
+from adaptive_ff.identify.identified_map import IdentifiedMap
+from adaptive_ff.identify.map_columns import MapAsked
 from adaptive_ff.identify.prediction import Prediction, TorqueError
 from adaptive_ff.identify.recorded_reference import Reference
 from adaptive_ff.identify.term_selection import Selection
@@ -83,6 +85,10 @@ class LogIdentification:
         The torque in the band, fitted and held out.
     reference : Reference
         The motion of the longest piece.
+    map_asked : MapAsked
+        What of position and load friction, or a force, might depend on.
+    position_map : IdentifiedMap or None
+        How they do; None where the model does without.
     verdict : list of str
         What the log determines and what it does not, a sentence each.
     cautions : list of str
@@ -111,6 +117,8 @@ class LogIdentification:
     rows: list[Prediction]
     held_out: list[Prediction]
     reference: Reference
+    map_asked: MapAsked
+    position_map: IdentifiedMap | None
     verdict: list[str] = field(default_factory=list)
     cautions: list[str] = field(default_factory=list)
 
@@ -140,6 +148,7 @@ class LogIdentification:
             {"terms": list(model.terms), "error_held_out": model.error, "alike": model.terms in alike}
             for model in sorted(self.selection.validated, key=lambda model: model.error)
         ]
+        result["friction_map"] = None if self.position_map is None else self.position_map.to_dict()
         result["bandwidth"] = self.bandwidth
         result["period"] = self.period
         result["samples"] = {"log": self.samples, "used": self.used}

@@ -1,6 +1,7 @@
 """The scenario of an identified joint: a file that ``adaptive-ff compare`` takes, with what is assumed as comments."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,9 @@ SLOW = 0.05
 
 LEFT_OUT = ("offset", "viscous_asymmetry", "gravity_sine", "gravity_cosine", *SATURATIONS)
 """Terms that the scenario does without."""
+
+MOST_VARIED = 0.9
+"""Largest variation of the simulated friction over position, as a share."""
 
 SOLVER_STEP = 0.001
 """Longest solver period, s."""
@@ -68,7 +72,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
     period = float(f"{found.period:.4g}")
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    left = [name for name in LEFT_OUT if _identifiable(found, name)]
+    left = [name for name in LEFT_OUT if _identifiable(found, name)] + _unmapped(found)
     head = [
         f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
         "Linear axes: read m, N and kg for rad, N m and kg m^2.",
@@ -92,7 +96,8 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         "sensor": {"velocity_noise": _rounded(found.reference.noise)},
         "reference": {"kind": "csv", "path": reference},
         "feedback": {"inertia": joint["inertia"], "bandwidth": _rounded(min(BANDWIDTH, PERIODS / period))},
-        "adaptation": {"stribeck_velocity": joint["stribeck_velocity"], "memory": 5.0},
+        "adaptation": {"stribeck_velocity": joint["stribeck_velocity"], "memory": 5.0, **_mapped(found)},
+        **_variation(found),
         "fixed": {name: joint[name] for name in ("inertia", "coulomb", "viscous")},
     }
     comments = {
@@ -109,6 +114,12 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         "adaptation.memory": "assumed",
         "fixed": "the identified Coulomb and viscous friction",
     }
+    if found.position_map is not None and found.position_map.friction is not None:
+        comments["variation"] = "the largest rise over the identified period; sin(2 pi q/period) from the start on"
+        key = "position_periods" if found.position_map.periods else "position_hats"
+        comments[f"adaptation.{key}"] = "friction depends on position in the log: the controller learns it anew"
+        ends = " to ".join(f"{end:.4g}" for end in found.position_map.range)
+        comments["adaptation.position_range"] = f"from the start of the motion; {ends} in the log"
     return toml_text(content, comments, head)
 
 
@@ -127,6 +138,48 @@ def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, f
         )
     slow = SLOW * float(np.max(np.abs(found.reference.velocity)))
     return coulomb, float(f"{slow:.3g}"), 1.0, "assumed: the log does not determine a stiction above Coulomb friction"
+
+
+def _mapped(found: LogIdentification) -> dict[str, Any]:
+    """Return what the controller is to learn of friction over position."""
+    learnt = found.position_map
+    if learnt is None or learnt.friction is None:
+        return {}
+    made: dict[str, Any] = {}
+    if learnt.periods:
+        made["position_periods"] = [_rounded(period) for period in learnt.periods]
+    if learnt.hats:
+        made["position_hats"] = learnt.hats
+        made["position_range"] = [_rounded(end - found.reference.start) for end in learnt.range]
+    return made
+
+
+def _unmapped(found: LogIdentification) -> list[str]:
+    """Return what of a map the simulated joint has not."""
+    learnt = found.position_map
+    if learnt is None:
+        return []
+    parts = {
+        "force over position": learnt.force is not None,
+        "hats of friction over position": learnt.hats > 0,
+        "friction over load": learnt.load_share is not None,
+    }
+    return [name for name, there in parts.items() if there]
+
+
+def _variation(found: LogIdentification) -> dict[str, Any]:
+    """Return how friction of the simulated joint varies: the strongest of the identified periods."""
+    learnt = found.position_map
+    if learnt is None or not learnt.periods:
+        return {}
+    pairs = zip(learnt.coefficients[::2], learnt.coefficients[1::2], learnt.periods, strict=False)
+    amplitude, period = max((math.hypot(cosine, sine), period) for cosine, sine, period in pairs)
+    return {
+        "variation": {
+            "position_amplitude": _rounded(min(amplitude, MOST_VARIED)),
+            "position_period": _rounded(period),
+        }
+    }
 
 
 def _identifiable(found: LogIdentification, name: str) -> bool:

@@ -2,24 +2,29 @@
 
 It is the protocol of the EMPS benchmark (A. Janot, M. Gautier, M. Brunot, 2019): identified on one record, the model
 simulates the position of the other from its force alone, and the root mean square of the error counts, without the
-first samples. Nothing is chosen on the other record: whether viscous friction differs by direction, and how many knots
-the force over the position has, is chosen by blocked cross-validation on the first, in the same measure, the error of
-an open-loop simulation over as long as a block. Used is the structure of fewest parameters within a standard error of
-the best one, on paired differences (L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3).
+first samples. Nothing is chosen on the other record: whether viscous friction differs by direction, how many knots
+the force over the position has, and whether friction has the map over position that is asked for, is chosen by
+blocked cross-validation on the first, in the same measure, the error of an open-loop simulation over as long as a
+block. Used is the structure of fewest parameters within a standard error of the best one, on paired differences
+(L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3).
 """
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters, coefficient_count
+from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.filtering import uniform
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.map_columns import MapAsked, check_asked
 from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.logs.derivatives import Array, lowpass
@@ -30,6 +35,12 @@ if TYPE_CHECKING:
 
 KNOTS = (1, 4, 8, 16, 24, 32)
 """Numbers of knots that are compared."""
+
+MAPPED_KNOTS = (1, 4, 8)
+"""The same beside a map of friction over position."""
+
+FEWEST_HATS = 4
+"""Hats below which no fewer are tried."""
 
 BLOCKS = 5
 """Blocks of the training record; simulations of the training are as long as one."""
@@ -51,17 +62,30 @@ VELOCITY_BAND = 100.0
 
 
 class Choice(NamedTuple):
-    """A structure of the model, with its error on blocks that were held out, rad, and its square on each, rad^2."""
+    """A structure of the model.
+
+    Attributes
+    ----------
+    knots : int
+        Knots of the force over position.
+    by_direction : bool
+        Whether viscous friction differs by direction.
+    error, squares : float, tuple of float
+        Its error on blocks that were held out, rad, and its square on each, rad^2.
+    mapped : int
+        Coefficients of a map of friction over position; zero without one.
+    """
 
     knots: int
     by_direction: bool
     error: float
     squares: tuple[float, ...] = ()
+    mapped: int = 0
 
     @property
     def parameters(self) -> int:
         """Number of parameters."""
-        return self.knots + 3 + self.by_direction
+        return self.knots + 3 + self.by_direction + self.mapped
 
 
 def choose_structure(choices: Sequence[Choice]) -> Choice:
@@ -122,7 +146,7 @@ class Score:
         figures = ("trained", "tested", "rms", "fit", "windows", "training_rms")
         result: dict[str, Any] = {name: getattr(self, name) for name in figures}
         result["unit"] = "m" if self.linear else "rad"
-        result["model"] = {**self.model._asdict(), "force": self.model.force.tolist()}
+        result["model"] = self.model.to_dict()
         result["choices"] = [choice._asdict() for choice in self.choices]
         return result
 
@@ -133,7 +157,15 @@ class Score:
         return plot_score(self, folder)
 
 
-def score_log(train: Log, test: Log, *, linear: bool = False, progress: Callable[[float], None] | None = None) -> Score:
+def score_log(
+    train: Log,
+    test: Log,
+    *,
+    linear: bool = False,
+    position_periods: Sequence[float] = (),
+    position_hats: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Score:
     """Train a model on a log, and simulate another one with it in open loop.
 
     Parameters
@@ -142,6 +174,12 @@ def score_log(train: Log, test: Log, *, linear: bool = False, progress: Callable
         Logs of the same joint, with positions.
     linear : bool, optional
         Whether it is a linear axis, in m and N.
+    position_periods : sequence of float, optional
+        Known periods, rad (m), over which friction may vary with position.
+    position_hats : int, optional
+        Largest number of hats, evenly over the positions of the training, of a map of friction over position; half
+        as many, and again, down to ``FEWEST_HATS``, are tried as well. Periods and hats are used where the blocks that
+        were held out are simulated better with them.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
 
@@ -150,29 +188,44 @@ def score_log(train: Log, test: Log, *, linear: bool = False, progress: Callable
     InputError
         A log has no position, a defect, or does not determine a joint.
     """
+    check_asked(MapAsked(tuple(position_periods), position_hats), train)
     records = [_record(log, linear=linear) for log in (train, test)]
     found = identify_log(train, held_out=0.0, linear=linear, model="offset")
     start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
     offset = found.selection.chosen.values.get("offset", 0.0)
     choices, models = [], {}
     length = records[0].position.size // BLOCKS
-    structures = [(knots, by_direction) for knots in KNOTS for by_direction in (False, True)]
-    for place, (knots, by_direction) in enumerate(structures):
-        begin = _model(np.concatenate([start, np.full(knots, offset)]), records[0])
+    structures = [*product(KNOTS, (False, True), [NO_MAP])]
+    structures += product(MAPPED_KNOTS, (False, True), _maps(position_periods, position_hats, records[0]))
+    for place, (knots, by_direction, variation) in enumerate(structures):
+        mapped = coefficient_count(variation)
+        values = np.concatenate([start, np.full(knots, offset), np.zeros(mapped)])
+        begin = _model(values, knots, variation, records[0])
         held = []
         blocks = np.arange(BLOCKS) * length
         for block in range(BLOCKS):
             fitted = _train(begin, records[0], np.delete(blocks, block), length, by_direction=by_direction)
             unseen = fitted.errors(records[0], blocks[block : block + 1], length)[:, SETTLING:]
             held.append(float(np.mean(unseen**2)))
-        choices.append(Choice(knots, by_direction, math.sqrt(float(np.mean(held))), tuple(held)))
-        models[knots, by_direction] = _train(begin, records[0], blocks, length, by_direction=by_direction)
+        choices.append(Choice(knots, by_direction, math.sqrt(float(np.mean(held))), tuple(held), mapped))
+        models[knots, by_direction, mapped] = _train(begin, records[0], blocks, length, by_direction=by_direction)
         if progress is not None:
             progress((place + 1) / len(structures))
     choices.sort(key=lambda choice: choice.error)
     chosen = choose_structure(choices)
-    model = models[chosen.knots, chosen.by_direction]
+    model = models[chosen.knots, chosen.by_direction, chosen.mapped]
     return _judge(train, test, model, choices, records, linear=linear)
+
+
+def _maps(periods: Sequence[float], hats: int, record: Record) -> list[MapParameters]:
+    """Return the maps of friction over position that are compared: with all periods, and each number of hats."""
+    if not hats:
+        return [map_parameters(periods, 0, None, 0.0, 1.0)] if periods else []
+    ends = float(np.min(record.position)), float(np.max(record.position))
+    numbers = [hats]
+    while numbers[-1] // 2 >= FEWEST_HATS:
+        numbers.append(numbers[-1] // 2)
+    return [map_parameters(periods, number, ends, 0.0, 1.0) for number in numbers]
 
 
 def _judge(
@@ -220,24 +273,27 @@ def _record(log: Log, *, linear: bool) -> Record:
     )
 
 
-def _model(values: Array, record: Record) -> OpenLoopModel:
+def _model(values: Array, knots: int, variation: MapParameters, record: Record) -> OpenLoopModel:
     low, high = float(np.min(record.position)), float(np.max(record.position))
     inertia, coulomb, viscous, asymmetry = (float(value) for value in values[:4])
-    return OpenLoopModel(inertia, max(coulomb, 0.0), viscous, asymmetry, low, high, values[4:].copy())
+    force, coefficients = values[4 : 4 + knots].copy(), values[4 + knots :].copy()
+    return OpenLoopModel(inertia, max(coulomb, 0.0), viscous, asymmetry, low, high, force, variation, coefficients)
 
 
 def _train(
     begin: OpenLoopModel, record: Record, starts: NDArray[np.int64], length: int, *, by_direction: bool
 ) -> OpenLoopModel:
     """Fit a model to open-loop simulations from each start, by steps of Gauss and Newton that lower the error."""
-    values = np.concatenate([[getattr(begin, name) for name in FIRST], begin.force])
+    knots, variation = begin.force.size, begin.variation
+    values = np.concatenate([[getattr(begin, name) for name in FIRST], begin.force, begin.coefficients])
     scale = np.abs(values) + 0.01 * np.max(np.abs(values[1:3]))
     scale[0], scale[3] = abs(values[0]), abs(values[2])
-    scale[4:] = abs(values[1])
+    scale[4 : 4 + knots] = abs(values[1])
+    scale[4 + knots :] = 1.0
     free = np.flatnonzero([index != 3 or by_direction for index in range(values.size)])
 
     def errors(trial: Array) -> Array:
-        found: Array = _model(trial, record).errors(record, starts, length)[:, SETTLING:].ravel()
+        found: Array = _model(trial, knots, variation, record).errors(record, starts, length)[:, SETTLING:].ravel()
         return found
 
     now = errors(values)
@@ -264,4 +320,4 @@ def _train(
         values, now = trial, after
         if done:
             break
-    return _model(values, record)
+    return _model(values, knots, variation, record)

@@ -1,6 +1,7 @@
 """Which terms of the friction model a log supports: by blocked cross-validation, with intervals over what remains."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,8 @@ class Selection(NamedTuple):
         Of each alike model whose friction saturates, by its terms.
     grid : Grid
         The products behind them.
+    varied : Fitted or None
+        The model whose friction a map varies, where one was asked for.
     """
 
     chosen: Fitted
@@ -58,6 +61,7 @@ class Selection(NamedTuple):
     lead: float
     profiles: dict[Terms, list[Profile]]
     grid: Grid
+    varied: Fitted | None = None
 
     def interval(self, name: str) -> Estimate:
         """Return a parameter of the chosen model; its interval covers those of all models that are alike."""
@@ -97,6 +101,11 @@ def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool
     """
     has_position = all(piece.sine is not None for piece in problem.pieces)
     models = candidate_models(family, both_ways=both_ways, gravity=rotary and has_position)
+    return select_among(problem, models, confidence)
+
+
+def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -> Selection:
+    """Choose the model of a log among some, of which the first one is the simplest; see ``select_terms``."""
     grid = make_grid(problem)
     simplest = fit_terms(problem, models[0], confidence)  # says what cannot be separated
     fits: dict[Terms, Fitted] = {models[0]: simplest}

@@ -12,7 +12,9 @@ from adaptive_ff.identify.families import (
     SATURATIONS,
     SLOW_SATURATION,
     STICTION,
+    is_mapped,
 )
+from adaptive_ff.identify.map_words import map_words, mapped_word
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import ROTARY
@@ -97,6 +99,7 @@ def verdict(found: LogIdentification) -> list[str]:
     known = [name for name, reported in found.parameters.items() if reported.identifiable and reported.used]
     sentences.append(f"Identifiable from the log: {_listed(known)}." if known else "No parameter is identifiable.")
     sentences += _of_confounding(found) + _of_lag(found) + _of_missing(found) + _of_asymmetry(found)
+    sentences += map_words(found.position_map, found.map_asked, found.units)
     sentences.append(found.curve.remark[0].upper() + found.curve.remark[1:] + ".")
     return sentences
 
@@ -228,9 +231,9 @@ WORDS = {
 
 
 def _words(name: str) -> str:
-    return WORDS.get(name, name.replace("_", " "))
+    return WORDS.get(name, mapped_word(name) if is_mapped(name) else name.replace("_", " "))
 
 
 def _listed(names: list[str]) -> str:
-    words = [_words(name) for name in names]
+    words = list(dict.fromkeys(_words(name) for name in names))
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

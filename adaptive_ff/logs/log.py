@@ -41,7 +41,8 @@ class Log:
     position, velocity : ndarray, shape (n,), or None
         Position (rad, or m) or velocity (rad/s, or m/s); one of them is there.
     extra : dict of ndarray, shape (n,)
-        Further series by the name the caller gave them, such as a recorded feedforward.
+        Further series by the name the caller gave them, such as a recorded feedforward; under ``KNOWN`` the torque
+        that was taken from the drive's.
     """
 
     name: str
@@ -130,6 +131,8 @@ def read_log(
     if KNOWN in series:
         series["torque"] = series["torque"] - series[KNOWN]
     named = {name: series[f"extra {name}"] for name in extra or {}}
+    if KNOWN in series:
+        named[KNOWN] = series[KNOWN]
     return Log(str(file), series["time"], series["torque"], series.get("position"), series.get("velocity"), named)
 
 

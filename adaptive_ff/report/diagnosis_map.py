@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from adaptive_ff.adaptive.map_reading import LearntMap
+from adaptive_ff.adaptive.map_reading import LearntMap, load_sentence, position_sentence
 
 TOLD = 0.01
 """Least rise and fall of friction that is told."""
@@ -21,19 +21,8 @@ def map_sentences(learnt: LearntMap | None) -> Iterator[str]:
         )
         return
     if learnt.factor.size and float(np.ptp(learnt.factor)) > TOLD:
-        high, low = int(np.argmax(learnt.factor)), int(np.argmin(learnt.factor))
-        repeats = f", and repeats every {learnt.periods[0]:.3g} rad" if len(learnt.periods) == 1 else ""
-        yield (
-            f"Friction depends on position: it rises by {_percent(learnt.factor[high] - 1.0)} at "
-            f"{learnt.position[high]:.3g} rad and falls by {_percent(1.0 - learnt.factor[low])} at "
-            f"{learnt.position[low]:.3g} rad{repeats}."
-        )
+        yield position_sentence(learnt.position, learnt.factor, learnt.periods)
     if learnt.load_share != 0.0:
-        change = "rises" if learnt.load_share > 0.0 else "falls"
-        yield f"Friction {change} by {100.0 * abs(learnt.load_share):.2g} % for each N m of known torque."
+        yield load_sentence(learnt.load_share)
     if learnt.share < 1.0:
-        yield f"Of that map {_percent(learnt.share)} is fed: it is not sure yet."
-
-
-def _percent(value: float) -> str:
-    return f"{100.0 * value:.0f} %"
+        yield f"Of that map {100.0 * learnt.share:.0f} % is fed: it is not sure yet."

@@ -25,6 +25,7 @@ from adaptive_ff.report.drawing import (
     stamp,
     write_figure,
 )
+from adaptive_ff.report.identified_map_picture import draw_identified_map
 
 MEASURED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "measured"}
 MODEL: Look = {"color": "#d55e00", "linewidth": 1.0, "label": "inertia and friction as identified"}
@@ -57,10 +58,14 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
     -------
     dict of Figure
         ``torque``: torque over time, measured and identified, with what is held out; ``friction``: friction and
-        residual over the velocity; ``lag``: what each friction lag would leave unexplained.
+        residual over the velocity; ``lag``: what each friction lag would leave unexplained; ``friction_map``: friction
+        and force over position, where the model has a map of them.
     """
     with rc_context(STYLE):
         figures = {"torque": _torque(found), "friction": _friction(found), "lag": _lag(found)}
+        learnt = draw_identified_map(found)
+        if learnt is not None:
+            figures["friction_map"] = learnt
         stamp(figures.values(), found.name)
         if folder is not None:
             for name, figure in figures.items():

@@ -2,10 +2,14 @@
 
 import math
 
+import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.identify.result import LogIdentification
+
+FEWEST = 9
+"""Rows of a map at least."""
 
 ALWAYS = ("friction_lag", "stiction")
 """Parameters that are shown even where the model does without them."""
@@ -29,4 +33,27 @@ def parameters_table(found: LogIdentification) -> Table:
         ends = (f"{end:.3g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
         style = None if identifiable else "dim"
         table.add_row(f"{name}, {found.units[name]}", f"{estimate.value:.4g}", *ends, remark, style=style)
+    share = None if found.position_map is None else found.position_map.load_share
+    if share is not None:
+        numbers = (f"{share.value:.4g}", f"{share.lower:.3g}", f"{share.upper:.3g}")
+        table.add_row(f"load_friction, 1/({found.units['torque']})", *numbers, "")
+    return table
+
+
+def map_table(found: LogIdentification) -> Table | None:
+    """Return friction and force over position with their intervals; None where the model has no map of them."""
+    learnt = found.position_map
+    if learnt is None or (learnt.friction is None and learnt.force is None):
+        return None
+    unit, torque = found.units["velocity"].removesuffix("/s"), found.units["torque"]
+    table = Table(title="Friction and force over position, beside the parameters above", box=SIMPLE, title_style="bold")
+    table.add_column(f"position, {unit}", justify="right", no_wrap=True)
+    curves = {"friction over its mean": learnt.friction, f"force, {torque}": learnt.force}
+    shown = {heading: curve for heading, curve in curves.items() if curve is not None}
+    for heading in shown:
+        for column in (heading, f"{100.0 * found.confidence:g} % from", "to"):
+            table.add_column(column, justify="right", no_wrap=True)
+    for place in np.linspace(0, learnt.position.size - 1, max(found.map_asked.hats, FEWEST)).round().astype(int):
+        numbers = [f"{series[place]:.3g}" for curve in shown.values() for series in curve]
+        table.add_row(f"{learnt.position[place]:.3g}", *numbers)
     return table

@@ -27,7 +27,7 @@ def simulate_identified(found: LogIdentification, log: Log) -> Comparison:
         velocity = log.extra["reference_velocity"]
     else:
         velocity = np.gradient(log.extra["reference_position"], log.time)
-    reference = Reference(log.time - log.time[0], velocity, found.reference.noise)
+    reference = Reference(log.time - log.time[0], velocity, found.reference.noise, found.reference.start)
     given = replace(found, reference=reference)
     with tempfile.TemporaryDirectory() as folder:
         write_csv(Path(folder) / "reference.csv", reference_columns(given))

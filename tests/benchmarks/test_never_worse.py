@@ -10,7 +10,7 @@ from adaptive_ff.comparison.drawn_joints import CLASSES
 from adaptive_ff.comparison.matrix.cells import scenario_names
 from adaptive_ff.comparison.windows import Errors, Judgement
 from benchmarks import never_worse
-from benchmarks.never_worse import SITUATIONS, asked_of, drawn_cases, named_cases, row_of
+from benchmarks.never_worse import MAPS, SITUATIONS, asked_of, drawn_cases, named_cases, row_of
 
 
 def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
@@ -19,7 +19,16 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    assert SITUATIONS.keys() <= set(scenario_names())
+    assert SITUATIONS.keys() - MAPS.keys() <= set(scenario_names())
+
+
+def test_maps_are_given_to_the_controller_over_the_planned_positions():
+    (case,) = named_cases(["map_short_hats"], 101, 1)
+    lowest, highest = case.scenario.adaptation.position_range
+    assert (highest - lowest) / (case.scenario.adaptation.position_hats - 1) <= 0.06
+    (loaded,) = named_cases(["map_no_need_load"], 101, 1)
+    assert loaded.scenario.adaptation.load_friction
+    assert {"map_short_period", "map_no_need_period"} <= MAPS.keys() <= SITUATIONS.keys()
 
 
 @pytest.mark.parametrize(

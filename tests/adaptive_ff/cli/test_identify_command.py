@@ -185,3 +185,25 @@ def test_bad_options_are_answered_with_one_line_and_leave_nothing(options, messa
 def test_column_without_a_usual_name_must_be_named(columns, message, tmp_path):
     (tmp_path / "log.csv").write_text(f"{columns}\n" + "0,1,2\n" * 9, encoding="utf-8")
     assert message in refusal("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
+
+
+def test_friction_over_a_turn_of_the_motor_is_told_drawn_and_learnt_anew_in_the_scenario(tmp_path):
+    log = make_log(noise=0.05)
+    turn = 2.0 * np.pi / 15.0
+    friction = JOINT["coulomb"] * np.sign(motion(log.time)[1]) + JOINT["viscous"] * motion(log.time)[1]
+    torque = log.torque + 0.2 * np.sin(2.0 * np.pi * log.position / turn) * friction
+    write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "torque": torque})
+    outcome = run_command_line("identify", tmp_path / "log.csv", "--gear-ratio", "15", "--out", tmp_path / "out")
+    assert (outcome.status, outcome.messages) == (0, []), outcome
+    assert set(content_of(tmp_path / "out")) == FILES | {"friction_map.png"}
+    assert "Friction and force over position" in outcome.out
+    assert "Friction depends on position: it rises by 20 % at 0.10" in outcome.out
+    scenario = load_scenario(tmp_path / "out" / "scenario.toml")
+    assert scenario.adaptation.position_periods == pytest.approx([turn], rel=1e-5)
+    assert scenario.variation.position_amplitude == pytest.approx(0.2, abs=0.01)
+    assert scenario.variation.position_period == pytest.approx(turn, rel=1e-5)
+
+
+def test_a_gear_ratio_must_be_positive(tmp_path):
+    said = refusal("identify", write_log(tmp_path / "log.csv"), "--gear-ratio", "0")
+    assert "--gear-ratio = 0 is not allowed" in said

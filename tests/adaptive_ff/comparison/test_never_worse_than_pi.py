@@ -7,9 +7,8 @@ import pytest
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.windows import judge
-from benchmarks.never_worse import row_of
+from benchmarks.never_worse import named_scenario, row_of
 
 SEED, DRAWS = 101, 5
 
@@ -26,7 +25,7 @@ def test_on_drawn_joints(draw):
 
 @pytest.mark.parametrize(
     "name",
-    ["payload_half", "gravity_40", "slow_025", "steep_5", "friction_drops"],
+    ["payload_half", "gravity_40", "slow_025", "steep_5", "friction_drops", "map_short_hats", "map_no_need_load"],
 )
-def test_in_situations_outside_its_model(name):
-    assert missed(name, load_scenario(SCENARIOS / f"{name}.toml").modified(seed=SEED)) == []
+def test_in_situations_outside_its_model_and_with_maps(name):
+    assert missed(name, named_scenario(name, SEED)) == []

@@ -1,0 +1,225 @@
+"""Friction and forces over position and load, as columns of a log.
+
+Friction is that of the model times ``1 + m``, in the form that the controller learns
+(:mod:`adaptive_ff.adaptive.friction_map`),
+
+    m = sum_k (a_k cos(2 pi q/p_k) + b_k sin(2 pi q/p_k)) + sum_j c_j hat_j(q) + l (|u| - <|u|>)
+
+with known periods ``p_k``, hats over the range of the log, and the known torque ``u``. With the friction ``F(w)`` of a
+fit without the map, ``F m`` is linear in the coefficients; it lags as friction does. A force over position, as that of
+cables, springs and cogging, has the same functions without the friction, and no lag.
+
+Hats sum up to one, and so would be Coulomb friction once more; their coefficients are confined to those whose map has
+no mean over the rows of the log.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import null_space
+
+from adaptive_ff.adaptive.map_settings import map_parameters
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.families import ASYMMETRY, FORCE_OVER, FRICTION_OVER, GRAVITY, Terms
+from adaptive_ff.identify.filtering import Rest, bent_friction, kept_rows, uniform, velocity_between, wide_velocity
+from adaptive_ff.identify.fit import Fitted
+from adaptive_ff.identify.preparation import Prepared
+from adaptive_ff.identify.regressors import BENT, Problem
+from adaptive_ff.logs.defects import Piece
+from adaptive_ff.logs.derivatives import Array, lowpass
+from adaptive_ff.logs.log import KNOWN, Log
+
+LOAD = FRICTION_OVER + "load"
+"""Term of friction that rises with the known torque."""
+
+MOST_HATS = 40
+"""Most hats: the products of all columns take time and memory with their square; 40 some half a minute."""
+
+
+class MapAsked(NamedTuple):
+    """What friction, and a force, may depend on.
+
+    Attributes
+    ----------
+    periods : tuple of float
+        Known periods, rad.
+    hats : int
+        Number of hats over the range of the log; none, or two at least.
+    load : bool
+        Whether friction may depend on the known torque.
+    """
+
+    periods: tuple[float, ...] = ()
+    hats: int = 0
+    load: bool = False
+
+
+class MapBasis(NamedTuple):
+    """Functions of position and load.
+
+    Attributes
+    ----------
+    asked : MapAsked
+        Which there are.
+    lowest, highest : float
+        Positions of the first and of the last hat, rad.
+    contrasts : ndarray, shape (hats, m)
+        Hats by free coefficient: a map of them has no mean over the log.
+    load : float
+        Mean known torque without its sign, N m.
+    """
+
+    asked: MapAsked
+    lowest: float
+    highest: float
+    contrasts: Array
+    load: float
+
+    def names(self) -> list[str]:
+        """Return the names of the functions of the position."""
+        count = len(self.asked.periods)
+        waves = [f"{wave}_{k + 1}" for k in range(count) for wave in ("cosine", "sine")]
+        return [*waves, *(f"hat_{k + 1}" for k in range(self.contrasts.shape[1]))]
+
+    def over(self, position: Array) -> Array:
+        """Return the functions of the position, shape (functions, n)."""
+        made = []
+        for period in self.asked.periods:
+            phase = (2.0 * math.pi / period) * position
+            made += [np.cos(phase), np.sin(phase)]
+        if self.contrasts.size:
+            made += list(self.contrasts.T @ hats_at(position, self.lowest, self.highest, self.asked.hats))
+        return np.array(made).reshape(-1, position.size)
+
+    def models(self) -> list[Terms]:
+        """Return the sets of terms that may be added to a model, without the empty one."""
+        names = self.names()
+        waves = [name for name in names if not name.startswith("hat")]
+        hats = [name for name in names if name.startswith("hat")]
+        parts = [[], *(part for part in (waves, hats) if part)]
+        frictions = [*parts, [*waves, *hats]] if waves and hats else parts
+        loads: list[Terms] = [(), (LOAD,)] if self.asked.load else [()]
+        made = [
+            (*(FRICTION_OVER + name for name in friction), *load, *(FORCE_OVER + name for name in force))
+            for friction in frictions
+            for load in loads
+            for force in parts
+        ]
+        return [terms for terms in made if terms]
+
+
+def check_asked(asked: MapAsked, log: Log) -> None:
+    """Raise ``InputError`` where a map is not allowed, or the log cannot have it."""
+    try:
+        map_parameters(asked.periods, asked.hats, None, 0.0, 1.0)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    if asked.hats > MOST_HATS:
+        raise InputError(f"position_hats = {asked.hats} is not allowed here: there may be at most {MOST_HATS}")
+    if (asked.periods or asked.hats) and log.position is None:
+        raise InputError(f"{log.name}: friction over position takes a position; the log is read with a velocity")
+    if asked.load and KNOWN not in log.extra:
+        raise InputError(f"{log.name}: friction over load takes a known torque; name its column")
+
+
+def hats_at(position: Array, lowest: float, highest: float, count: int) -> Array:
+    """Return piecewise linear functions, each one at its own position, shape (count, n); constant beyond the ends."""
+    place = np.clip((position - lowest) * ((count - 1) / (highest - lowest)), 0.0, count - 1.0)
+    return np.maximum(0.0, 1.0 - np.abs(place - np.arange(count)[:, np.newaxis]))
+
+
+def map_basis(asked: MapAsked, prepared: Prepared, pieces: Sequence[Piece]) -> MapBasis:
+    """Return the functions for the positions and loads of some pieces of a log."""
+    parts = [_series(prepared.log, piece, prepared.period) for piece in pieces]
+    load = float(np.mean(np.abs(np.concatenate([part[1] for part in parts])))) if asked.load else 0.0
+    if not asked.hats:
+        return MapBasis(asked, 0.0, 0.0, np.empty((0, 0)), load)
+    position = np.concatenate([part[0] for part in parts])
+    lowest, highest = float(np.min(position)), float(np.max(position))
+    mean = np.mean(hats_at(position, lowest, highest, asked.hats), axis=1)
+    visited = np.flatnonzero(mean > 0.0)
+    contrasts = np.zeros((asked.hats, visited.size - 1))
+    contrasts[visited] = null_space(mean[np.newaxis, visited])
+    return MapBasis(asked, lowest, highest, contrasts, load)
+
+
+def model_friction(fitted: Fitted, velocity: Array) -> Array:
+    """Return the static friction of a model without a map, N m."""
+    values = fitted.values
+    friction: Array = values["coulomb"] * np.sign(velocity) + values["viscous"] * velocity
+    if ASYMMETRY in values:
+        friction = friction + values[ASYMMETRY] * np.abs(velocity)
+    for term, bend in BENT.items():
+        if term in values:
+            friction = friction + values[term] * bent_friction(term, velocity, values[bend])
+    return friction
+
+
+def with_map(problem: Problem, prepared: Prepared, pieces: Sequence[Piece], basis: MapBasis, fitted: Fitted) -> Problem:
+    """Return a problem whose pieces have the columns of a map.
+
+    Parameters
+    ----------
+    problem : Problem
+        The rows of the pieces.
+    prepared : Prepared
+        The log that they come from.
+    pieces : sequence of Piece
+        The pieces, in the order of the problem's.
+    basis : MapBasis
+        Functions of position and load.
+    fitted : Fitted
+        The model whose friction they vary.
+    """
+    made = []
+    for piece, rows in zip(pieces, problem.pieces, strict=True):
+        mapped, between = _columns(prepared, prepared.rest, piece, basis, fitted)
+        plain = {name: column for name, column in rows.between.items() if not name.startswith(FRICTION_OVER)}
+        made.append(rows._replace(mapped=mapped, between={**plain, **between}))
+    return problem._replace(pieces=made)
+
+
+def _columns(
+    prepared: Prepared, rest: Rest, piece: Piece, basis: MapBasis, fitted: Fitted
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return the filtered columns of a piece, and what those of friction are beyond their mean around the samples."""
+    log, period, bandwidth = prepared.log, prepared.period, prepared.bandwidth
+    motion = uniform(log, piece, period)[1]
+    position, load = _series(log, piece, period)
+    is_position = log.position is not None
+    fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
+    friction = model_friction(fitted, fast)
+    kept = kept_rows(motion.size, bandwidth, period)
+    fine = velocity_between(fast, period)
+    beyond = None if fine is None else friction - np.mean(model_friction(fitted, fine), axis=1)
+
+    def filtered(values: Array) -> Array:
+        return lowpass(values, (rest.corner, bandwidth), period)[kept]
+
+    factors = dict(zip(basis.names(), basis.over(position), strict=True))
+    shares = {FRICTION_OVER + name: factor for name, factor in factors.items()}
+    if basis.asked.load:
+        shares[LOAD] = np.abs(load) - basis.load
+    mapped = {name: filtered(share * friction) for name, share in shares.items()}
+    mapped |= {FORCE_OVER + name: filtered(factor) for name, factor in factors.items()}
+    between = {} if beyond is None else {name: filtered(share * beyond) for name, share in shares.items()}
+    return mapped, between
+
+
+def _series(log: Log, piece: Piece, period: float) -> tuple[Array, Array]:
+    """Return position and known torque of a piece at equal steps; zeros where the log has none."""
+    motion = uniform(log, piece, period)[1]
+    nothing = np.zeros_like(motion)
+    position = motion if log.position is not None else nothing
+    if KNOWN not in log.extra:
+        return position, nothing
+    part = slice(piece.start, piece.stop)
+    other = Log(log.name, log.time[part], log.extra[KNOWN][part], velocity=log.motion[part])
+    return position, uniform(other, Piece(0, other.time.size), period)[2]
+
+
+def excludes(model: Terms, terms: Terms) -> bool:
+    """Tell whether terms of a map cannot be beside those of a model: hats of force hold gravity."""
+    return GRAVITY[0] in model and any(term.startswith(FORCE_OVER + "hat") for term in terms)

@@ -1,0 +1,83 @@
+"""Whether friction, or a force, depends on position and load: chosen as every other term of a model.
+
+First a model without a map is chosen. Then the same models and, of those whose friction has its shape or a simpler one,
+versions with each part of the map that is asked for are validated on blocks that were held out, and chosen among by the
+same rule. As the map multiplies the friction of the first model, which took its mean, that is done once more with the
+friction of the model that was chosen.
+"""
+
+from collections.abc import Sequence
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.families import WITHIN, Terms, is_mapped
+from adaptive_ff.identify.map_columns import MapAsked, MapBasis, excludes, map_basis, with_map
+from adaptive_ff.identify.preparation import Prepared
+from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.term_selection import Selection, select_among
+from adaptive_ff.logs.defects import Piece
+
+PASSES = 2
+"""How often the map is fitted, each time to the friction of the model before."""
+
+
+def select_map(
+    problem: Problem,
+    prepared: Prepared,
+    pieces: Sequence[Piece],
+    selection: Selection,
+    asked: MapAsked,
+    confidence: float,
+) -> tuple[Problem, Selection, MapBasis]:
+    """Choose a model once more, among those with a map, too.
+
+    Parameters
+    ----------
+    problem : Problem
+        The rows.
+    prepared : Prepared
+        The log that they come from.
+    pieces : sequence of Piece
+        Its pieces, in the order of the problem's.
+    selection : Selection
+        What was chosen without a map.
+    asked : MapAsked
+        What the map may depend on.
+    confidence : float
+        Probability that the intervals are meant to have.
+
+    Returns
+    -------
+    Problem
+        The rows with the columns of the map.
+    Selection
+        What is chosen.
+    MapBasis
+        The functions of the map.
+
+    Raises
+    ------
+    InputError
+        There is no friction that could depend on anything.
+    """
+    if selection.chosen.values["coulomb"] <= 0.0:
+        raise InputError(
+            f"{prepared.log.name}: a map takes friction, and Coulomb friction comes out negative without one; identify "
+            "the log without a map, or one on which the joint moves both ways"
+        )
+    basis = map_basis(asked, prepared, pieces)
+    plain = [model.terms for model in selection.validated]
+    for _ in range(PASSES):
+        problem = with_map(problem, prepared, pieces, basis, selection.chosen)
+        models = [*plain, *_mapped(plain, selection.chosen.terms, basis)]
+        varied = selection.chosen
+        selection = select_among(problem, sorted(models, key=len), confidence)._replace(varied=varied)
+        if not any(is_mapped(term) for term in selection.chosen.terms) or selection.chosen.values["coulomb"] <= 0.0:
+            break
+    return problem, selection, basis
+
+
+def _mapped(plain: Sequence[Terms], chosen: Terms, basis: MapBasis) -> list[Terms]:
+    """Return the models with a map: any family's, with the chosen shape of friction or a simpler one."""
+    shapes = {term for term in chosen if term in WITHIN}
+    bases = [model for model in plain if {term for term in model if term in WITHIN} <= shapes]
+    return [(*model, *terms) for model in bases for terms in basis.models() if not excludes(model, terms)]

@@ -1,0 +1,57 @@
+"""What was identified of friction and force over position and load, a sentence each."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from adaptive_ff.adaptive.map_reading import load_sentence, position_sentence
+from adaptive_ff.identify.families import FORCE_OVER
+from adaptive_ff.identify.identified_map import IdentifiedMap
+from adaptive_ff.identify.map_columns import LOAD, MapAsked
+
+
+def mapped_word(term: str) -> str:
+    """Return what a term of a map stands for."""
+    if term == LOAD:
+        return "friction over load"
+    return "force over position" if term.startswith(FORCE_OVER) else "friction over position"
+
+
+def map_words(found: IdentifiedMap | None, asked: MapAsked, units: Mapping[str, str]) -> list[str]:
+    """Return how friction, and a force, depend on position and load; or that they do not, where it was asked.
+
+    Parameters
+    ----------
+    found : IdentifiedMap or None
+        The map; None where the model does without.
+    asked : MapAsked
+        What was tried.
+    units : mapping of str
+        Units of what is reported.
+    """
+    said, missing = [], []
+    unit = units["velocity"].removesuffix("/s")
+    if asked.periods or asked.hats:
+        if found is not None and found.friction is not None:
+            said.append(position_sentence(found.position, found.friction.value, found.periods, unit))
+        else:
+            missing.append("Friction over position")
+        if found is not None and found.force is not None:
+            force = found.force.value
+            high, low = int(np.argmax(force)), int(np.argmin(force))
+            said.append(
+                f"A force depends on position, beside friction: from {force[low]:.3g} {units['torque']} at "
+                f"{found.position[low]:.3g} {unit} to {force[high]:.3g} at {found.position[high]:.3g} {unit}."
+            )
+        else:
+            missing.append("a force over position")
+    if asked.load:
+        if found is not None and found.load_share is not None:
+            said.append(load_sentence(found.load_share.value, units["torque"]))
+        else:
+            missing.append("friction over load")
+    if missing:
+        parts = " and ".join([", ".join(missing[:-1]), missing[-1]] if len(missing) > 1 else missing)
+        verb = "is" if len(missing) == 1 else "are"
+        said.append(f"{parts[0].upper()}{parts[1:]} {verb} not used: what is held out does not get better with it.")
+    return said
