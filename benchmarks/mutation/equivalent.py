@@ -24,6 +24,11 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     (
         "adaptive_ff.regression.known_loads.advance_loads_in_place",
         "if loads.shape[0] == 0:",
+        "if loads.shape[1] == 0:",
+    ): "a short cut: nothing is done for no load",
+    (
+        "adaptive_ff.regression.known_loads.advance_loads_in_place",
+        "if loads.shape[0] == 0:",
         "if False:",
     ): "a short cut: nothing is done for no load",
     (

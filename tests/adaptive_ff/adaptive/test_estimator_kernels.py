@@ -7,7 +7,7 @@ import pytest
 
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive import estimator as kernels
-from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED, Surprise
+from adaptive_ff.adaptive.change_detection import JUMP_WINDOW, NOTHING, UNDECIDED, Surprise
 from adaptive_ff.adaptive.estimator_state import PRIOR, Levels, initial_estimator_state, with_levels
 from adaptive_ff.adaptive.friction_map import POSITION
 from adaptive_ff.model.bounds import COULOMB, OFFSET
@@ -85,12 +85,13 @@ def test_guess_leaves_out_the_known_loads():
     assert estimate[1] == pytest.approx(0.9 * (100.0 - 10.0 * (0.5 + lag) - 20.0 * (1.0 + 2.0 * lag)))
 
 
-def test_nothing_is_guessed_from_a_speed_that_no_reference_had():
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_nothing_is_guessed_from_a_speed_that_no_reference_had(sign):
     kept = Levels(0.5, 7.0, 0.2, 0.0, 0.3)
-    estimate, levels = guessed(signals(100.0, 0.9), MODEL, levels=kept)
+    estimate, levels = guessed(signals(100.0, sign * 0.9), MODEL, levels=kept)
     assert estimate[1] == 0.0
     assert levels == kept._replace(speed=0.3)
-    assert guessed(signals(100.0, 0.89), MODEL, levels=kept)[0][1] == pytest.approx(90.0)
+    assert guessed(signals(100.0, sign * 0.89), MODEL, levels=kept)[0][1] == pytest.approx(90.0)
 
 
 @pytest.mark.parametrize(("times", "rises"), [(99, True), (102, False)])
@@ -192,6 +193,19 @@ def test_nothing_is_learnt_from_three_times_the_speed_that_any_plan_had(speed, l
     assert after.levels[2:] == (0.25, after.levels.learnt, 0.25)
     assert (after.surprise == SURPRISED) is not learns
     assert np.array_equal(after.recursion.estimate, parameters(WITH_OFFSET).first) is not learns
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_error_is_at_most_twice_the_largest_torque(sign):
+    """A false acceleration asks for a thousand times what there was; behind the lag its sign is the other one."""
+    estimator = parameters(WITH_OFFSET)
+    measured = signals(10.0, 0.3, sign * 5e3, 0.3)
+    found = learnt(at_levels(Levels(0.0, 40.0, 0.3, 0.0, 0.0)), measured)
+    share = 0.25 / (JUMP_WINDOW / estimator.form.pole + 0.25)
+    largest = sign * kernels.PEAK_FACTOR * 40.0 / estimator.torque_scale
+    assert found.surprise.error == pytest.approx(share * largest)
+    kept = math.exp(-0.25 / 0.75)
+    assert found.levels == pytest.approx(((1.0 - kept) * largest**2, 40.0, 0.3, 0.25, 0.0))
 
 
 def test_information_that_is_lost_costs_one_correction_and_nothing_of_the_levels():
