@@ -394,7 +394,8 @@ def learn_in_place(
     scale_inertia_in_place(row, ratio)
     scale_friction_in_place(row, factor, loads)
     write_gradient(estimator, estimate, row, scratch.model_gradient)
-    torque = write_regressors(estimator.form, measured, row)  # the loads stay: they are their own instruments
+    torque = write_regressors(estimator.form, measured, row)
+    write_loads(state.loads, row)
     scale_inertia_in_place(row, ratio)
     scale_friction_in_place(row, factor, loads)
     write_gradient(estimator, estimate, row, gradient)
