@@ -88,9 +88,10 @@ def test_guess_leaves_out_the_known_loads():
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_nothing_is_guessed_from_a_speed_that_no_reference_had(sign):
     kept = Levels(0.5, 7.0, 0.2, 0.0, 0.3)
-    estimate, levels = guessed(signals(100.0, sign * 0.9), MODEL, levels=kept)
-    assert estimate[1] == 0.0
-    assert levels == kept._replace(speed=0.3)
+    for speed in (kernels.SPEED_FACTOR * 0.3, 1.0):
+        estimate, levels = guessed(signals(100.0, sign * speed), MODEL, levels=kept)
+        assert estimate[1] == 0.0
+        assert levels == kept._replace(speed=0.3)
     assert guessed(signals(100.0, sign * 0.89), MODEL, levels=kept)[0][1] == pytest.approx(90.0)
 
 
@@ -132,6 +133,7 @@ def test_peaks_fade_after_ten_memories():
 
 def test_a_gain_that_is_not_finite_costs_the_information_and_no_estimate():
     estimator = parameters(WITH_OFFSET)
+    estimator = estimator._replace(deviation=estimator.scale / np.linspace(0.5, 3.0, 6))
     state = initial_estimator_state(estimator)
     state.recursion.estimate[:], state.agreement[:], state.recursion.information[:] = 3.0, 5.0, 7.0
     state.recursion.gain[:] = 1.0
