@@ -18,11 +18,18 @@ from adaptive_ff.adaptive.candidate_choice import (
 )
 from adaptive_ff.adaptive.estimator_state import load_count
 from adaptive_ff.adaptive.friction_map import coefficient_count
+from adaptive_ff.adaptive.held_integral import initial_held_integral
 from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_map
 from adaptive_ff.adaptive.map_settings import MAP_MEMORY
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, adaptive_parameters, observer_pole
-from adaptive_ff.adaptive.state_check import check_candidate_state, check_estimator_state, check_share, possible_now
+from adaptive_ff.adaptive.state_check import (
+    check_candidate_state,
+    check_estimator_state,
+    check_held_integral,
+    check_share,
+    possible_now,
+)
 from adaptive_ff.adaptive.step import identified_model, initial_adaptive_state
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
@@ -49,11 +56,12 @@ class AdaptiveBase(IdentifyingController):
         numbers = [*mapped.waves.tolist(), mapped.hats, mapped.lowest, mapped.spacing, mapped.load, mapped.memory]
         return found | {"friction_map": [float(number) for number in numbers]}
 
+    def _largest_torque(self) -> float:
+        return largest_torque(self.parameters.feedback.proportional, self.parameters.feedback.integral)
+
     def _check_state(self, state: Any) -> None:
         super()._check_state(state)
-        feedback = self.parameters.feedback
-        largest = largest_torque(feedback.proportional, feedback.integral)
-        estimator = self.parameters.estimator
+        largest, estimator = self._largest_torque(), self.parameters.estimator
         check_estimator_state(estimator, state.estimator, largest)
         ranges = possible_now(estimator, state.estimator.levels)
         check_candidate_state(estimator, state.estimator.candidates, ranges, largest)
@@ -349,11 +357,12 @@ class AdaptiveController(AdaptiveBase):
         noise = state.observer.noise
         if min(noise.mean, noise.measured, noise.variance, state.observer.squared) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
+        check_held_integral(state.held, self._largest_torque())
 
     def _prepare(self, reference: float, torque: float) -> None:
         super()._prepare(reference, torque)
         begun = initial_observer(self.parameters.feedback)._replace(noise=self.state.observer.noise)
-        self.state = self.state._replace(observer=begun)
+        self.state = self.state._replace(observer=begun, held=initial_held_integral())
 
     @property
     def trust(self) -> float:

@@ -10,6 +10,7 @@ from adaptive_ff.adaptive.candidate_state import CandidateState
 from adaptive_ff.adaptive.candidates import FITS, FLAT_ROWS, candidate_distance, candidate_velocity
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
+from adaptive_ff.adaptive.held_integral import HeldIntegral
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -156,3 +157,13 @@ def check_share(name: str, value: Any) -> None:
     """Raise ``ValueError`` where a share is not from 0 to 1."""
     if not (math.isfinite(value) and 0.0 <= value <= 1.0):
         raise ValueError(f"state.{name} = {value} is not allowed: it must be from 0 to 1")
+
+
+def check_held_integral(held: HeldIntegral, largest: float) -> None:
+    """Raise ``ValueError`` where the mean of the integral, or a magnitude, is beyond a torque (N m)."""
+    for name, value in held._asdict().items():
+        least = -largest if name == "mean" else 0.0
+        if not least <= value <= largest:
+            raise ValueError(
+                f"state.held.{name} = {value} is not allowed: it must be from {least:g} to {largest:g} N m"
+            )

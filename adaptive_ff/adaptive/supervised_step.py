@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
+from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.observer import (
     ObserverParameters,
@@ -127,6 +128,8 @@ class SupervisedState(NamedTuple):
         State of the observer.
     trust : TrustState
         State of the trust.
+    held : HeldIntegral
+        What of the integral is held while the measurement is lost.
     """
 
     feedback: PIState
@@ -144,12 +147,16 @@ class SupervisedState(NamedTuple):
     doubt: Doubt
     observer: ObserverState
     trust: TrustState
+    held: HeldIntegral
 
 
 def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
     """Return the state of a controller that knows nothing but the assumed inertia."""
     return SupervisedState(
-        *initial_adaptive_state(block), initial_observer(block.feedback), initial_trust(block.feedback, block.slowest)
+        *initial_adaptive_state(block),
+        initial_observer(block.feedback),
+        initial_trust(block.feedback, block.slowest),
+        initial_held_integral(),
     )
 
 
@@ -217,6 +224,8 @@ def step_supervised(
     observer, leaves = hand_over_to_observer(
         observer, change, gain, torque + inputs.feedforward, state.feedback.integral
     )
+    lost = guard.lost / block.period
+    held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
     feedback = hand_over(block.feedback, state.feedback, leaves)
     compared = with_reference(checked, seen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
@@ -244,6 +253,7 @@ def step_supervised(
         doubt,
         observer,
         with_friction(trust, share, fed.friction),
+        held,
     )
 
 
