@@ -12,7 +12,7 @@ from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.estimation.recursive_estimator import RecursiveEstimator, make_settings
-from adaptive_ff.estimation.resetting import initial_resetting_state, update_resetting_in_place
+from adaptive_ff.estimation.resetting import initial_resetting_state, total_of, update_resetting_in_place
 from adaptive_ff.estimation.updates import CORRECTIONS, EstimationState, Settings, initial_state
 from controllers import check_positive
 
@@ -47,11 +47,20 @@ def initial_exponential_resetting_state(block: ResettingParameters) -> Estimatio
 def correct_with_instrument_in_place(
     block: ResettingParameters, state: EstimationState, error: float, duration: float
 ) -> None:
-    """Correct the estimate with the instrument in the state, which is in the unit of the regressors."""
+    """Correct the estimate with the instrument in the state, which is in the unit of the regressors.
+
+    Equations so large that the floor is less than their rounding leave a matrix that has no factor: then nothing is
+    corrected, and what the equations said is forgotten.
+    """
     settings, recursion = block.settings, state.recursion
     for i in range(recursion.estimate.size):
         recursion.instrument[i] = recursion.instrument[i] * settings.deviation[i] / settings.noise
     update_resetting_in_place(recursion, block.floor, math.exp(-duration / settings.memory), 1.0)
+    if not math.isfinite(total_of(recursion.gain)):
+        for i in range(recursion.gain.size):
+            recursion.gain[i] = 0.0
+            for j in range(recursion.gain.size):
+                recursion.information[i, j] = block.floor if i == j else 0.0
     for i in range(recursion.estimate.size):
         recursion.gain[i] *= settings.deviation[i] / settings.noise
         recursion.estimate[i] += recursion.gain[i] * error

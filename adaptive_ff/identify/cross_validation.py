@@ -30,6 +30,9 @@ ALIKE = 2.0
 SHAPE = 1.0
 """Standard errors within which the simplest model of that family is used instead of the best one."""
 
+ROUNDING = 1e-14
+"""Squares, over those of the torque, within which models are the same: one whose further term comes out as zero."""
+
 
 class Validated(NamedTuple):
     """A model with its errors.
@@ -100,4 +103,4 @@ def _simplest(models: Sequence[Validated], bound: float) -> Validated:
 
 def _within(model: Validated, best: Validated, bound: float) -> bool:
     worse, deviation = behind(model, best)
-    return worse <= bound * deviation
+    return worse <= bound * deviation + ROUNDING

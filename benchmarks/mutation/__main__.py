@@ -44,6 +44,8 @@ MUTATED = (
 
 TESTS = (
     "adaptive_ff/adaptive/test_estimator_by_hand.py",
+    "adaptive_ff/adaptive/test_estimator_kernels.py",
+    "adaptive_ff/adaptive/test_attribution_by_hand.py",
     "adaptive_ff/adaptive/test_change_detection.py",
     "adaptive_ff/adaptive/test_friction_map.py",
     "adaptive_ff/adaptive/test_lag_tuning.py",

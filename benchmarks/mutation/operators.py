@@ -204,7 +204,8 @@ def _in_place(node: ast.Expr, function: ast.FunctionDef) -> Iterator[ast.AST]:
 def _returned(node: ast.Return, function: ast.FunctionDef) -> Iterator[ast.AST]:
     """Yield what stands in for what is returned: its opposite, or for a state the one that came in."""
     kind = ast.unparse(function.returns) if function.returns is not None else "None"
-    if kind == "float":
+    zero = isinstance(node.value, ast.Constant) and node.value.value == 0.0  # has no opposite
+    if kind == "float" and not zero:
         yield ast.Return(ast.UnaryOp(ast.USub(), node.value))  # type: ignore[arg-type]
     elif kind == "bool" and not isinstance(node.value, ast.Constant):
         yield ast.Return(ast.UnaryOp(ast.Not(), node.value))  # type: ignore[arg-type]

@@ -22,7 +22,7 @@ from benchmarks.mutation.operators import Mutant, compiled_code, syntax
 SLOWEST = 2.0
 """Tests that take longer, s of processor time, are left out, with all other cases of the same test."""
 
-MOST = 6.0
+MOST = 10.0
 """Processor time of all tests that a mutant meets at most, s."""
 
 PATIENCE, GRACE = 3.0, 5.0

@@ -56,6 +56,14 @@ def test_loop_without_integral_gain_is_proportional_and_takes_no_notice_of_satur
     assert controller.state.integral == 0.0
 
 
+def test_loop_without_gains_gives_the_feedforward_whatever_the_drive_does():
+    controller = PI(0.0, 0.0, PERIOD).run_uncompiled()
+    state = controller.state._replace(samples=1)
+    inputs = planned_inputs(0.5, 0.1, math.nan, math.nan, PERIOD)._replace(feedforward=7.0, realised_torque=3.0)
+    output, after = feed_back(controller.parameters, state, inputs, state.guard)
+    assert (output.torque, after.integral) == (7.0, 0.0)
+
+
 def test_loop_without_proportional_gain_is_a_sum_and_its_anti_windup_takes_effect_at_once():
     controller = PI(0.0, 1000.0, PERIOD)
     assert controller.step(0.5, 0.0) == pytest.approx(5.0)
@@ -111,6 +119,7 @@ def test_lost_measurement_is_counted_and_its_error_taken_for_zero_while_the_inte
         assert controller.step(0.5, lost) == integral
         assert controller.rejected == count
         assert controller.state.integral == integral
+        assert controller.state.velocity == 0.1  # the last one that was one
     assert controller.step(0.6, lost, feedforward=7.0) == integral + 7.0
     assert controller.step(0.5, 0.1) == pytest.approx(40.0 + 2.0 * integral)
     assert controller.rejected == 4
@@ -301,13 +310,14 @@ def test_a_torque_that_is_not_finite_is_none_and_the_loop_begins_anew():
 
 
 @pytest.mark.parametrize(("proportional", "share"), [(0.0, 1.0), (0.5, 0.4), (0.1, 1.0)])
-def test_share_of_refused_torque_that_leaves_the_integral_is_that_of_the_gains(proportional, share):
+@pytest.mark.parametrize("unit", [1.0, 0.02])
+def test_share_of_refused_torque_that_leaves_the_integral_is_that_of_the_gains(proportional, share, unit):
     """``dt Ki/Kp`` of a loop in small units too, and all of it where there is no proportional gain."""
-    controller = PI(proportional, 20.0, PERIOD).run_uncompiled()
+    controller = PI(unit * proportional, unit * 20.0, PERIOD).run_uncompiled()
     asked = controller.step(0.5, 0.1)
     integral = controller.state.integral
-    controller.step(0.1, 0.1, realised_torque=asked - 0.3)
-    assert controller.state.integral == pytest.approx(integral - 0.3 * share)
+    controller.step(0.1, 0.1, realised_torque=asked - unit * 0.3)
+    assert controller.state.integral == pytest.approx(integral - unit * 0.3 * share)
 
 
 @pytest.mark.parametrize(("integral", "feedforward"), [(1e308, 1e308), (math.inf, -math.inf), (math.inf, 0.0)])
@@ -343,3 +353,11 @@ def test_torque_that_is_handed_over_leaves_the_integral():
     state = loop.state
     assert hand_over(loop.parameters, state, 3.0) == state._replace(integral=state.integral - 3.0)
     assert hand_over(check_gains(100.0, 0.0), state, 3.0) is state
+    assert hand_over(check_gains(0.1, 0.5), state, 3.0).integral == state.integral - 3.0
+
+
+def test_with_a_measurement_nothing_fades_however_long_there_was_none():
+    controller = PI(100.0, 0.0, PERIOD).run_uncompiled()
+    inputs = planned_inputs(0.5, 0.1, math.nan, math.nan, PERIOD)
+    guard = controller.state.guard._replace(lost=10.0)
+    assert feed_back(controller.parameters, controller.state, inputs, guard)[0].torque == pytest.approx(40.0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController, load_scenario
-from adaptive_ff.adaptive.estimator import follow_friction_map, learn_friction_map, scale_friction_in_place
+from adaptive_ff.adaptive.estimator import follow_friction_map, learn_friction_map
 from adaptive_ff.adaptive.estimator_state import initial_estimator_state
 from adaptive_ff.adaptive.friction_map import (
     LEAST_FACTOR,
@@ -25,6 +25,7 @@ from adaptive_ff.adaptive.map_reading import read_map
 from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
+from adaptive_ff.model.friction import WITH_OFFSET
 from adaptive_ff.regression.known_loads import INPUT, load_torque
 from adaptive_ff.regression.torque_form import initial_signals
 from adaptive_ff.report.comparison_plots import plot_comparison
@@ -106,31 +107,25 @@ def test_known_torque_is_what_is_given_and_what_is_identified():
     assert followed.friction_map.signals[POSITION, INPUT] == 0.7
 
 
-def test_map_learns_from_what_the_estimator_leaves():
-    estimator = make(**KNOWN).parameters.estimator
+@pytest.mark.parametrize("options", [KNOWN, {"load_friction": True}], ids=["position", "load"])
+def test_map_learns_from_what_the_estimator_leaves(options):
+    estimator = make(parameters=WITH_OFFSET, **options).parameters.estimator
     state = initial_estimator_state(estimator)
-    followed = follow_friction_map(estimator, state, 0.05, 0.0, 0.01, True)
+    followed = follow_friction_map(estimator, state, 0.05, 7.0, 0.01, True)
     estimate, row = state.recursion.estimate, state.scratch.row
+    state.candidates.estimates[:, -1] = 30.0
     estimate[:6], row[:7] = (20.0, 60.0, 90.0, 80.0, 0.02, 3.0), (0.0, 0.4, 0.7, 0.3, 0.2, 10.0, 1.0)
     signals = initial_signals()
-    signals.filters[0, 0] = 150.0
+    signals.filters[0, 0], signals.bent[1] = 150.0, (0.4, 5.0)
     friction = 60.0 * 0.7 + 90.0 * 0.3 + 80.0 * 0.2
-    error = 150.0 - (20.0 * 0.4 + friction + 0.02 * 10.0 + 3.0)
+    error = 150.0 - 30.0 * 0.4 - (20.0 * 0.4 + friction + 0.02 * 10.0 + 3.0)
     learnt = learn_friction_map(estimator, followed, signals, 0.01).friction_map
-    twin = follow_map_in_place(initial_map(estimator.friction_map), estimator.form.pole, 0.05, 0.0, 0.01, True)
+    twin = follow_map_in_place(initial_map(estimator.friction_map), estimator.form.pole, 0.05, 7.0, 0.01, True)
     twin = learn_map_in_place(estimator.friction_map, twin, friction, error, 0.01, estimator.memory)
     for own, other in zip(learnt, twin, strict=True):
         assert np.allclose(own, other, rtol=1e-12, atol=0.0)
-    assert np.all(learnt.coefficients != 0.0)
-
-
-@pytest.mark.parametrize("loads", [0, 2])
-def test_factor_is_on_friction_alone(loads):
-    row = np.arange(1.0, 10.0 + 2.0 * loads)
-    scaled = row.copy()
-    scale_friction_in_place(scaled, 2.0, loads)
-    changed = np.flatnonzero(scaled != row).tolist()
-    assert changed == [2, 3, 4, 7, 8]
+    assert np.all((learnt.coefficients != 0.0) == (options == KNOWN))  # the first load is its own mean
+    assert learnt.seen == 0.01
 
 
 def test_no_error_makes_friction_vanish():

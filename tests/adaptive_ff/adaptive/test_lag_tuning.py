@@ -211,6 +211,22 @@ def test_without_evidence_what_comes_is_fitted_around_the_lag_identified_now(you
     assert drop_stale_evidence(state, 1.01 * LAG, PERIOD, young) == state._replace(evidence=empty_evidence(1.01 * LAG))
 
 
+def test_evidence_is_kept_at_the_very_limit_of_how_far_the_lag_may_move():
+    state = Samples(201, spread=0.5).learn()
+    state = state._replace(evidence=state.evidence._replace(since=0.0))
+    assert drop_stale_evidence(state, 0.25, 0.25, True) == state
+    assert drop_stale_evidence(state, 0.2501, 0.25, True) != state
+
+
+@pytest.mark.parametrize(("squares", "fourth", "learns"), [(1.0, 1e-100, 0), (1e-100, 1.0, 0), (1e-99, 1e-99, 1)])
+def test_sums_of_a_joint_at_rest_for_very_long_are_nothing_to_learn_from(squares, fourth, learns):
+    state = initial_timing_state(check_gains(*GAINS), LAG)._replace(slope=1e-30)
+    known = empty_evidence(LAG)._replace(energy=1.0, squares=squares, fourth=fourth)
+    after = learn_timing(state._replace(evidence=known), 0.0, 1.0, 4.0, 0.0)
+    assert (after.evidence.information > 0.0) == learns
+    assert after.evidence[2:] == known[2:]
+
+
 def test_asking_for_the_best_lag_drops_nothing():
     state = Samples(201, spread=0.5).learn()
     assert best_lag(state, LARGEST, LARGEST, PERIOD) == best_lag(state, LARGEST, LARGEST, PERIOD) != LARGEST

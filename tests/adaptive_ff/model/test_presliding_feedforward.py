@@ -100,6 +100,8 @@ def test_a_plan_at_rest_leaves_the_bristles_as_they_are():
     _, friction, after = feedforward_parts(MODEL, state, 0.0, 0.0, PERIOD)
     assert (after.slip, after.adhesion) == (0.3, -0.1)
     assert 0.0 < after.friction < friction < 5.0
+    _, fades, without = feedforward_parts(SLIDING, state, 0.0, 0.0, PERIOD)
+    assert (friction, after.friction) == (fades, without.friction)
 
 
 def test_a_ramp_without_lag_or_duration_is_followed_at_once():

@@ -381,7 +381,8 @@ def test_value_too_large_to_be_shown_is_refused_all_the_same(tmp_path):
     with pytest.raises(InputError, match=r"duration = \(a huge int\) is not allowed: it must be a finite number"):
         load_scenario(path)
     path.write_text(f"duration.{'a.' * 5000}a = 1", encoding="utf-8")
-    with pytest.raises(InputError, match=r"duration = \(a huge dict\) is not allowed: it must be a finite number"):
+    shown = r"(\(a huge dict\)|\{'a': [^;]{51}\.\.\.)"  # newer versions of Python show so many levels
+    with pytest.raises(InputError, match=rf"duration = {shown} is not allowed: it must be a finite number"):
         load_scenario(path)
 
 
