@@ -74,6 +74,7 @@ from adaptive_ff.model.bounds import (
     write_model,
 )
 from adaptive_ff.model.feedforward import (
+    TURNED,
     FeedforwardState,
     ahead,
     exchange_model,
@@ -274,7 +275,7 @@ def step_model(
     if math.isfinite(inputs.inertia):
         inertia = model.inertia * inertia_ratio(block, inputs)
     torque, friction, new = feedforward_parts(
-        model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia
+        model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia, TURNED
     )
     turn = (delay + 0.5) * block.period * inputs.reference
     return torque + estimated_load(block.estimator, estimator, turn), friction, new

@@ -17,6 +17,12 @@ the LuGre model with ``s = F/sigma_0`` and ``c = sigma_1 Vs``, but that ``s`` do
 A reference at rest has no direction. Where it comes to rest most of the Coulomb friction of the last direction is held
 for a while, as the joint holds it: bristles stay bent, and under a position loop the joint stays where it stopped. The
 rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well.
+
+Where the reference reverses, friction can be held in the same way until the reference is beyond zero by
+``0.04 Fc T/J``. Friction that is turned too early throws a joint that still slides, by ``2 Fc/J`` times the time.
+Turned too late it leaves a joint at rest that sticks anyway. A plan that hardly crosses zero is not worth the turn: the
+joint stands still and is no further from the plan than the plan from zero. The adaptive controller asks for that; by
+itself friction turns where the reference does.
 """
 
 import math
@@ -33,6 +39,13 @@ HELD = 0.8
 FADING = 0.6
 """Time constant with which that fades, s: a real drive at rest gives less and less (replays of the KUKA KR300)."""
 
+TURNED = 0.04
+"""Speed at which a reversed reference turns friction, over the change of speed that Coulomb friction makes in a period.
+
+Settled error of PI over own, geometric means, with 0, 0.025, 0.035, 0.05 and 0.1: on 150 joints drawn with seed 101
+3.86, 4.14, 4.09, 4.19, 4.00, on a Stribeck curve that falls by twice the gain (seeds 101 to 115) 6.3, 9.4, 10.4, 10.1,
+6.8.
+"""
 
 PIECES = 4
 """Pieces of a period over which friction behind a lag over the path is integrated."""
@@ -107,7 +120,7 @@ def lagged_ramp(friction: float, first: float, last: float, lag: float, duration
 
 @register_jitable
 def one_way_friction(
-    model: TorqueModel, friction: float, start: float, end: float, duration: float
+    model: TorqueModel, friction: float, start: float, end: float, duration: float, turned: float = 0.0
 ) -> tuple[float, float]:
     """Let the lagged friction follow a motion that does not reverse.
 
@@ -121,6 +134,8 @@ def one_way_friction(
         Velocity at the start and the end, rad/s, not of opposite signs.
     duration : float
         Duration, s.
+    turned : float, optional
+        Speed up to which friction of the other direction is held, rad/s.
 
     Returns
     -------
@@ -130,7 +145,8 @@ def one_way_friction(
         Friction torque at the end, N m.
     """
     direction = start + end
-    if direction == 0.0:
+    held = friction * direction < 0.0 and max(abs(start), abs(end)) < turned
+    if direction == 0.0 or held:
         return resting_friction(model, friction, duration)
     first = directed_friction(model, abs(start), direction)
     last = directed_friction(model, abs(end), direction)
@@ -185,12 +201,19 @@ def ahead(state: FeedforwardState, reference: float, next_reference: float, dela
 
 @register_jitable
 def friction_along(
-    model: TorqueModel, friction: float, slip: float, adhesion: float, start: float, end: float, duration: float
+    model: TorqueModel,
+    friction: float,
+    slip: float,
+    adhesion: float,
+    start: float,
+    end: float,
+    duration: float,
+    turned: float = 0.0,
 ) -> tuple[float, float, float, float]:
     """Let friction, bent shares too, follow a motion that does not reverse; return its integral, it, and the shares."""
     direction = start + end
     if model.presliding <= 0.0:
-        integral, friction = one_way_friction(model, friction, start, end, duration)
+        integral, friction = one_way_friction(model, friction, start, end, duration, turned)
         return integral, friction, slip, adhesion
     if direction == 0.0 or duration <= 0.0:
         integral, friction = resting_friction(model, friction, duration)
@@ -220,18 +243,24 @@ def feedforward_parts(
     period: float,
     delay: float = 0.0,
     inertia: float = math.nan,
+    share: float = 0.0,
 ) -> tuple[float, float, FeedforwardState]:
-    """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
+    """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``.
+
+    ``share`` is the speed at which a reversed reference turns friction, as that of :data:`TURNED`.
+    """
     moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = ahead(state, reference, next_reference, delay)
     friction, slip, adhesion = state.friction, state.slip, state.adhesion
+    turned = share * model.coulomb / moved * period if share > 0.0 else 0.0
     if start * end < 0.0:
         turn = period * start / (start - end)
-        before, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, 0.0, turn)
-        after, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, 0.0, end, period - turn)
+        before, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, 0.0, turn, turned)
+        rest = period - turn
+        after, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, 0.0, end, rest, turned)
         integral = before + after
     else:
-        integral, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, end, period)
+        integral, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, end, period, turned)
     torque = (moved * (end - start) + integral) / period + model.offset
     return torque, integral / period, FeedforwardState(friction, reference, True, slip, adhesion)
 

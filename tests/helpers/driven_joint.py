@@ -37,15 +37,15 @@ def noise_at(time):
     return float(NOISE * np.random.default_rng(101).standard_normal(round(time / PERIOD) + 1)[-1])
 
 
-def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=None, **given):
+def drive(controller, joint, begin, end, *, load=None, limit=math.inf, clamped=None, seed=101, **given):
     """Move a joint along the plan from one time to another.
 
     ``load(time, position)`` is a torque against the motor's, ``clamped(time)`` tells whether a brake holds the joint;
     what else is given are functions ``(time, position)`` for the arguments of a step. The measured velocity is noisy,
-    the same noise at the same time.
+    the same noise at the same time for the same seed.
     """
     rows = []
-    noise = NOISE * np.random.default_rng(101).standard_normal(round(end / PERIOD))
+    noise = NOISE * np.random.default_rng(seed).standard_normal(round(end / PERIOD))
     for k in range(round(begin / PERIOD), round(end / PERIOD)):
         time, state = k * PERIOD, joint.state
         arguments = {name: value(time, state.position) for name, value in given.items()}

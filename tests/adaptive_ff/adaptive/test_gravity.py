@@ -38,9 +38,13 @@ def unloaded():
 
 @pytest.mark.parametrize("parameters", [WITH_GRAVITY, PER_DIRECTION_WITH_GRAVITY], ids=["symmetric", "directions"])
 def test_joint_with_weight_settles_as_without(unloaded, parameters):
-    controller = make(parameters)
-    run = drive(controller, reference_joint(), 0.0, END, load=weight, position=known_position)
-    assert settled(run) < 1.3 * unloaded
+    errors = []
+    for seed in (101, 102, 103):  # one reversal turned wrongly costs a third in one draw of the noise of twenty
+        controller = make(parameters)
+        run = drive(controller, reference_joint(), 0.0, END, seed=seed, load=weight, position=known_position)
+        errors.append(settled(run))
+    assert np.median(errors) < 1.1 * unloaded
+    assert max(errors) < 1.5 * unloaded
     assert controller.estimates["gravity_sin"] == pytest.approx(100.0 * math.cos(0.4), abs=2.0)
     assert controller.estimates["gravity_cos"] == pytest.approx(100.0 * math.sin(0.4), abs=2.0)
     assert controller.estimates["coulomb"] == pytest.approx(60.0, abs=2.0)
