@@ -74,12 +74,12 @@ from adaptive_ff.model.bounds import (
     write_model,
 )
 from adaptive_ff.model.feedforward import (
-    TURNED,
     FeedforwardState,
     ahead,
     exchange_model,
     feedforward_parts,
     initial_feedforward_state,
+    turning_speed,
 )
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.sliding_gate import sliding_time
@@ -274,8 +274,9 @@ def step_model(
     delay, inertia = block.feedback.delay, math.nan
     if math.isfinite(inputs.inertia):
         inertia = model.inertia * inertia_ratio(block, inputs)
+    turned = turning_speed(model.coulomb, model.inertia, block.period)
     torque, friction, new = feedforward_parts(
-        model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia, TURNED
+        model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia, turned
     )
     turn = (delay + 0.5) * block.period * inputs.reference
     return torque + estimated_load(block.estimator, estimator, turn), friction, new

@@ -21,8 +21,8 @@ rest fades with the lag. The offset is a constant, which no lag changes; it is f
 Where the reference reverses, friction can be held in the same way until the reference is beyond zero by
 ``0.04 Fc T/J``. Friction that is turned too early throws a joint that still slides, by ``2 Fc/J`` times the time.
 Turned too late it leaves a joint at rest that sticks anyway. A plan that hardly crosses zero is not worth the turn: the
-joint stands still and is no further from the plan than the plan from zero. The adaptive controller asks for that; by
-itself friction turns where the reference does.
+joint stands still and is no further from the plan than the plan from zero. Controllers that feed a
+model ask for that; by itself friction turns where the reference does.
 """
 
 import math
@@ -181,6 +181,22 @@ def exchange_model(state: FeedforwardState, old: TorqueModel, new: TorqueModel, 
 
 
 @register_jitable
+def turning_speed(coulomb: float, inertia: float, period: float) -> float:
+    """Return the speed (rad/s) of a reversed reference at which friction is turned; see :data:`TURNED`.
+
+    Parameters
+    ----------
+    coulomb : float
+        Coulomb friction, N m.
+    inertia : float
+        Inertia, kg m^2; without any, friction turns at once.
+    period : float
+        Sampling period, s.
+    """
+    return TURNED * coulomb / inertia * period if inertia > 0.0 else 0.0
+
+
+@register_jitable
 def ahead(state: FeedforwardState, reference: float, next_reference: float, delay: float) -> tuple[float, float]:
     """Return the reference at the start and at the end of the period in which a torque computed now will act.
 
@@ -243,16 +259,12 @@ def feedforward_parts(
     period: float,
     delay: float = 0.0,
     inertia: float = math.nan,
-    share: float = 0.0,
+    turned: float = 0.0,
 ) -> tuple[float, float, FeedforwardState]:
-    """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``.
-
-    ``share`` is the speed at which a reversed reference turns friction, as that of :data:`TURNED`.
-    """
+    """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
     moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = ahead(state, reference, next_reference, delay)
     friction, slip, adhesion = state.friction, state.slip, state.adhesion
-    turned = share * model.coulomb / moved * period if share > 0.0 else 0.0
     if start * end < 0.0:
         turn = period * start / (start - end)
         before, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, 0.0, turn, turned)
@@ -274,6 +286,7 @@ def step_feedforward(
     period: float,
     delay: float = 0.0,
     inertia: float = math.nan,
+    turned: float = 0.0,
 ) -> tuple[float, FeedforwardState]:
     """Return the torque (N m) for the coming period, or for the one that a delay makes of it, and the new state.
 
@@ -291,6 +304,8 @@ def step_feedforward(
         Computation delay of the drive, periods.
     inertia : float, optional
         Inertia in the present configuration, kg m^2, in the place of the model's; not a number where that holds.
+    turned : float, optional
+        Speed of a reversed reference up to which friction of the last direction is held, rad/s; see ``turning_speed``.
     """
-    torque, _, new = feedforward_parts(model, state, reference, next_reference, period, delay, inertia)
+    torque, _, new = feedforward_parts(model, state, reference, next_reference, period, delay, inertia, turned)
     return torque, new

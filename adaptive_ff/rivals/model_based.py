@@ -13,7 +13,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.observer import plan_as_measured
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward, turning_speed
 from adaptive_ff.model.friction import TorqueModel
 from controllers import (
     ESTIMATES,
@@ -144,6 +144,7 @@ def step_model_based(
         block.period,
         block.feedback.delay,
         inputs.inertia,
+        turning_speed(model.coulomb, model.inertia, block.period),
     )
     if block.gravity > 0.0:
         middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference

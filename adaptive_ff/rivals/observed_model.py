@@ -6,11 +6,12 @@ inertia's torque is the observer's own, with the model's inertia. This is what i
 feedforward is set once and an observer makes up for its errors, loads and changes.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward, turning_speed
 from adaptive_ff.model.friction import TorqueModel
 from controllers import (
     ESTIMATES,
@@ -90,8 +91,9 @@ def step_observed_model(
     """Do one sample: feedforward of the friction, then the loop with its observer."""
     loop, delay = block.feedback, block.feedback.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
+    turned = turning_speed(block.friction.coulomb, loop.inertia, loop.period)
     torque, feedforward = step_feedforward(
-        block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay
+        block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay, math.nan, turned
     )
     known = with_feedforward(inputs, torque)
     output, after = observe_and_feed_back(loop, aware_observer(state, delay), known, guard)

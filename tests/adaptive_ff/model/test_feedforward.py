@@ -11,12 +11,12 @@ from scipy.integrate import solve_ivp
 from adaptive_ff.model.feedforward import (
     FADING,
     HELD,
-    TURNED,
     FeedforwardState,
     exchange_model,
     feedforward_parts,
     initial_feedforward_state,
     step_feedforward,
+    turning_speed,
 )
 from adaptive_ff.model.friction import TorqueModel, directed_friction, model_friction
 from adaptive_ff.rivals.model_based import ModelBased
@@ -303,22 +303,22 @@ def test_exchanged_model_at_rest_changes_nothing_and_in_motion_what_friction_cha
         assert found[1:] == state[1:]
 
 
-SLOW = TURNED * MODEL.coulomb / MODEL.inertia * PERIOD
+SLOW = turning_speed(MODEL.coulomb, MODEL.inertia, PERIOD)
 """Speed up to which friction of the other direction is held, rad/s."""
 
 
-def frictions_along(plan, share):
+def frictions_along(plan, turned):
     """Friction fed forward in each period along a plan, N m."""
     state, found = FeedforwardState(50.0, plan[0], True), []
     for reference, following in itertools.pairwise(plan):
-        _, friction, state = feedforward_parts(MODEL, state, reference, following, PERIOD, share=share)
+        _, friction, state = feedforward_parts(MODEL, state, reference, following, PERIOD, turned=turned)
         found.append(friction)
     return np.array(found)
 
 
 def test_a_plan_that_hardly_crosses_zero_does_not_turn_friction():
     plan = np.array([0.02, 0.0, *[-0.9 * SLOW] * 5, 0.0, 0.02])
-    held, turned = frictions_along(plan, TURNED), frictions_along(plan, 0.0)
+    held, turned = frictions_along(plan, SLOW), frictions_along(plan, 0.0)
     assert np.min(held) > 0.5 * HELD * MODEL.coulomb
     assert np.min(turned) < 0.0
     rest = frictions_along(np.array([0.02, *[0.0] * 7]), 0.0)
@@ -327,8 +327,8 @@ def test_a_plan_that_hardly_crosses_zero_does_not_turn_friction():
 
 def test_beyond_that_speed_friction_turns():
     """At once where the plan is beyond it within a period, else when it comes there."""
-    assert frictions_along([0.02, -0.02, -0.02], TURNED) == pytest.approx(frictions_along([0.02, -0.02, -0.02], 0.0))
-    steps = frictions_along([0.02, 0.0, -0.5 * SLOW, -0.9 * SLOW, -1.1 * SLOW, -2.0 * SLOW], TURNED)
+    assert frictions_along([0.02, -0.02, -0.02], SLOW) == pytest.approx(frictions_along([0.02, -0.02, -0.02], 0.0))
+    steps = frictions_along([0.02, 0.0, -0.5 * SLOW, -0.9 * SLOW, -1.1 * SLOW, -2.0 * SLOW], SLOW)
     assert np.all(steps[1:3] > 0.0)
     assert steps[3] < steps[2] - 10.0
     assert steps[4] < 0.0
@@ -336,4 +336,4 @@ def test_beyond_that_speed_friction_turns():
 
 def test_friction_of_the_same_direction_is_never_held():
     plan = np.array([0.5, 0.9, 0.5, 0.2, 0.0]) * SLOW
-    assert frictions_along(plan, TURNED) == pytest.approx(frictions_along(plan, 0.0))
+    assert frictions_along(plan, SLOW) == pytest.approx(frictions_along(plan, 0.0))

@@ -1,13 +1,14 @@
 """What feedback-error learning claims, and the choices made here."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, lay_course
 
+from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
-from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.scenario.truth import true_model
 
 GAINS = SCENARIO.feedback.gains
@@ -31,14 +32,17 @@ def quiet(**joint):
 
 
 def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
-    """Oracle: the fixed feedforward. The lag acts on viscous friction there, which leaves ``sigma tau dw_ref/dt``."""
+    """Oracle: the model. The lag acts on viscous friction there, which leaves ``sigma tau dw_ref/dt``."""
     course, model = lay_course(SCENARIO.modified(duration=6.0)), true_model(SCENARIO)._replace(viscous=0.0)
     learning = with_lags([model.friction_lag / 2.0, model.friction_lag])
     teach(learning, model, lag=1)
     learning.enabled = False
     found, _ = drive(learning, course)
-    expected, _ = drive(ModelBased(*GAINS, 0.01, model), course)
-    assert found.feedforward == pytest.approx(expected.feedforward, abs=1e-9)
+    state, expected = initial_feedforward_state(), []
+    for reference, following in itertools.pairwise(course.reference[course.samples]):
+        torque, state = step_feedforward(model, state, reference, following, 0.01)
+        expected.append(torque)
+    assert found.feedforward[: len(expected)] == pytest.approx(expected, abs=1e-9)
     assert np.ptp(found.feedforward) > 100.0
 
 
