@@ -158,6 +158,7 @@ static double model_friction(const struct model *m, double speed) {
 
 #define HELD 0.8   /* share of the Coulomb friction that is held where the plan comes to rest */
 #define FADING 0.6 /* time constant with which it fades, s */
+#define TURNED 0.04 /* speed at which a reversed plan turns friction, over what Coulomb friction changes in a period */
 
 /* Integral of the friction while the reference rests. */
 static double resting_friction(const struct model *m, double *friction, double duration) {
@@ -173,9 +174,11 @@ static double resting_friction(const struct model *m, double *friction, double d
 }
 
 /* Integral of the lagged friction over a motion that does not reverse. */
-static double one_way_friction(const struct model *m, double *friction, double start, double end, double duration) {
+static double one_way_friction(const struct model *m, double *friction, double start, double end, double duration,
+                               double turned) {
     double direction = start + end, lag = m->friction_lag;
-    if (direction == 0.0) {
+    int held = *friction * direction < 0.0 && fmax(fabs(start), fabs(end)) < turned;
+    if (direction == 0.0 || held) {
         return resting_friction(m, friction, duration);
     }
     double first = copysign(model_friction(m, fabs(start)), direction);
@@ -192,13 +195,13 @@ static double one_way_friction(const struct model *m, double *friction, double s
 
 /* Feedforward torque of the coming period. */
 static double step_feedforward(const struct model *m, double period, double *friction, double reference, double next) {
-    double integral;
+    double integral, turned = m->inertia > 0.0 ? TURNED * m->friction.coulomb / m->inertia * period : 0.0;
     if (reference * next < 0.0) {
         double turn = period * reference / (reference - next);
-        integral = one_way_friction(m, friction, reference, 0.0, turn);
-        integral += one_way_friction(m, friction, 0.0, next, period - turn);
+        integral = one_way_friction(m, friction, reference, 0.0, turn, turned);
+        integral += one_way_friction(m, friction, 0.0, next, period - turn, turned);
     } else {
-        integral = one_way_friction(m, friction, reference, next, period);
+        integral = one_way_friction(m, friction, reference, next, period, turned);
     }
     return (m->inertia * (next - reference) + integral) / period;
 }
