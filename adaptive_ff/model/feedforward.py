@@ -21,8 +21,8 @@ rest fades with the lag. The offset is a constant, which no lag changes; it is f
 Where the reference reverses, friction can be held in the same way until the reference is beyond zero by
 ``0.04 Fc T/J``. Friction that is turned too early throws a joint that still slides, by ``2 Fc/J`` times the time.
 Turned too late it leaves a joint at rest that sticks anyway. A plan that hardly crosses zero is not worth the turn: the
-joint stands still and is no further from the plan than the plan from zero. Controllers that feed a
-model ask for that; by itself friction turns where the reference does.
+joint stands still and is no further from the plan than the plan from zero. Controllers that feed a model ask for that;
+by itself friction turns where the reference does.
 """
 
 import math
