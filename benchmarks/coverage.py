@@ -21,7 +21,9 @@ from scipy import signal
 
 from adaptive_ff import InputError
 from adaptive_ff.files import write_json
+from adaptive_ff.identify.families import BASE, GRAVITY, LAG, SATURATIONS, Terms
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.reported import VAGUE
 from adaptive_ff.logs.log import Log
 
 Array = NDArray[np.float64]
@@ -53,12 +55,15 @@ class Case(NamedTuple):
         Length, s.
     enough : bool
         Whether there is enough motion.
+    models : tuple of tuple of str
+        Terms that the joint has; several where its saturation has a shape that is none of those identified.
     """
 
     log: Log
     truth: dict[str, float]
     duration: float
     enough: bool
+    models: tuple[Terms, ...]
 
 
 def _between(generator: np.random.Generator, low: float, high: float) -> float:
@@ -90,8 +95,8 @@ def make_case(seed: int) -> Case:
         relative / (1.0 + np.abs(relative)),
         np.arctan(0.5 * np.pi * relative) / (0.5 * np.pi),  # none that is identified
     )
-    saturated = shapes[int(generator.integers(4))]
-    static = coulomb * np.sign(velocity) + viscous * velocity + saturation * saturated
+    shape = int(generator.integers(4))
+    static = coulomb * np.sign(velocity) + viscous * velocity + saturation * shapes[shape]
     friction = _lagged(static, lag, 1.0 / fine)
     torque = inertia * acceleration + friction + offset + gravity * np.sin(position + phase)
     kept = slice(round(fine), None, round(fine / rate))
@@ -104,7 +109,16 @@ def make_case(seed: int) -> Case:
     reversals = int(np.count_nonzero(np.diff(np.sign(velocity[kept])) != 0.0))
     truth = {"inertia": inertia, "coulomb": coulomb, "viscous": viscous, "friction_lag": lag}
     enough = reversals >= FEWEST_REVERSALS and share >= SMALLEST_SHARE
-    return Case(Log(f"log {seed}", time, torque, position=position), truth, duration, enough)
+    models = _models(gravity=gravity > 0.0, shape=shape if saturation > 0.0 else None)
+    return Case(Log(f"log {seed}", time, torque, position=position), truth, duration, enough, models)
+
+
+def _models(*, gravity: bool, shape: int | None) -> tuple[Terms, ...]:
+    """Return the terms of a joint; ``shape`` is that of its saturation, None without one."""
+    terms = (*BASE, "offset", *(GRAVITY if gravity else ()), LAG)
+    if shape is None:
+        return (terms,)
+    return tuple((*terms, one) for one in (SATURATIONS[shape : shape + 1] or SATURATIONS))
 
 
 def _motion(generator: np.random.Generator, time: Array) -> tuple[Array, Array, Array]:
@@ -154,7 +168,8 @@ def examine(case: Case, **asked: Any) -> dict[str, Any]:
             "covers": bool(lower <= true <= upper),
             "half_width": 0.5 * (upper - lower) / true,
             "error": value / true - 1.0,
-            "flagged": bool(getattr(reported, "confounded", ())) or not reported.identifiable,
+            "vague": 0.5 * (upper - lower) / abs(value),
+            "flagged": bool(reported.confounded) or not reported.identifiable,
         }
     return result
 
@@ -173,6 +188,7 @@ def main(
     results = [examine(make_case(seed), **asked) for seed in range(first, first + logs)]
     console = Console()
     console.print(coverage_table(results))
+    console.print(flag_sentence(results))
     if any(asked.values()):
         maps = sum(result["refused"] is None and result["map"] for result in results)
         console.print(f"A map is chosen in {maps} of {logs} logs, none of which has one.")
@@ -209,6 +225,20 @@ def coverage_table(results: list[dict[str, Any]]) -> Table:
     refused = [True] * (len(results) - len(answered))
     table.add_row("any, or refused", "", "", "", "", _percent([*either, *refused]))
     return table
+
+
+def flag_sentence(results: list[dict[str, Any]]) -> str:
+    """Return how many logs would be flagged with another half width, over the value, to flag from."""
+    answered = [[result[name] for name in NAMES] for result in results if result["refused"] is None]
+    shares = []
+    for least in (VAGUE, 0.5, 1.0):
+        flags = [any(one["flagged"] and one["vague"] >= least for one in whole) for whole in answered]
+        shares.append(f"{_percent(flags)} from {100.0 * least:g} %")
+    vague = _percent([any(one["vague"] >= VAGUE for one in whole) for whole in answered])
+    return (
+        f"Flagged, by the half width of an interval over its value: {', '.join(shares)} on (zero is inside then). From "
+        f"{100.0 * VAGUE:g} % on, with a further term to blame for it or without: {vague}."
+    )
 
 
 def _percent(flags: list[bool]) -> str:

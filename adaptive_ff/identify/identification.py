@@ -113,7 +113,7 @@ def identify_log(
     check_asked(asked, log)
     prepared = prepare(log, bandwidth, linear=linear)
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
-    problem = _problem(prepared, fitting, torque_delay)
+    problem = regression_problem(prepared, fitting, torque_delay)
     selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
     basis: MapBasis | None = None
     if asked != MapAsked():
@@ -123,7 +123,7 @@ def identify_log(
         check_asked(asked, validation)
         other = prepare(validation, prepared.bandwidth, linear=linear)._replace(rest=prepared.rest)
         unseen, name = other.pieces, validation.name
-    held = _problem(other, unseen, torque_delay)
+    held = regression_problem(other, unseen, torque_delay)
     if basis is not None and selection.varied is not None:
         held = with_map(held, other, unseen, basis, selection.varied)
     used = Used(sum(piece.size for piece in [*fitting, *holding]), sorted([*prepared.skipped, *short]))
@@ -219,7 +219,8 @@ def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece],
     return fitting, holding, short
 
 
-def _problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
+def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
+    """Return what is regressed of some pieces of a log; the delay of the torque in s."""
     band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
     conditioned = [condition(prepared.log, piece, band, period, rest) for piece in pieces]
     noise = column_noise(prepared)

@@ -1,5 +1,7 @@
 """Parameters of the report: which are identifiable, which are part of the model, and which are confounded."""
 
+import math
+
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, STICTION, is_mapped
 from adaptive_ff.identify.fit import Fitted
@@ -19,6 +21,9 @@ VAGUE = 0.25
 
 TIED = 0.95
 """Correlation of two estimates from which they count as tied to each other."""
+
+UNTIED = math.sqrt(1.0 - TIED**2)
+"""What knowing one of them leaves of the interval of the other."""
 
 
 def reported(selection: Selection) -> dict[str, Reported]:
@@ -71,7 +76,7 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
     for other in selection.alike[1:]:
         if name in other.parameters and abs(other.estimate(name).value - estimate.value) > 0.5 * bound:
             found.update(dict.fromkeys(sorted({*own.terms} ^ {*other.terms})))
-    found.update(dict.fromkeys(_tied(own, name)))
+    found.update(dict.fromkeys([*_tied(own, name), *_bent(selection, name)]))
     terms = (mapped_word(term) if is_mapped(term) else term for term in found if term != name)
     return tuple(dict.fromkeys(terms))
 
@@ -88,3 +93,22 @@ def _tied(fitted: Fitted, name: str) -> list[str]:
         for other, covariance, error in zip(names, row, errors, strict=True)
         if other != name and abs(covariance) > TIED * errors[place] * error
     ]
+
+
+def _bent(selection: Selection, name: str) -> list[str]:
+    """Return the saturation of the model, where a parameter's interval is wide for its shapes and bends.
+
+    That is where, were both known, the interval would be as much narrower as that of an estimate which is tied.
+    """
+    own = selection.chosen
+    names, covariance = own.regression.names, own.regression.covariance
+    shapes = [term for term in SATURATIONS if term in own.terms and term != name and name in names]
+    if not shapes or name == BENT[shapes[0]]:
+        return []
+    place, bend = names.index(name), names.index(BENT[shapes[0]])
+    lower, upper = selection.ends(own, name)
+    estimate = own.estimate(name)
+    known = math.sqrt(
+        max(1.0 - covariance[place, bend] ** 2 / (covariance[place, place] * covariance[bend, bend]), 0.0)
+    )
+    return shapes if known * (estimate.upper - estimate.lower) < UNTIED * (upper - lower) else []

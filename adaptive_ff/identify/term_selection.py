@@ -66,12 +66,12 @@ class Selection(NamedTuple):
     def interval(self, name: str) -> Estimate:
         """Return a parameter of the chosen model; its interval covers those of all models that are alike."""
         estimate = self.chosen.estimate(name)
-        ends = [self._ends(fitted, name) for fitted in self.alike if name in fitted.parameters]
+        ends = [self.ends(fitted, name) for fitted in self.alike if name in fitted.parameters]
         lower, upper = min(low for low, _ in ends), max(high for _, high in ends)
         return Estimate(estimate.value, estimate.standard_error, lower, upper)
 
-    def _ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
-        """Return the ends of the interval of one model."""
+    def ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
+        """Return the ends of the interval of one of the models that are alike."""
         profiles = self.profiles.get(fitted.terms)
         if profiles is None or name not in profiles[0].values or any(name not in one.values for one in profiles):
             return fitted.estimate(name)[2:]

@@ -6,7 +6,7 @@ import pytest
 from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.fit import fit_terms
 from adaptive_ff.identify.grid import BLOCKS, fit_on_grid, make_grid
-from adaptive_ff.identify.identification import _divide, _problem
+from adaptive_ff.identify.identification import regression_problem
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.shape_profile import profile_interval, shape_profiles
 from adaptive_ff.logs.log import Log
@@ -26,7 +26,7 @@ def fitted():
     torque = 0.5 * acceleration + 2.0 * np.sign(velocity) + 1.5 * velocity
     torque += 1.0 * velocity / (0.5 + np.abs(velocity)) + noise
     prepared = prepare(Log("log", time, torque, position=position))
-    problem = _problem(prepared, _divide(prepared, 0.0)[0], 0.0)
+    problem = regression_problem(prepared, prepared.pieces, 0.0)
     grid = make_grid(problem)
     start = fit_on_grid(grid, TERMS, np.ones(BLOCKS, dtype=bool), np.zeros(BLOCKS, dtype=bool))
     found = fit_terms(problem, TERMS, 0.95, start={"long_saturation_velocity": start.speed})
