@@ -230,7 +230,8 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
 def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
-    model = torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
+    rises = block.estimator.rises
+    model = torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads, rises)
     return with_bristles(model, form.presliding, damping_in_use(estimator))
 
 

@@ -95,20 +95,28 @@ def confine_in_place(estimate: NDArray[np.float64], ranges: NDArray[np.float64])
 
 @register_jitable(forceinline=True)
 def torque_model(
-    estimate: NDArray[np.float64], lag: float, stribeck_velocity: float, stribeck_shape: float, loads: int = 0
+    estimate: NDArray[np.float64],
+    lag: float,
+    stribeck_velocity: float,
+    stribeck_shape: float,
+    loads: int = 0,
+    rises: bool = False,
 ) -> TorqueModel:
     """Return the model that an estimate stands for, with a friction lag (s) that may be another one.
 
     The last parameters, so many as there are known loads, are no part of the model. In either direction stiction
-    is at least Coulomb friction and the viscous coefficient is not negative.
+    is at least Coulomb friction, but where friction may rise from standstill on, and the viscous coefficient is not
+    negative.
     """
-    stiction = max(estimate[STICTION], estimate[COULOMB])
+    stiction = estimate[STICTION]
+    if not rises:
+        stiction = max(stiction, estimate[COULOMB])
     size = estimate.size - loads
     offset, adhesion, slope = 0.0, 0.0, 0.0
     if size > OFFSET:
         offset = estimate[OFFSET]
     if size > STICTION_ASYMMETRY:
-        excess = stiction - estimate[COULOMB]
+        excess = abs(stiction - estimate[COULOMB])
         adhesion = min(max(estimate[STICTION_ASYMMETRY], -excess), excess)
         slope = min(max(estimate[VISCOUS_ASYMMETRY], -estimate[VISCOUS]), estimate[VISCOUS])
     return TorqueModel(

@@ -157,13 +157,14 @@ def kuka_reader(axis: int) -> Callable[[Path, str], Log]:
     return read
 
 
-KUKA_SETTINGS = {"stribeck_velocity": 0.01, "memory": 2.0, "identify": "directions"}
-"""Chosen on record A of axes 1, 4 and 6 together; record B took no part."""
+SETTINGS = {"memory": 2.0, "identify": "directions"}
+KUKA_SETTINGS = {"stribeck_velocity": 0.01, **SETTINGS}
+"""Chosen on record A of axes 1, 4 and 6 together; record B took no part, and neither did the other machines."""
 
 JOBS = (
-    Job(EMPS, "", EMPS.files, read_emps, linear=True, simulated=True, scored=True),
-    Job(STAUBLI, "joint 1", STAUBLI.files, staubli_reader(1), held_out=1.0 / 3.0),
-    Job(STAUBLI, "joint 4", STAUBLI.files, staubli_reader(4), held_out=1.0 / 3.0),
+    Job(EMPS, "", EMPS.files, read_emps, linear=True, settings=SETTINGS, simulated=True, scored=True),
+    Job(STAUBLI, "joint 1", STAUBLI.files, staubli_reader(1), held_out=1.0 / 3.0, settings=SETTINGS),
+    Job(STAUBLI, "joint 4", STAUBLI.files, staubli_reader(4), held_out=1.0 / 3.0, settings=SETTINGS),
     Job(KUKA, "axis 1", KUKA.files, kuka_reader(1), settings=KUKA_SETTINGS),
     Job(KUKA, "axis 4", KUKA.files, kuka_reader(4), settings=KUKA_SETTINGS, simulated=True),
     Job(KUKA, "axis 6", KUKA.files, kuka_reader(6), settings=KUKA_SETTINGS, simulated=True),

@@ -1,10 +1,11 @@
 """What is believed of a joint's parameters."""
 
+import numpy as np
 import pytest
 
 from adaptive_ff import simulate
 from adaptive_ff.comparison.matrix.cells import cell_scenario
-from adaptive_ff.model.bounds import largest_lag
+from adaptive_ff.model.bounds import largest_lag, torque_model
 
 
 @pytest.mark.parametrize(("response", "largest"), [(0.016, 0.16), (0.01, 0.1), (0.0013, 0.1), (1e-6, 0.1)])
@@ -18,3 +19,12 @@ def test_behind_a_loop_much_faster_than_the_friction_lag_the_lag_is_found():
     run = simulate(scenario, "adaptive_unsupervised")
     assert run.final_estimates["friction_lag"] == pytest.approx(0.02, rel=0.1)
     assert run.metrics.rms_error_settled < 0.1 * simulate(scenario, "pi").metrics.rms_error_settled
+
+
+@pytest.mark.parametrize(
+    ("stiction", "rises", "fed", "adhesion"), [(5.0, False, 5.0, 2.0), (1.0, False, 3.0, 0.0), (1.0, True, 1.0, 2.0)]
+)
+def test_stiction_is_at_least_coulomb_friction_unless_friction_may_rise(stiction, rises, fed, adhesion):
+    estimate = np.array([1.0, 3.0, stiction, 0.5, 0.01, 0.0, 9.0, 0.0])
+    model = torque_model(estimate, 0.02, 0.05, 1.0, rises=rises)
+    assert (model.coulomb, model.stiction, model.stiction_asymmetry) == (3.0, fed, adhesion)

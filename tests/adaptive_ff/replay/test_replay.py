@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from synthetic_logs import make_log
+from synthetic_logs import make_log, motion
 
 from adaptive_ff import InputError, TorqueModel, load_scenario, simulate
 from adaptive_ff.logs.derivatives import lowpass
@@ -199,6 +199,17 @@ def lagged_log(lag, **options):
     friction = 3.0 * np.sign(velocity) + 4.0 * velocity
     decay = math.exp(-0.002 / lag)
     return replace(log, torque=log.torque - friction + lfilter([1.0 - decay], [1.0, -decay], friction))
+
+
+def test_friction_that_rises_from_standstill_is_fed_forward_as_it_is():
+    """That of slow saturation is Coulomb friction of 5, and stiction below it."""
+    log, speed = make_log(duration=30.0, noise=0.05), motion(0.002 * np.arange(15_000))[1]
+    saturating = 2.0 * np.sign(speed) * -np.expm1(-np.abs(speed) / 0.3)
+    log = replace(log, torque=log.torque + saturating, extra={"reference_velocity": speed})
+    found = replay_log(log, inertia=2.0, stribeck_velocity=0.3, fixed=MODEL)
+    assert found.estimates["adaptive"]["stiction"] == pytest.approx(3.0, rel=0.1)
+    assert found.estimates["adaptive"]["coulomb"] == pytest.approx(5.0, rel=0.1)
+    assert found.left["adaptive"].second_half < 0.03 * found.left["none"].second_half
 
 
 def test_lag_leaves_its_first_guess():
