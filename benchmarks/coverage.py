@@ -169,6 +169,7 @@ def examine(case: Case, **asked: Any) -> dict[str, Any]:
             "half_width": 0.5 * (upper - lower) / true,
             "error": value / true - 1.0,
             "vague": 0.5 * (upper - lower) / abs(value),
+            "apart": reported.identifiable,
             "flagged": bool(reported.confounded) or not reported.identifiable,
         }
     return result
@@ -228,16 +229,18 @@ def coverage_table(results: list[dict[str, Any]]) -> Table:
 
 
 def flag_sentence(results: list[dict[str, Any]]) -> str:
-    """Return how many logs would be flagged with another half width, over the value, to flag from."""
+    """Return how vague what is flagged is, and how many logs have something vague without a flag."""
     answered = [[result[name] for name in NAMES] for result in results if result["refused"] is None]
-    shares = []
-    for least in (VAGUE, 0.5, 1.0):
+    shares = {}
+    for least in (VAGUE, 2.0 * VAGUE):
         flags = [any(one["flagged"] and one["vague"] >= least for one in whole) for whole in answered]
-        shares.append(f"{_percent(flags)} from {100.0 * least:g} %")
+        shares[least] = f"{_percent(flags)} from {100.0 * least:g} % of the value on"
+    zero = _percent([any(not one["apart"] for one in whole) for whole in answered])
     vague = _percent([any(one["vague"] >= VAGUE for one in whole) for whole in answered])
+    honest = _percent([one["covers"] for whole in answered for one in whole if one["flagged"]])
     return (
-        f"Flagged, by the half width of an interval over its value: {', '.join(shares)} on (zero is inside then). From "
-        f"{100.0 * VAGUE:g} % on, with a further term to blame for it or without: {vague}."
+        f"Flagged by half width: {', '.join(shares.values())}; {zero} with zero inside. As vague, flagged or not: "
+        f"{vague}. Flagged intervals hold the truth in {honest}."
     )
 
 

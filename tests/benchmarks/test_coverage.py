@@ -39,4 +39,4 @@ def test_what_is_flagged_is_counted_by_the_half_width_over_the_value(case):
     result = examine(case)
     assert result["viscous"]["flagged"]
     assert 0.25 < result["viscous"]["vague"] < 0.5
-    assert "100.0 % from 25 %, 0.0 % from 50 %" in flag_sentence([result])
+    assert "100.0 % from 25 % of the value on, 0.0 % from 50 %" in flag_sentence([result])
