@@ -110,6 +110,11 @@ class ReplaySettings:
         )
         controller.parameters = of_watcher(controller.parameters)
         controller.reset()
+        # A joint much faster than its plan ever was counts as a fault. One that feels its way into its first motion is
+        # faster than a plan that has hardly begun, but slower than this.
+        state = controller.state
+        levels = state.estimator.levels._replace(speed=self.stribeck_velocity)
+        controller.state = state._replace(estimator=state.estimator._replace(levels=levels))
         return controller
 
     def observer(self, *, is_position: bool) -> Any:

@@ -212,6 +212,16 @@ def test_friction_that_rises_from_standstill_is_fed_forward_as_it_is():
     assert found.left["adaptive"].second_half < 0.03 * found.left["none"].second_half
 
 
+@pytest.mark.parametrize(("faster", "learns"), [(2.0, True), (10.0, True), (100.0, False)])
+def test_joint_slower_than_the_stribeck_velocity_is_no_fault_though_its_plan_is_slower_still(faster, learns):
+    time = 0.002 * np.arange(3000)
+    plan = 0.01 * np.minimum(time / 0.2, 1.0)
+    speed = faster * plan
+    log = Log("start", time, np.full(time.size, 3.0), velocity=speed, extra={"reference_velocity": plan})
+    found = replay_log(log, inertia=2.0, stribeck_velocity=0.05, rest_speed=0.0, start_path=0.0, fixed=MODEL)
+    assert (found.left["adaptive"].second_half < 0.4 * found.left["none"].second_half) == learns
+
+
 def test_lag_leaves_its_first_guess():
     log = lagged_log(0.045, duration=30.0, noise=0.1)
     found = replay_log(log, inertia=2.0, fixed=MODEL)
