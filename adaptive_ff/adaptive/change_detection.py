@@ -20,10 +20,11 @@ of the parameters among them, stays. For ``known > 0`` the result is positive de
 Where an offset is estimated, the change may be a load as well. While the joint moves one way nobody can know: then
 nothing is learnt, whoever has an observer lets it carry the torque, and the change is attributed when the joint has
 moved the other way (:func:`attribute_change`). A change that undoes the last load, as the end of a push, is that load
-at once. Only what a change is attributed to is forgotten, and set to what the short window says: the offset by its
-mean error, or all friction by the factor ``1 + <e f>/<f^2>``. While a load settles only offset and known loads are
-corrected. Through a push of 80 N m for 3 s inertia and friction stay within 10 % (``python -m benchmarks.push``);
-corrected with the others inertia moved by 35 %, viscous friction by 43 %.
+at once, but only once: a load of alternating sign is friction. Only what a change is attributed to is forgotten, and
+set to what the short window says: the offset by its mean error, or all friction by the factor ``1 + <e f>/<f^2>``.
+While a load settles only offset and known loads are corrected, and candidates are not compared. Through a push of
+80 N m for 3 s inertia and friction stay within 10 % (``python -m benchmarks.push``); corrected with the others inertia
+moved by 35 %, viscous friction by 43 %.
 
 For comparing short with long means see M. Basseville and I. Nikiforov, "Detection of Abrupt Changes" (Prentice Hall,
 1993).
@@ -169,7 +170,8 @@ class Alarm(NamedTuple):
     cause : int
         ``NOTHING``, ``UNDECIDED``, ``FRICTION``, ``LOAD`` or ``EITHER``.
     product : float
-        Mean of prediction error times predicted friction when it was noticed; see :class:`Surprise`.
+        Mean of prediction error times predicted friction when it was noticed, and once it is attributed to friction,
+        the mean since the joint turned; see :class:`Surprise`.
     friction : float
         Predicted friction then, in units of the torque scale.
     age : float
@@ -177,7 +179,7 @@ class Alarm(NamedTuple):
     turned : float
         For how much of it the joint has moved the other way, s.
     load : float
-        The last change that was attributed to a load, in units of the torque scale.
+        The last change that was attributed to a load and has not been undone, in units of the torque scale.
     """
 
     cause: int
@@ -195,6 +197,13 @@ NO_ALARM = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0)
 def load_is_undone(alarm: Alarm, surprise: Surprise, window: float) -> bool:
     """Return whether a change that has filled the short window (s) is about the reverse of the last load."""
     return alarm.age > TURNED_FOR * window and abs(surprise.error + alarm.load) < UNDONE * abs(alarm.load)
+
+
+@register_jitable(forceinline=True)
+def since_turned(mean: float, before: float, windows: float) -> float:
+    """Return the mean over the time since the joint turned, in short windows, of a short mean that holds older ones."""
+    left = math.exp(-windows)
+    return (mean - left * before) / (1.0 - left)
 
 
 @register_jitable(forceinline=True)
@@ -222,15 +231,17 @@ def attribute_change(
     duration : float
         Time since the last sample, s.
     """
+    load = alarm.load
     if alarm.cause == NOTHING:
         if noticed:
-            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, alarm.load)
+            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load)
         return alarm
     age, turned = alarm.age + duration, alarm.turned
     if (noticed or alarm.cause == UNDECIDED) and load_is_undone(alarm, surprise, window):
-        return Alarm(LOAD, alarm.product, alarm.friction, 0.0, 0.0, -alarm.load)
-    if alarm.cause == LOAD and noticed and surprise.error * alarm.load < -LETTING_GO * alarm.load * alarm.load:
-        return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, alarm.load)
+        # not to be undone in turn: friction taken for a load changes its sign at every reversal, again and again
+        return Alarm(LOAD, alarm.product, alarm.friction, 0.0, 0.0, 0.0)
+    if alarm.cause == LOAD and noticed and surprise.error * load < -LETTING_GO * load * load:
+        return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load)
     product, other_way = alarm.product, friction * alarm.friction < 0.0
     if alarm.cause == EITHER and turned == 0.0 and not other_way:
         age = 0.0  # only the other way shows which it was: what is surprising there is no other change
@@ -238,8 +249,8 @@ def attribute_change(
         turned += duration
     if alarm.cause != UNDECIDED:
         if age > SETTLING * window:
-            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, alarm.load)
-        return Alarm(alarm.cause, product, alarm.friction, age, turned, alarm.load)
+            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, load)
+        return Alarm(alarm.cause, product, alarm.friction, age, turned, load)
     if abs(friction) > TURNED * abs(alarm.friction):
         if other_way:
             turned += duration
@@ -250,10 +261,10 @@ def attribute_change(
     if turned > TURNED_FOR * window:
         if surprise.product * product < 0.0:
             return Alarm(LOAD, product, alarm.friction, 0.0, 0.0, surprise.error)
-        return Alarm(FRICTION, product, alarm.friction, 0.0, 0.0, alarm.load)
+        return Alarm(FRICTION, since_turned(surprise.product, product, turned / window), alarm.friction, 0.0, 0.0, load)
     if age > longest:
-        return Alarm(EITHER, product, alarm.friction, 0.0, 0.0, alarm.load)
-    return Alarm(UNDECIDED, product, alarm.friction, age, turned, alarm.load)
+        return Alarm(EITHER, product, alarm.friction, 0.0, 0.0, load)
+    return Alarm(UNDECIDED, product, alarm.friction, age, turned, load)
 
 
 @register_jitable(forceinline=True)
@@ -263,10 +274,10 @@ def is_decided(alarm: Alarm) -> bool:
 
 
 @register_jitable(forceinline=True)
-def follow_friction_in_place(estimate: NDArray[np.float64], surprise: Surprise, loads: int) -> None:
-    """Scale friction, in place, by the factor that the short window says, but for so many loads at the end."""
-    if surprise.friction_squared > 0.0:
-        factor = min(max(1.0 + surprise.product / surprise.friction_squared, LEAST_FACTOR), LARGEST_FACTOR)
+def follow_friction_in_place(estimate: NDArray[np.float64], product: float, squared: float, loads: int) -> None:
+    """Scale friction, in place, by the factor that ``<e f>`` and ``<f^2>`` say, but for so many loads at the end."""
+    if squared > 0.0:
+        factor = min(max(1.0 + product / squared, LEAST_FACTOR), LARGEST_FACTOR)
         for i in range(estimate.size - loads):
             if COULOMB <= i < FRICTION_LAG or i > OFFSET:
                 estimate[i] *= factor
@@ -295,7 +306,7 @@ def explain_in_place(correction: NDArray[np.float64], gradient: NDArray[np.float
 
 
 @register_jitable(forceinline=True)
-def error_to_learn(alarm: Alarm, followed: bool, error: float, usual: float) -> float:
+def error_to_learn(alarm: Alarm, followed: bool, surprise: Surprise, error: float, usual: float) -> float:
     """Return the prediction error that is learnt from, in units of the torque scale.
 
     A load that has just been told is followed by all of it. The first errors of a change, before it is noticed, are cut
@@ -307,13 +318,15 @@ def error_to_learn(alarm: Alarm, followed: bool, error: float, usual: float) -> 
         The change.
     followed : bool
         Whether it has just been attributed, and holds.
+    surprise : Surprise
+        Means over the short window.
     error : float
         The error at this sample.
     usual : float
         Mean squared error that is usual; infinite while no change can be noticed.
     """
     if followed and alarm.cause == LOAD:
-        return alarm.load
+        return surprise.error
     if alarm.cause == NOTHING:
         largest = FIRST_ERRORS * math.sqrt(usual)
         return min(max(error, -largest), largest)

@@ -427,11 +427,11 @@ def learn_in_place(
         alarm = attribute_change(alarm, noticed, surprise, friction, window, longest, duration)
         followed = noticed and is_decided(alarm)
         if followed and alarm.cause == FRICTION:
-            follow_friction_in_place(estimate, surprise, load_count(estimator))
+            follow_friction_in_place(estimate, alarm.product, surprise.friction_squared, load_count(estimator))
             error = (torque - predict_torque(estimate, row)) / estimator.torque_scale
             squared = error * error
         may_notice = learnt > estimator.memory
-        error = error_to_learn(alarm, followed, error, usual / JUMP if may_notice else math.inf)
+        error = error_to_learn(alarm, followed, surprise, error, usual / JUMP if may_notice else math.inf)
         if alarm.cause == UNDECIDED:  # the observer carries it; the levels must not get used to it
             levels = Levels(levels.squared_error, largest_torque, speed, learnt, levels.stuck)
             return with_levels(state, levels, surprise, alarm)
@@ -450,7 +450,7 @@ def learn_in_place(
     if alarm.cause == LOAD:
         leave_to_loads_in_place(recursion.gain, load_count(estimator))
         if followed:
-            explain_in_place(recursion.gain, gradient, alarm.load)
+            explain_in_place(recursion.gain, gradient, surprise.error)
             surprise = Surprise(0.0, surprise.friction_squared, 0.0)
     write_ranges(estimator.ranges, peak, speed, scratch.ranges, load_count(estimator))
     correct_in_place(estimator.scale, estimate, recursion.gain, recursion.factor, scratch.ranges, gradient)

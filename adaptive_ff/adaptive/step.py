@@ -18,7 +18,7 @@ from adaptive_ff.adaptive.candidates import (
     follow_candidates_in_place,
     settle_candidates_in_place,
 )
-from adaptive_ff.adaptive.change_detection import UNDECIDED
+from adaptive_ff.adaptive.change_detection import LOAD, UNDECIDED
 from adaptive_ff.adaptive.command import (
     CommandParameters,
     CommandState,
@@ -370,7 +370,9 @@ def learn_curve_in_place(
     factor: float,
 ) -> EstimatorState:
     """Learn what the regression is not linear in, map and candidates, where the estimator has just learnt."""
-    if estimator.levels.learnt > state.estimator.levels.learnt and estimator.alarm.cause != UNDECIDED:
+    cause = estimator.alarm.cause
+    # the transients of a load say nothing of the curve
+    if estimator.levels.learnt > state.estimator.levels.learnt and cause != UNDECIDED and cause != LOAD:
         mapped = learn_friction_map(block.estimator, estimator, period.measured, duration)
         return choose_candidate_in_place(block, mapped, period, duration, ratio, factor)
     return estimator

@@ -155,7 +155,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
     return SupervisedState(
         *initial_adaptive_state(block),
         initial_observer(block.feedback),
-        initial_trust(block.feedback, block.slowest),
+        initial_trust(block.feedback),
         initial_held_integral(),
     )
 
@@ -214,7 +214,8 @@ def step_supervised(
     period = end_period_in_place(block, state, inputs, seen, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
-    bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory)
+    time = state.feedback.samples * block.period
+    bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = command.share * min(observer_gain(block.observer, observer, block.feedback, inertia), bound)

@@ -18,8 +18,10 @@ drawn towards 1 by a prior. It is used to the extent that all of the friction wo
 It falls at once and rises slowly. ``ehat`` is the observer's, so what the observer takes away counts as left by the
 model. Instruments of the identification keep the unscaled friction.
 
-Before half a memory has been learnt, trust and observer are held back further on motion so slow that nothing can be
-learnt: at most ``sat(peak |r| / (0.2 Vs) - 1)``.
+Before half a memory has been learnt, trust and observer are held back further on motion much slower than the gate of
+the identification, ``0.2 Vs``: at most ``sat(4 peak |r| / (0.2 Vs) - 2)``, or at the start, when the motion is not
+known yet, ``sat(1 - t/5 s)`` where that is more. At a quarter of ``Vs`` what is guessed at rest makes tracking 1.4
+times better than that of PI alone; at a tenth it is as often worse.
 """
 
 import math
@@ -46,8 +48,14 @@ RISE = 10.0
 LEAST_ENERGY = 1e-12
 """Sums of this size, rad^2/s, come from a joint at rest: trust stays."""
 
-PEAK_MEMORY = 10.0
-"""Time constant with which the largest speed of the plan fades, s."""
+PEAK_MEMORY = 100.0
+"""Time constant with which the largest speed of the plan fades, s; a bound that comes and goes is worse than either."""
+
+STEEPNESS = 4.0
+"""Slope of the bound over the largest speed, in speeds of the sliding gate: none at half the gate, full at 3/4."""
+
+GRACE = 5.0
+"""Time after the start in which slow motion becomes a reason to hold back, s: it may begin slowly."""
 
 LEARNT = 0.5
 """Time learnt, in memories of the estimator, from which slow motion is no reason to hold back."""
@@ -79,10 +87,10 @@ class TrustState(NamedTuple):
     peak: float
 
 
-def initial_trust(feedback: PIParameters, slowest: float) -> TrustState:
-    """Return full trust; ``slowest`` (rad/s) is the speed of the sliding gate."""
+def initial_trust(feedback: PIParameters) -> TrustState:
+    """Return full trust."""
     line = delay_line(feedback.delay)
-    return TrustState(1.0, initial_loop_response(feedback), line, 0.0, 0.0, 0.0, 2.0 * slowest)
+    return TrustState(1.0, initial_loop_response(feedback), line, 0.0, 0.0, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -136,7 +144,7 @@ def advance_trust(
 
 
 @register_jitable(forceinline=True)
-def caution(state: TrustState, slowest: float, learnt: float, memory: float) -> float:
+def caution(state: TrustState, slowest: float, learnt: float, memory: float, time: float) -> float:
     """Return the bound on trust and on the observer's gain while little has been learnt.
 
     Parameters
@@ -147,10 +155,12 @@ def caution(state: TrustState, slowest: float, learnt: float, memory: float) -> 
         Speed of the sliding gate, rad/s.
     learnt, memory : float
         Time for which the estimator has learnt, and its memory, s.
+    time : float
+        Time since the first sample, s.
     """
     if learnt >= LEARNT * memory:
         return 1.0
-    return saturated(state.peak / slowest - 1.0)
+    return max(saturated(STEEPNESS * (state.peak / slowest - 0.5)), saturated(1.0 - time / GRACE))
 
 
 @register_jitable(forceinline=True)

@@ -34,7 +34,8 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
     if not isinstance(controller, AdaptiveController):
         return
     block, state = controller.parameters, controller.state
-    bound = caution(state.trust, block.slowest, state.estimator.levels.learnt, block.estimator.memory)
+    time, learnt = state.feedback.samples * block.period, state.estimator.levels.learnt
+    bound = caution(state.trust, block.slowest, learnt, block.estimator.memory, time)
     if bound < SHOWN:
         yield (
             f"Motion up to {state.trust.peak:.2g} rad/s is too slow to learn from, which takes more than "

@@ -57,15 +57,17 @@ def by_rules(alarm, noticed, surprise, friction):
         turned = 0.0
         product = surprise.product if abs(surprise.product) > RENEWED * abs(product) else product
     long_enough = cause == UNDECIDED and turned > TURNED_FOR * WINDOW
+    left = math.exp(-turned / WINDOW)
+    since = (surprise.product - left * product) / (1.0 - left) if turned > 0.0 else product
     rules = (
         (cause == NOTHING, begun if noticed else alarm),
-        (undone and (noticed or cause == UNDECIDED), Alarm(LOAD, alarm.product, first, 0.0, 0.0, -load)),
+        (undone and (noticed or cause == UNDECIDED), Alarm(LOAD, alarm.product, first, 0.0, 0.0, 0.0)),
         (cause == LOAD and noticed and load * error < -LETTING_GO * load**2, begun),
         (waits, Alarm(EITHER, product, first, 0.0, turned, load)),
         (cause != UNDECIDED and later > SETTLING * WINDOW, NO_ALARM._replace(load=load)),
         (cause != UNDECIDED, Alarm(cause, product, first, later, turned, load)),
         (long_enough and surprise.product * product < 0.0, Alarm(LOAD, product, first, 0.0, 0.0, error)),
-        (long_enough, Alarm(FRICTION, product, first, 0.0, 0.0, load)),
+        (long_enough, Alarm(FRICTION, since, first, 0.0, 0.0, load)),
         (later > LONGEST, Alarm(EITHER, product, first, 0.0, 0.0, load)),
         (True, Alarm(UNDECIDED, product, first, later, turned, load)),
     )
@@ -129,9 +131,9 @@ def test_zeros_and_smallest_numbers_are_no_trouble(values, cause, noticed):
     alarm = Alarm(cause, before, first, 1.0, 0.0, load)
     found = attribute_change(alarm, noticed, surprise, friction, WINDOW, LONGEST, DURATION)
     assert all(map(math.isfinite, found))
-    assert math.isfinite(error_to_learn(alarm, noticed, error, abs(squared)))
+    assert math.isfinite(error_to_learn(alarm, noticed, surprise, error, abs(squared)))
     assert all(map(math.isfinite, note_surprise(surprise, friction, error, DURATION, WINDOW)))
     assert explained_by_friction(surprise) >= 0.0
     estimate = np.full(6, guess)
-    follow_friction_in_place(estimate, surprise, 0)
+    follow_friction_in_place(estimate, product, abs(squared), 0)
     assert np.all(np.isfinite(estimate))

@@ -53,6 +53,7 @@ from adaptive_ff.adaptive.change_detection import (
     load_is_undone,
     note_surprise,
     release_in_place,
+    since_turned,
 )
 from adaptive_ff.adaptive.estimator import add_friction
 from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION, VISCOUS
@@ -237,9 +238,30 @@ def test_the_end_of_a_push_is_the_push_undone_at_once(pause):
     pushed = attributed((1, True, PUSHED, 0.8), (20, False, BACK, -0.6), (pause, False, Surprise(0.0, 0.4, 0.0), -0.6))
     assert pushed.load == 0.3
     found = attributed((1, True, GONE, -0.6), (20, True, GONE, -0.6), alarm=pushed)
-    assert (found.cause, found.turned, found.load) == (LOAD, 0.0, -0.3)
+    assert (found.cause, found.turned, found.load) == (LOAD, 0.0, 0.0)
     other = attributed((1, True, PUSHED, -0.6), (20, True, PUSHED, -0.6), alarm=pushed)
     assert other.load == 0.3
+
+
+def test_a_load_is_undone_once():
+    """Friction that an offset stands for turns at every reversal, like a load that ends, again and again."""
+    pushed = attributed((1, True, PUSHED, 0.8), (20, False, BACK, -0.6))
+    undone = attributed(
+        (1, True, GONE, -0.6), (20, True, GONE, -0.6), (300, False, Surprise(0.0, 0.4, 0.0), -0.6), alarm=pushed
+    )
+    assert undone == NO_ALARM
+    again = Surprise(0.2, 0.4, 0.3)
+    assert attributed((1, True, again, 0.6), (20, True, again, 0.6), alarm=undone).cause == UNDECIDED
+
+
+def test_friction_follows_what_has_been_since_the_turn():
+    """A push that ended just before it leaves a short mean that has not faded, and changes no friction."""
+    times, window = np.arange(1, 40) * 0.01, 0.1
+    mean = Surprise(-1.5, 1.5, 1.2)
+    for time in times:
+        mean = note_surprise(mean, 1.2, 0.25, 0.01, window)
+        assert since_turned(mean.product, -1.5, time / window) == pytest.approx(0.3, abs=0.1)
+    assert since_turned(math.exp(-1.5) * -1.6, -1.6, 1.5) == pytest.approx(0.0, abs=1e-15)
 
 
 def test_a_push_that_ends_before_it_is_attributed_is_no_change_of_friction():
@@ -257,7 +279,7 @@ def test_a_push_that_ends_while_it_settles_is_undone_too():
     ending = attributed((1, True, PUSHED._replace(error=-0.1), -0.6), alarm=pushed)
     assert ending == Alarm(UNDECIDED, 0.2, -0.6, 0.0, 0.0, 0.3)
     undone = attributed((20, True, GONE, -0.6), alarm=ending)
-    assert (undone.cause, undone.load) == (LOAD, -0.3)
+    assert (undone.cause, undone.load) == (LOAD, 0.0)
 
 
 def test_short_turns_do_not_add_up():
@@ -267,7 +289,7 @@ def test_short_turns_do_not_add_up():
 
 def test_what_a_change_is_attributed_to_is_followed_at_once():
     estimate = np.array([20.0, 60.0, 90.0, 80.0, 0.02, 15.0, 4.0, 7.0, 33.0])
-    follow_friction_in_place(estimate, PUSHED, 1)
+    follow_friction_in_place(estimate, PUSHED.product, PUSHED.friction_squared, 1)
     assert estimate == pytest.approx([20.0, 90.0, 135.0, 120.0, 0.02, 15.0, 6.0, 10.5, 33.0])
     correction, gradient = np.array([0.1, 0.2, -0.1, 0.3, 0.05, 0.02, 0.01, 0.01, 0.03]), np.linspace(0.2, 1.0, 9)
     leave_to_loads_in_place(correction, 1)
@@ -279,11 +301,11 @@ def test_what_a_change_is_attributed_to_is_followed_at_once():
 
 def test_first_errors_of_a_change_are_cut_off_and_those_of_a_load_are_followed_whole():
     load = Alarm(LOAD, 0.2, 0.8, 0.0, 0.0, 1.3)
-    assert error_to_learn(NO_ALARM, False, -0.9, 0.01) == pytest.approx(-0.5, rel=1e-12)
-    assert error_to_learn(NO_ALARM, False, 0.4, 0.01) == 0.4
-    assert error_to_learn(NO_ALARM, False, -0.9, math.inf) == -0.9
-    assert error_to_learn(load, True, 0.2, 0.01) == 1.3
-    assert error_to_learn(load, False, 0.9, 0.01) == 0.9
+    assert error_to_learn(NO_ALARM, False, PUSHED, -0.9, 0.01) == pytest.approx(-0.5, rel=1e-12)
+    assert error_to_learn(NO_ALARM, False, PUSHED, 0.4, 0.01) == 0.4
+    assert error_to_learn(NO_ALARM, False, PUSHED, -0.9, math.inf) == -0.9
+    assert error_to_learn(load, True, PUSHED, 0.2, 0.01) == PUSHED.error
+    assert error_to_learn(load, False, PUSHED, 0.9, 0.01) == 0.9
 
 
 @pytest.mark.parametrize(
@@ -292,7 +314,7 @@ def test_first_errors_of_a_change_are_cut_off_and_those_of_a_load_are_followed_w
 )
 def test_friction_changes_at_once_by_no_more_than_is_plausible(product, squared, factor):
     estimate = np.array([20.0, 60.0, 90.0, 80.0, 0.02, 15.0])
-    follow_friction_in_place(estimate, Surprise(product, squared, 0.3), 0)
+    follow_friction_in_place(estimate, product, squared, 0)
     assert estimate == pytest.approx([20.0, 60.0 * factor, 90.0 * factor, 80.0 * factor, 0.02, 15.0])
 
 

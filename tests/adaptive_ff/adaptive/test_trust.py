@@ -8,7 +8,16 @@ from closed_loops import SCENARIO, begin, course_along, lay_course, make, run_co
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adaptive_ff.adaptive.trust import LEARNT, PEAK_MEMORY, RISE, advance_trust, caution, initial_trust, with_friction
+from adaptive_ff.adaptive.trust import (
+    GRACE,
+    LEARNT,
+    PEAK_MEMORY,
+    RISE,
+    advance_trust,
+    caution,
+    initial_trust,
+    with_friction,
+)
 from adaptive_ff.model.bounds import COULOMB, STICTION
 from adaptive_ff.simulation.experiment import empty_record
 from controllers import check_gains
@@ -80,7 +89,7 @@ def test_trust_rises_by_at_most_one_in_ten_seconds(absent_and_back):
 
 @given(seed=st.integers(0, 10**6), factor=st.floats(-2.0, 2.0))
 def test_trust_is_a_share_whatever_is_predicted(seed, factor):
-    rng, state = np.random.default_rng(seed), initial_trust(FEEDBACK, SLOWEST)
+    rng, state = np.random.default_rng(seed), initial_trust(FEEDBACK)
     for friction in 60.0 * np.sign(rng.standard_normal(40)):
         state = with_friction(state, state.trust, friction)
         predicted, before = factor * state.response.measured + 1e-3 * rng.standard_normal(), state.trust
@@ -91,7 +100,7 @@ def test_trust_is_a_share_whatever_is_predicted(seed, factor):
 @pytest.mark.parametrize("there", [0.0, 0.2, 0.4])
 def test_trust_is_the_share_of_the_friction_that_is_there(there):
     """Oracle: with ``y = there x`` the regression is ``there``, drawn to one by the prior: ``(s+p s^2)/(1+p s^2)``."""
-    state = initial_trust(FEEDBACK, SLOWEST)
+    state = initial_trust(FEEDBACK)
     for k in range(3000):
         state = with_friction(state, state.trust, 60.0 * math.copysign(1.0, math.sin(0.05 * k)))
         # what the loop would be left with: the friction that is there less the share that is fed; delay zero
@@ -108,7 +117,7 @@ def advance_response(response, friction):
 
 
 def test_invalid_samples_and_a_joint_at_rest_leave_the_trust():
-    state = initial_trust(FEEDBACK, SLOWEST)._replace(trust=0.4)
+    state = initial_trust(FEEDBACK)._replace(trust=0.4)
     for _ in range(100):
         state = advance_trust(state, FEEDBACK, INERTIA, 0.0, math.nan, 0.1, False, PERIOD)
     assert (state.trust, state.xx, state.yy) == (0.4, 0.0, 0.0)
@@ -116,17 +125,27 @@ def test_invalid_samples_and_a_joint_at_rest_leave_the_trust():
 
 def test_little_learnt_and_slow_motion_hold_it_back():
     def after(speed, seconds):
-        state = initial_trust(FEEDBACK, SLOWEST)._replace(peak=0.0)
+        state = initial_trust(FEEDBACK)
         for _ in range(round(seconds / PERIOD)):
             state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, speed, True, PERIOD)
         return state
 
-    fast, slow, medium = after(-0.1, 1.0), after(0.008, 1.0), after(0.015, 1.0)
-    assert caution(fast, SLOWEST, 0.0, 5.0) == 1.0
-    assert caution(slow, SLOWEST, 0.0, 5.0) == 0.0
-    assert caution(medium, SLOWEST, 0.0, 5.0) == pytest.approx(0.5)
-    assert caution(slow, SLOWEST, LEARNT * 5.0, 5.0) == 1.0
+    fast, slow, medium = after(-0.1, 1.0), after(0.5 * SLOWEST, 1.0), after(0.625 * SLOWEST, 1.0)
+    assert caution(fast, SLOWEST, 0.0, 5.0, GRACE) == 1.0
+    assert caution(slow, SLOWEST, 0.0, 5.0, GRACE) == 0.0
+    assert caution(medium, SLOWEST, 0.0, 5.0, GRACE) == pytest.approx(0.5)
+    assert caution(slow, SLOWEST, LEARNT * 5.0, 5.0, GRACE) == 1.0
     rested = fast
     for _ in range(round(PEAK_MEMORY / PERIOD)):
         rested = advance_trust(rested, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, True, PERIOD)
     assert rested.peak == pytest.approx(0.1 / math.e, rel=1e-6)
+
+
+def test_at_the_start_slow_motion_is_no_reason_yet():
+    state = initial_trust(FEEDBACK)
+    assert [caution(state, SLOWEST, 0.0, 5.0, share * GRACE) for share in (0.0, 0.25, 1.0, 3.0)] == [
+        1.0,
+        0.75,
+        0.0,
+        0.0,
+    ]
