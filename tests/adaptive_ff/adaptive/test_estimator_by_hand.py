@@ -141,11 +141,11 @@ class Twin:
             self.alarm = attribute_change(self.alarm, noticed, self.surprise, friction, window, longest, duration)
             followed = noticed and changes.is_decided(self.alarm)
             if followed and self.alarm.cause == changes.FRICTION:
-                self.follow(product / square)
+                self.follow(self.alarm.product / square)
                 error = (torque - predicted(self.estimate, row)) / unit
                 squared = error**2
             if followed and self.alarm.cause == changes.LOAD:
-                error = self.alarm.load
+                error = self.surprise.error
             elif self.alarm.cause == changes.NOTHING and learnt > estimator.memory:
                 first = changes.FIRST_ERRORS * math.sqrt(usual / changes.JUMP)
                 error = np.clip(error, -first, first)
@@ -165,8 +165,8 @@ class Twin:
             size = step.size - load_count(estimator)
             step[[i for i in range(size) if i != 5]] = 0.0
             if followed:
-                if step @ x * self.alarm.load > 0.0:
-                    step *= self.alarm.load / (step @ x)
+                if step @ x * error > 0.0:
+                    step *= error / (step @ x)
                 self.surprise = Surprise(0.0, square, 0.0)
         self.correct(step, largest, speed)
 
