@@ -22,7 +22,8 @@ A candidate that leaves clearly less than the one in use takes its place: the es
 its information, the gate with its speed, and the feedforward with its curve. The micro-damping is the candidate's own:
 the estimator takes it as known. Where the model holds, a factor of two in ``Vs`` leaves 1.5 to 100 times the mean
 square; where it does not (gravity that is not modelled), all candidates leave within some 10 % of each other, and the
-margin keeps the one that is assumed.
+margin keeps the one that is assumed. A presliding distance is kept only while it leaves clearly less than the best
+candidate without one.
 
 The bank is a small multiple-model estimator, K. Narendra and J. Balakrishnan, "Adaptive control using multiple models"
 (IEEE Transactions on Automatic Control, 1997); the score on the reference is this package's.
@@ -74,6 +75,12 @@ MARGIN = 0.75
 
 BENT_MARGIN = 0.3
 """The same where the candidate has a presliding distance: a load that depends on position looks like bristles."""
+
+RETURN_MARGIN = 1.5
+"""The same for one without a presliding distance where the one in use has one, which must stay clearly better.
+
+Else bristles that a disturbance of the plan has feigned would stay for ever: where there are none, both leave the same.
+"""
 
 FIRST = 1.0
 """Time for which there must have been moments before that, in memories of the estimator."""
@@ -277,12 +284,20 @@ def fit_in_place(
 
 
 @register_jitable(forceinline=True)
-def least_error(errors: NDArray[np.float64]) -> float:
-    """Return the least of the errors."""
+def least_error(errors: NDArray[np.float64], count: int) -> float:
+    """Return the least of the first errors, so many."""
     least = errors[0]
-    for i in range(errors.size):
+    for i in range(count):
         least = min(least, errors[i])
     return least  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
+def margin_of(present: float, tried: float) -> float:
+    """Return the share of the error in use below which another candidate is taken; presliding distances in rad."""
+    if tried > 0.0:
+        return BENT_MARGIN
+    return RETURN_MARGIN if present > 0.0 else MARGIN
 
 
 @register_jitable(forceinline=True)
@@ -435,13 +450,14 @@ def compare_candidates_in_place(
     tried, chosen, error = candidates.turn, candidates.chosen, candidates.errors[candidates.turn]
     following = tried + 1 if tried + 1 < candidates.errors.size else 0
     candidates = with_turn(candidates, following, FLAT_ROWS, candidates.share, seen, waited)
-    if seen < FIRST * estimator.memory or error > least_error(candidates.errors):
+    present, distance = candidate_distance(estimator, chosen), candidate_distance(estimator, tried)
+    beside = count if present > 0.0 and distance <= 0.0 else candidates.errors.size
+    if seen < FIRST * estimator.memory or error > least_error(candidates.errors, beside):
         return candidates
     # errors on the same moments: one bad sample must not count for the one and not yet for the other
     complete_in_place(candidates.moments[chosen])
     usual = residual_moments_in_place(candidates.moments[chosen], candidates.estimates[chosen], candidates.row)
-    distance = candidate_distance(estimator, tried)
-    if not error < (BENT_MARGIN if distance > 0.0 else MARGIN) * usual:
+    if not error < margin_of(present, distance) * usual:
         return candidates
     take_candidate_in_place(estimator, state, tried, measured, model)
     return with_choice(candidates, tried, candidate_velocity(estimator, tried), distance)

@@ -8,7 +8,7 @@ from closed_loops import drive, lay_course, make
 
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_choice
-from adaptive_ff.adaptive.candidates import residual_moments_in_place
+from adaptive_ff.adaptive.candidates import margin_of, residual_moments_in_place
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import predict_torque
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
@@ -149,3 +149,9 @@ def test_bristles_are_found_and_fed_forward():
 def test_distances_that_are_no_grid_are_refused(factors):
     with pytest.raises(ValueError, match="presliding_factors"):
         AdaptiveController(1000.0, 1e4, **SETTINGS, presliding_factors=factors)
+
+
+def test_bristles_must_be_clearly_better_and_stay_so():
+    assert margin_of(0.0, 0.0) == 0.75
+    assert margin_of(0.0, 0.01) == margin_of(0.02, 0.01) == 0.3
+    assert margin_of(0.01, 0.0) == 1.5

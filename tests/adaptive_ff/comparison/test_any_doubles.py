@@ -76,7 +76,9 @@ def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
 @pytest.mark.parametrize("name", ["pi", "adaptive"])
 @settings(max_examples=20, **BRIEF)
 @given(bursts=BURSTS)
+@example(bursts=[("reference", 79, 200, [1e-9]), ("next_reference", 79, 1, [1e-9])])
 def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
+    """The example is a plan that stands still for 2 s: what the joint does then looks like bristles."""
     case = learnt(name)
     error, finite = case.go_on(replaced(bursts))
     assert finite
