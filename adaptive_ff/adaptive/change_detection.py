@@ -179,7 +179,9 @@ class Alarm(NamedTuple):
     turned : float
         For how much of it the joint has moved the other way, s.
     load : float
-        The last change that was attributed to a load and has not been undone, in units of the torque scale.
+        The last change that was attributed to a load, in units of the torque scale.
+    undone : bool
+        Whether that was the end of the load before it.
     """
 
     cause: int
@@ -188,15 +190,20 @@ class Alarm(NamedTuple):
     age: float
     turned: float
     load: float
+    undone: bool
 
 
-NO_ALARM = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_ALARM = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
 @register_jitable(forceinline=True)
 def load_is_undone(alarm: Alarm, surprise: Surprise, window: float) -> bool:
-    """Return whether a change that has filled the short window (s) is about the reverse of the last load."""
-    return alarm.age > TURNED_FOR * window and abs(surprise.error + alarm.load) < UNDONE * abs(alarm.load)
+    """Return whether a change that has filled the short window (s) is about the reverse of the last load.
+
+    A load is undone once: friction that is taken for a load changes its sign at every reversal, again and again.
+    """
+    filled = alarm.age > TURNED_FOR * window and not alarm.undone
+    return filled and abs(surprise.error + alarm.load) < UNDONE * abs(alarm.load)
 
 
 @register_jitable(forceinline=True)
@@ -231,17 +238,17 @@ def attribute_change(
     duration : float
         Time since the last sample, s.
     """
-    load = alarm.load
+    load, undone = alarm.load, alarm.undone
     if alarm.cause == NOTHING:
         if noticed:
-            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load)
+            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load, undone)
         return alarm
     age, turned = alarm.age + duration, alarm.turned
     if (noticed or alarm.cause == UNDECIDED) and load_is_undone(alarm, surprise, window):
-        # not to be undone in turn: friction taken for a load changes its sign at every reversal, again and again
-        return Alarm(LOAD, alarm.product, alarm.friction, 0.0, 0.0, 0.0)
-    if alarm.cause == LOAD and noticed and surprise.error * load < -LETTING_GO * load * load:
-        return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load)
+        return Alarm(LOAD, alarm.product, alarm.friction, 0.0, 0.0, -load, True)
+    lets_go = not undone and surprise.error * load < -LETTING_GO * load * load
+    if alarm.cause == LOAD and noticed and lets_go:
+        return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load, undone)
     product, other_way = alarm.product, friction * alarm.friction < 0.0
     if alarm.cause == EITHER and turned == 0.0 and not other_way:
         age = 0.0  # only the other way shows which it was: what is surprising there is no other change
@@ -249,8 +256,8 @@ def attribute_change(
         turned += duration
     if alarm.cause != UNDECIDED:
         if age > SETTLING * window:
-            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, load)
-        return Alarm(alarm.cause, product, alarm.friction, age, turned, load)
+            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, load, undone)
+        return Alarm(alarm.cause, product, alarm.friction, age, turned, load, undone)
     if abs(friction) > TURNED * abs(alarm.friction):
         if other_way:
             turned += duration
@@ -260,11 +267,12 @@ def attribute_change(
                 product = surprise.product  # the latest: a push may have ended since
     if turned > TURNED_FOR * window:
         if surprise.product * product < 0.0:
-            return Alarm(LOAD, product, alarm.friction, 0.0, 0.0, surprise.error)
-        return Alarm(FRICTION, since_turned(surprise.product, product, turned / window), alarm.friction, 0.0, 0.0, load)
+            return Alarm(LOAD, product, alarm.friction, 0.0, 0.0, surprise.error, False)
+        since = since_turned(surprise.product, product, turned / window)
+        return Alarm(FRICTION, since, alarm.friction, 0.0, 0.0, load, undone)
     if age > longest:
-        return Alarm(EITHER, product, alarm.friction, 0.0, 0.0, load)
-    return Alarm(UNDECIDED, product, alarm.friction, age, turned, load)
+        return Alarm(EITHER, product, alarm.friction, 0.0, 0.0, load, undone)
+    return Alarm(UNDECIDED, product, alarm.friction, age, turned, load, undone)
 
 
 @register_jitable(forceinline=True)

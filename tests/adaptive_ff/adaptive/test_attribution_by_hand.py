@@ -45,10 +45,11 @@ FRICTIONS = (*SIZES, TURNED, -TURNED, 0.25, -0.25, 2.0, -2.0)
 
 def by_rules(alarm, noticed, surprise, friction):
     """The rules in words: what the alarm becomes where one holds that none before it does."""
-    cause, product, first, age, turned, load = alarm
+    cause, product, first, age, turned, load, undone = alarm
+    last = (load, undone)
     error, later = surprise.error, age + DURATION
-    begun = Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load)
-    undone = age > TURNED_FOR * WINDOW and abs(error + load) < UNDONE * abs(load)
+    begun = Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, *last)
+    ends = not undone and age > TURNED_FOR * WINDOW and abs(error + load) < UNDONE * abs(load)
     other_way = math.copysign(1.0, friction) != math.copysign(1.0, first) and friction != 0.0 != first
     fast = abs(friction) > TURNED * abs(first)
     waits = cause == EITHER and turned == 0.0 and not other_way
@@ -61,15 +62,15 @@ def by_rules(alarm, noticed, surprise, friction):
     since = (surprise.product - left * product) / (1.0 - left) if turned > 0.0 else product
     rules = (
         (cause == NOTHING, begun if noticed else alarm),
-        (undone and (noticed or cause == UNDECIDED), Alarm(LOAD, alarm.product, first, 0.0, 0.0, 0.0)),
-        (cause == LOAD and noticed and load * error < -LETTING_GO * load**2, begun),
-        (waits, Alarm(EITHER, product, first, 0.0, turned, load)),
-        (cause != UNDECIDED and later > SETTLING * WINDOW, NO_ALARM._replace(load=load)),
-        (cause != UNDECIDED, Alarm(cause, product, first, later, turned, load)),
-        (long_enough and surprise.product * product < 0.0, Alarm(LOAD, product, first, 0.0, 0.0, error)),
-        (long_enough, Alarm(FRICTION, since, first, 0.0, 0.0, load)),
-        (later > LONGEST, Alarm(EITHER, product, first, 0.0, 0.0, load)),
-        (True, Alarm(UNDECIDED, product, first, later, turned, load)),
+        (ends and (noticed or cause == UNDECIDED), Alarm(LOAD, alarm.product, first, 0.0, 0.0, -load, True)),
+        (cause == LOAD and noticed and not undone and load * error < -LETTING_GO * load**2, begun),
+        (waits, Alarm(EITHER, product, first, 0.0, turned, *last)),
+        (cause != UNDECIDED and later > SETTLING * WINDOW, NO_ALARM._replace(load=load, undone=undone)),
+        (cause != UNDECIDED, Alarm(cause, product, first, later, turned, *last)),
+        (long_enough and surprise.product * product < 0.0, Alarm(LOAD, product, first, 0.0, 0.0, error, False)),
+        (long_enough, Alarm(FRICTION, since, first, 0.0, 0.0, *last)),
+        (later > LONGEST, Alarm(EITHER, product, first, 0.0, 0.0, *last)),
+        (True, Alarm(UNDECIDED, product, first, later, turned, *last)),
     )
     return next(after for holds, after in rules if holds)
 
@@ -80,13 +81,14 @@ def drawn_alarm(rng):
     age = max(0.0, rng.choice(limits) + DURATION * rng.integers(-1, 2))
     turned = max(0.0, TURNED_FOR * WINDOW - DURATION * rng.integers(0, 4))
     friction = rng.choice(FRICTIONS)
-    return Alarm(int(rng.integers(0, 5)), rng.choice(PRODUCTS), friction, age, turned, rng.choice(SIZES))
+    cause, product, load = int(rng.integers(0, 5)), rng.choice(PRODUCTS), rng.choice(SIZES)
+    return Alarm(cause, product, friction, age, turned, load, bool(rng.integers(0, 2)))
 
 
 @pytest.mark.parametrize("seed", [201, 202])
 def test_an_alarm_becomes_what_the_rules_say(seed):
     rng, seen = np.random.default_rng(seed), Counter()
-    for _ in range(6000):
+    for _ in range(12000):
         alarm, noticed = drawn_alarm(rng), bool(rng.integers(0, 2))
         surprise, friction = Surprise(rng.choice(PRODUCTS), 1.0, rng.choice(ERRORS)), rng.choice(FRICTIONS)
         found = attribute_change(alarm, noticed, surprise, friction, WINDOW, LONGEST, DURATION)
@@ -128,7 +130,7 @@ def test_zeros_and_smallest_numbers_are_no_trouble(values, cause, noticed):
     """Nothing is divided by a friction, a product or an error that may be zero."""
     product, squared, error, friction, first, load, guess, before = values
     surprise = Surprise(product, abs(squared), error)
-    alarm = Alarm(cause, before, first, 1.0, 0.0, load)
+    alarm = Alarm(cause, before, first, 1.0, 0.0, load, False)
     found = attribute_change(alarm, noticed, surprise, friction, WINDOW, LONGEST, DURATION)
     assert all(map(math.isfinite, found))
     assert math.isfinite(error_to_learn(alarm, noticed, surprise, error, abs(squared)))

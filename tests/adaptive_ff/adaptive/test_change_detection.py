@@ -179,7 +179,7 @@ def attributed(*phases, alarm=NO_ALARM):
 
 def test_a_change_waits_undecided_while_the_joint_moves_one_way():
     assert attributed((100, False, PUSHED, 0.8)) == NO_ALARM
-    assert attributed((1, True, PUSHED, 0.8)) == Alarm(UNDECIDED, 0.2, 0.8, 0.0, 0.0, 0.0)
+    assert attributed((1, True, PUSHED, 0.8)) == Alarm(UNDECIDED, 0.2, 0.8, 0.0, 0.0, 0.0, False)
     waiting = attributed((1, True, PUSHED, 0.8), (300, True, PUSHED, 0.8))
     assert waiting.cause == UNDECIDED
     assert waiting.turned == 0.0
@@ -238,7 +238,7 @@ def test_the_end_of_a_push_is_the_push_undone_at_once(pause):
     pushed = attributed((1, True, PUSHED, 0.8), (20, False, BACK, -0.6), (pause, False, Surprise(0.0, 0.4, 0.0), -0.6))
     assert pushed.load == 0.3
     found = attributed((1, True, GONE, -0.6), (20, True, GONE, -0.6), alarm=pushed)
-    assert (found.cause, found.turned, found.load) == (LOAD, 0.0, 0.0)
+    assert (found.cause, found.turned, found.load, found.undone) == (LOAD, 0.0, -0.3, True)
     other = attributed((1, True, PUSHED, -0.6), (20, True, PUSHED, -0.6), alarm=pushed)
     assert other.load == 0.3
 
@@ -249,7 +249,7 @@ def test_a_load_is_undone_once():
     undone = attributed(
         (1, True, GONE, -0.6), (20, True, GONE, -0.6), (300, False, Surprise(0.0, 0.4, 0.0), -0.6), alarm=pushed
     )
-    assert undone == NO_ALARM
+    assert undone == NO_ALARM._replace(load=-0.3, undone=True)
     again = Surprise(0.2, 0.4, 0.3)
     assert attributed((1, True, again, 0.6), (20, True, again, 0.6), alarm=undone).cause == UNDECIDED
 
@@ -277,9 +277,9 @@ def test_a_push_that_ends_while_it_settles_is_undone_too():
     assert (pushed.cause, pushed.load) == (LOAD, 0.3)
     assert attributed((1, True, PUSHED._replace(error=-0.02), -0.6), alarm=pushed).cause == LOAD
     ending = attributed((1, True, PUSHED._replace(error=-0.1), -0.6), alarm=pushed)
-    assert ending == Alarm(UNDECIDED, 0.2, -0.6, 0.0, 0.0, 0.3)
+    assert ending == Alarm(UNDECIDED, 0.2, -0.6, 0.0, 0.0, 0.3, False)
     undone = attributed((20, True, GONE, -0.6), alarm=ending)
-    assert (undone.cause, undone.load) == (LOAD, 0.0)
+    assert (undone.cause, undone.load, undone.undone) == (LOAD, -0.3, True)
 
 
 def test_short_turns_do_not_add_up():
@@ -300,7 +300,7 @@ def test_what_a_change_is_attributed_to_is_followed_at_once():
 
 
 def test_first_errors_of_a_change_are_cut_off_and_those_of_a_load_are_followed_whole():
-    load = Alarm(LOAD, 0.2, 0.8, 0.0, 0.0, 1.3)
+    load = Alarm(LOAD, 0.2, 0.8, 0.0, 0.0, 1.3, False)
     assert error_to_learn(NO_ALARM, False, PUSHED, -0.9, 0.01) == pytest.approx(-0.5, rel=1e-12)
     assert error_to_learn(NO_ALARM, False, PUSHED, 0.4, 0.01) == 0.4
     assert error_to_learn(NO_ALARM, False, PUSHED, -0.9, math.inf) == -0.9
@@ -323,17 +323,17 @@ def test_friction_changes_at_once_by_no_more_than_is_plausible(product, squared,
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_load_is_undone_by_about_its_reverse_for_long_enough(load, share, age, undone, side):
     error = -load * (1.0 + side * share * UNDONE)
-    alarm = Alarm(UNDECIDED, 0.2, 0.8, age * TURNED_FOR * WINDOW, 0.0, load)
+    alarm = Alarm(UNDECIDED, 0.2, 0.8, age * TURNED_FOR * WINDOW, 0.0, load, False)
     assert load_is_undone(alarm, Surprise(0.2, 0.4, error), WINDOW) is undone
 
 
 def test_a_change_has_just_been_decided_in_the_sample_that_decides_it():
-    fresh = {cause: is_decided(Alarm(cause, 0.2, 0.8, 0.0, 0.0, 0.0)) for cause in (NOTHING, UNDECIDED, EITHER)}
+    fresh = {cause: is_decided(Alarm(cause, 0.2, 0.8, 0.0, 0.0, 0.0, False)) for cause in (NOTHING, UNDECIDED, EITHER)}
     assert not any(fresh.values())
-    assert is_decided(Alarm(LOAD, 0.2, 0.8, 0.0, 0.0, 0.3))
-    assert is_decided(Alarm(FRICTION, 0.2, 0.8, 0.0, 0.0, 0.3))
-    assert not is_decided(Alarm(LOAD, 0.2, 0.8, 0.01, 0.0, 0.3))
-    assert not is_decided(Alarm(FRICTION, 0.2, 0.8, 0.01, 0.0, 0.3))
+    assert is_decided(Alarm(LOAD, 0.2, 0.8, 0.0, 0.0, 0.3, False))
+    assert is_decided(Alarm(FRICTION, 0.2, 0.8, 0.0, 0.0, 0.3, False))
+    assert not is_decided(Alarm(LOAD, 0.2, 0.8, 0.01, 0.0, 0.3, False))
+    assert not is_decided(Alarm(FRICTION, 0.2, 0.8, 0.01, 0.0, 0.3, False))
 
 
 def test_what_is_decided_no_longer_minds_which_way_the_joint_moves():
