@@ -94,6 +94,8 @@ SITUATIONS: dict[str, Asked] = {
     "high_stiction_vs_fourfold": Asked(settled=3.5),
     "delay": Asked(start=0.25),
     "elastic": Asked(start=0.25),
+    "fast_loop_1khz": Asked(),
+    "fast_loop_encoder": Asked(),
     **dict.fromkeys(MAPS, Asked()),
     "map_friction_drops_hats_25": Asked(after=0.28),
 }
