@@ -265,8 +265,9 @@ class AdaptiveController(AdaptiveBase):
     map_memory : float, optional
         Memory of these maps, s of sliding motion at a position.
     observer_bandwidth : float, optional
-        Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``, which is the default, with a
-        delay of the drive less than that. :meth:`controllers.DisturbanceObserver.design` tells what a margin allows.
+        Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``. By default it is that, but at
+        most 10.3 Hz, and with a delay of the drive less. :meth:`controllers.DisturbanceObserver.design` tells what a
+        margin allows.
 
     Raises
     ------

@@ -1,9 +1,11 @@
 """The controllers of a comparison, made for a scenario."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
+from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
 from adaptive_ff.comparison.literature import (
     make_friction_observer,
@@ -123,7 +125,8 @@ def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, 
 
 def _adaptive(scenario: Scenario) -> AdaptiveController:
     gains = scenario.feedback.gains
-    bandwidth = observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains)
+    fastest = FASTEST / (2.0 * math.pi)
+    bandwidth = min(observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains), fastest)
     assumed = scenario.adaptation
     settings = _adaptive_settings(scenario, WITH_OFFSET) | {
         "position_periods": scenario.friction_periods,
