@@ -36,20 +36,19 @@ DEVIATION = 0.2
 MOST_REGRESSORS = 20
 """Most further regressors: with some 25 columns and more, all of them are learnt worse."""
 
-
-def further_names(count: int) -> tuple[str, ...]:
-    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
-        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
-    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
-
-
 FASTEST = 65.0
 """Fastest pole of the observer by default, rad/s: what it is for changes no faster, and a fast loop has no margin left.
 
 At 50 Hz with an encoder (seeds 101, 103, 104) one as fast as the loop settles at 1.1 times PI, with 1/4 and 1/10 of
 that at 1.7; in a loop of 10 Hz or less it is the crossover that counts.
 """
+
+
+def further_names(count: int) -> tuple[str, ...]:
+    """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
+        raise ValueError(f"regressors = {count} is not allowed: it must be a whole number from 0 to {MOST_REGRESSORS}")
+    return tuple(f"{FURTHER}{number}" for number in range(1, count + 1))
 
 
 def default_memory(period: float, pole: float) -> float:

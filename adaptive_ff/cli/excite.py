@@ -22,7 +22,7 @@ def excite_command(
     acceleration: Annotated[LimitOption, typer.Option(help="Largest acceleration, rad/s^2.")] = None,
     torque: Annotated[LimitOption, typer.Option(help="Largest torque, N m; 0.7 of the drive's if not given.")] = None,
     fastest: Annotated[
-        LimitOption, typer.Option(help="Largest frequency, Hz; 2 or a fifth of the loop's bandwidth if not given.")
+        LimitOption, typer.Option(help="Largest frequency, Hz; 4 or 0.4 of the loop's bandwidth if not given.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for excitation.csv, .toml, .json and the picture.")] = OUT,
     json: JsonCopy = None,

@@ -14,9 +14,9 @@ from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, settled_error, wi
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy, study_bandwidths
-from adaptive_ff.design_studies.excitation import Excitation, MotionLimits
 from adaptive_ff.design_studies.exciting_motion import exciting_motion, with_motion
 from adaptive_ff.design_studies.information import Array
+from adaptive_ff.design_studies.motion import Excitation, MotionLimits
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.scenario_text import scenario_text

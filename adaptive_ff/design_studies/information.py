@@ -44,6 +44,8 @@ class AssumedJoint(NamedTuple):
         Stribeck velocity, rad/s.
     hold : float
         For how long the joint must have slid before identification uses a sample, s.
+    stribeck_shape : float
+        Exponent of the Stribeck curve.
     """
 
     inertia: float
@@ -52,6 +54,7 @@ class AssumedJoint(NamedTuple):
     viscous: float
     stribeck_velocity: float
     hold: float
+    stribeck_shape: float = 1.0
 
 
 def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
@@ -72,11 +75,13 @@ def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
         Of the parameters ``NAMES``, each over a size of its own, for noise of unit density.
     """
     bend = joint.stribeck_velocity
-    sign, falling = np.tanh(velocity / (SIGN_SHARE * bend)), np.exp(-np.abs(velocity) / bend)
+    scaled, shape = np.abs(velocity) / bend, joint.stribeck_shape
+    sign, falling = np.tanh(velocity / (SIGN_SHARE * bend)), np.exp(-(scaled**shape))
     derive = 2j * np.pi * np.fft.rfftfreq(velocity.shape[-1], step)
     spectrum = np.fft.rfft(velocity, axis=-1)
     acceleration = np.fft.irfft(derive * spectrum, velocity.shape[-1], axis=-1)
-    slope = joint.viscous - (joint.stiction - joint.coulomb) / bend * falling
+    steepness = shape * np.maximum(scaled, SIGN_SHARE) ** (shape - 1.0) / bend
+    slope = joint.viscous - (joint.stiction - joint.coulomb) * steepness * falling
     unit = max(joint.stiction, joint.inertia * bend / joint.hold)
     rows = np.stack(
         [

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from adaptive_ff.design_studies.excitation import Excitation
+from adaptive_ff.design_studies.motion import Excitation
 from adaptive_ff.report.drawing import INK, STYLE, Look, draw_series, explain_looks, label_above, make_panels
 
 MOTION: Look = {"color": "#d55e00", "linewidth": 1.2, "label": "motion"}

@@ -3,7 +3,7 @@
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.design_studies.excitation import Excitation
+from adaptive_ff.design_studies.motion import Excitation
 from adaptive_ff.report.scaling import shown
 
 

@@ -372,13 +372,13 @@ def test_switched_off_it_keeps_its_lag_and_evidence():
 def test_at_rest_nothing_moves_the_lag():
     """In a minute of standstill and noise after motion there is no slope, and so no evidence."""
     controller = make("adaptive")
-    course = lay_course(SCENARIO.modified(duration=90.0, seed=205, reference={"pause": [20.0, 89.0]}))
+    course = lay_course(SCENARIO.modified(duration=90.0, seed=206, reference={"pause": [20.0, 89.0]}))
     state, position, lags = controller.state, begin(course), []
     record = empty_record(course, len(controller.estimate_names))
     for stop in (2500, 8800):
         state, position = run_compiled(controller.parameters, state, course, position, stop, record)
         lags.append(state.timing.lag)
-    assert abs(lags[0] / LAG - 1.0) > 0.005
+    assert abs(lags[0] / LAG - 1.0) > 0.01
     assert lags[1] == pytest.approx(lags[0], rel=1e-3)
 
 

@@ -8,6 +8,7 @@ from closed_loops import SCENARIO, begin, course_along, make, run_compiled
 from hypothesis import given
 from hypothesis import strategies as st
 
+from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.observer import (
     ObserverParameters,
     hand_over_to_observer,
@@ -16,6 +17,7 @@ from adaptive_ff.adaptive.observer import (
     observer_gain,
     start_observer,
 )
+from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.simulation.experiment import empty_record
 from controllers import check_gains
 
@@ -153,3 +155,29 @@ def test_the_pole_is_at_most_the_crossover_of_the_feedback():
     crossover = FEEDBACK.proportional / INERTIA
     assert 0.0 < make("adaptive").parameters.observer.pole <= crossover * (1.0 + 1e-12)
     assert math.isfinite(crossover)
+
+
+def adaptive_in_a_loop_of(crossover, **settings):
+    """Make an adaptive controller for 1 kHz whose PI loop crosses over there (rad/s)."""
+    inertia = 2.0
+    return AdaptiveController(
+        crossover * inertia, 0.1 * crossover**2 * inertia, 0.001, stribeck_velocity=0.05, inertia=inertia, **settings
+    )
+
+
+def test_observer_of_a_fast_loop_is_slower_than_the_loop():
+    """What it is for changes no faster, and it would take the margin that the loop has left."""
+    assert adaptive_in_a_loop_of(40.0).parameters.observer.pole == pytest.approx(40.0)
+    assert adaptive_in_a_loop_of(300.0).parameters.observer.pole == FASTEST
+    late = adaptive_in_a_loop_of(50.0, delay=5.0).parameters.observer.pole
+    assert late == pytest.approx(50.0 / (1.0 + 2.0 * 0.005 * 50.0))
+
+
+def test_observer_that_is_asked_for_may_be_as_fast_as_the_loop():
+    asked = [adaptive_in_a_loop_of(300.0, observer_bandwidth=hertz).parameters.observer.pole for hertz in (5.0, 100.0)]
+    assert asked == [pytest.approx(10.0 * math.pi), 300.0]
+
+
+def test_line_up_has_no_faster_observer_either():
+    fast = SCENARIO.modified(sampling={"period": 0.001}, feedback={"bandwidth": 50.0}, sensor={"velocity_noise": 0.0})
+    assert make("adaptive", fast).parameters.observer.pole == pytest.approx(FASTEST)

@@ -9,7 +9,7 @@ from scenario_files import built_in, write_scenario
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.design_studies import exciting_motion
-from adaptive_ff.design_studies.excitation import find_excitations
+from adaptive_ff.design_studies.excitation import find_excitations, polished
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,8 @@ def commissioned(tmp_path_factory):
     content = {**built_in(), "duration": 6.0, "sampling": {"period": 0.002}, "sensor": {"velocity_noise": 5e-4}}
     scenario = write_scenario(folder, content)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1))
+        patch.setattr(exciting_motion, "find_excitations", functools.partial(find_excitations, starts=1, rounds=1))
+        patch.setattr(exciting_motion, "polished", functools.partial(polished, trials=3))
         outcome = run_command_line("commission", scenario, "--out", folder / "out", "--report")
     return folder / "out", outcome, scenario
 

@@ -11,8 +11,9 @@ from command_line import run_command_line
 
 from adaptive_ff import InputError, load_scenario
 from adaptive_ff.design_studies import exciting_motion as glue
-from adaptive_ff.design_studies.excitation import MotionLimits, find_excitations
+from adaptive_ff.design_studies.excitation import find_excitations, polished
 from adaptive_ff.design_studies.exciting_motion import (
+    TRIAL_SEEDS,
     assumed_joint,
     default_limits,
     exciting_motion,
@@ -21,11 +22,14 @@ from adaptive_ff.design_studies.exciting_motion import (
     yardstick,
 )
 from adaptive_ff.design_studies.information import NAMES, AssumedJoint, information, interval_sizes
+from adaptive_ff.design_studies.motion import MotionLimits
+from adaptive_ff.design_studies.motion_search import MotionSearch
 from adaptive_ff.scenario.fourier import Fourier
 
 JOINT = AssumedJoint(20.0, 60.0, 90.0, 80.0, 0.05, 0.1)
 ONES = np.ones(len(NAMES))
 SCENARIO = load_scenario()
+MINUTE = interval_sizes(information(JOINT, yardstick(SCENARIO).reference_velocity()[None, ::20], 0.02))[0]
 
 
 @pytest.mark.parametrize(
@@ -81,13 +85,58 @@ def test_information_of_a_motion_that_never_slides_is_none():
     )
 
 
+def search_shortly(patch):
+    """Search from one start, with one round and a few trials near the best."""
+    patch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=1, rounds=1))
+    patch.setattr(glue, "polished", functools.partial(polished, trials=3))
+
+
 def test_best_candidate_in_simulation_is_taken_and_its_sizes_told(monkeypatch):
-    monkeypatch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=2))
-    motion = exciting_motion(SCENARIO, default_limits(SCENARIO), period=5.0, fastest=1.0)
-    base = interval_widths(yardstick(SCENARIO), [101, 102, 103])
-    widths = interval_widths(with_motion(SCENARIO, motion.reference.model_dump(), 5.0), [101, 102, 103])
-    assert motion.sizes == {name: widths[name] / base[name] for name in NAMES}
+    search_shortly(monkeypatch)
+    shares = []
+    motion = exciting_motion(SCENARIO, default_limits(SCENARIO), period=5.0, fastest=1.0, progress=shares.append)
+    base = interval_widths(yardstick(SCENARIO), TRIAL_SEEDS)
+    table = motion.reference.model_dump()
+    once, twice = (interval_widths(with_motion(SCENARIO, table, time), TRIAL_SEEDS) for time in (5.0, 10.0))
+    assert motion.sizes == {name: max(once[name], twice[name]) / base[name] for name in NAMES}
     assert max(motion.sizes.values()) < 20.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def by_information(motion):
+    """Return the intervals of a motion over those of a minute, by information, with three times that of the lag."""
+    velocity = motion.columns(0.01)["velocity"][None, :-1]
+    sizes = dict(zip(NAMES, interval_sizes(information(JOINT, velocity, 0.01))[0] / MINUTE, strict=True))
+    return {**sizes, "friction_lag": 3.0 * sizes["friction_lag"]}
+
+
+def test_search_goes_by_what_trials_gave():
+    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=1.0, starts=1)
+    (first,), (later,) = (search(rounds=rounds, trial=by_information) for rounds in (1, 6))
+    assert max(first.sizes, key=first.sizes.get) == "friction_lag"
+    assert max(later.sizes.values()) < 0.7 * max(first.sizes.values())
+    assert later.sizes == by_information(later)
+
+
+def test_dwelling_start_has_more_information_than_chance():
+    search = MotionSearch(JOINT, MotionLimits(1.4), 10.0, 20)
+    dwelling, drawn = (
+        [np.max(search.sizes(start(np.random.default_rng(turn))) / MINUTE) for turn in range(10)]
+        for start in (search.plateau_start, search.random_start)
+    )
+    assert np.median(dwelling) < 0.5 * np.median(drawn)
+
+
+def test_polishing_keeps_limits_and_improves():
+    limits = MotionLimits(1.0, position=0.5)
+    (motion,) = find_excitations(JOINT, limits, ONES, period=4.0, starts=1, rounds=1, trial=by_information)
+    better = polished(JOINT, limits, motion, by_information, trials=40)
+    assert polished(JOINT, limits, motion, by_information, trials=0) is motion
+    assert max(better.sizes.values()) < max(motion.sizes.values())
+    columns = better.columns(0.0005)
+    assert np.max(np.abs(columns["velocity"])) <= 1.0
+    assert np.max(np.abs(columns["position"])) <= 0.5
 
 
 def test_default_limits_follow_the_drive():
@@ -124,7 +173,7 @@ def test_wrong_series_are_refused():
 
 
 def test_command_writes_a_motion_that_reads_back(tmp_path, monkeypatch):
-    monkeypatch.setattr(glue, "find_excitations", functools.partial(find_excitations, starts=1))
+    search_shortly(monkeypatch)
     limits = ("--period", 5, "--fastest", 1, "--velocity", 0.5)
     outcome = run_command_line("excite", *limits, "--out", tmp_path / "out", "--report")
     assert outcome.status == 0, outcome.err
