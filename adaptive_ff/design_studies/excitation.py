@@ -20,7 +20,7 @@ from adaptive_ff.design_studies.motion import Excitation, MotionLimits
 from adaptive_ff.design_studies.motion_search import MotionSearch
 from adaptive_ff.errors import InputError
 
-STARTS, ROUNDS = 4, 6
+STARTS, ROUNDS = 6, 8
 """Starts of the search, and trials of each."""
 
 BELIEF = 0.6
@@ -29,7 +29,7 @@ BELIEF = 0.6
 LARGEST_RATIO = 4.5
 """Largest ratio, either way, that one trial is believed."""
 
-POLISHING, FIRST_STEP = 100, 0.1
+POLISHING, FIRST_STEP = 150, 0.1
 """Trials of random steps from the best motion, and the length of the first over that of the direction."""
 
 LEAST_HARMONICS, MOST_HARMONICS = 3, 60
