@@ -34,6 +34,7 @@ from adaptive_ff.adaptive.change_detection import (
     LEAST_ERROR,
     LOAD,
     LONGEST_WAIT,
+    NOTHING,
     SUDDEN,
     UNDECIDED,
     Alarm,
@@ -65,6 +66,7 @@ from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
+    doubt_in_place,
     total_of,
     update_resetting_in_place,
 )
@@ -353,6 +355,38 @@ def forget_in_place(
         forget_offset_in_place(information, scale, unit, share, work, loads)
 
 
+@register_jitable
+def is_change(
+    estimator: EstimatorParameters, state: EstimatorState, surprise: Surprise, usual: float, window: float
+) -> bool:
+    """Return whether errors are larger than usual, and than what the prediction is in doubt by.
+
+    A motion that was never seen is predicted by what is assumed: the first one the other way shows for the first time
+    how offset and Coulomb friction share the torque. What it teaches is not a change. Of ``x' M^-1 x`` the short window
+    makes as many variances of the error as it is long in memories; one is what its own samples would tell.
+
+    Parameters
+    ----------
+    estimator : EstimatorParameters
+        The estimator.
+    state : EstimatorState
+        Its state, with the gradient of this sample.
+    surprise : Surprise
+        Means over the short window.
+    usual : float
+        What a factor on friction explains of the usual errors at most.
+    window : float
+        Length of the short window, s.
+    """
+    explained = explained_by_friction(surprise)
+    if not explained > usual:
+        return False
+    if state.alarm.cause != NOTHING:
+        return True
+    doubt = doubt_in_place(state.recursion, state.scratch.measured_gradient) * window / estimator.memory
+    return explained > usual * (1.0 + doubt)
+
+
 @register_jitable(forceinline=True)
 def learn_in_place(
     estimator: EstimatorParameters,
@@ -420,7 +454,7 @@ def learn_in_place(
     window = JUMP_WINDOW / estimator.form.pole
     surprise = note_surprise(state.surprise, friction, error, duration, window)
     squared, usual, followed = error * error, JUMP * (levels.squared_error + LEAST_ERROR), False
-    noticed = learnt > estimator.memory and explained_by_friction(surprise) > usual
+    noticed = learnt > estimator.memory and is_change(estimator, state, surprise, usual, window)
     alarm = state.alarm
     if estimate.size - load_count(estimator) > OFFSET:
         longest = LONGEST_WAIT * estimator.memory

@@ -125,6 +125,25 @@ def move_parameter_in_place(
         correction[i] += share * work[i]
 
 
+@register_jitable
+def doubt_in_place(state: ResettingState, regressors: NDArray[np.float64]) -> float:
+    """Return ``x' M^-1 x``: the variance of a prediction, in variances of the error over the length of the memory.
+
+    Factor and gain of the last equation are overwritten; the next update writes them anew.
+    """
+    size = regressors.size
+    for i in range(size):
+        for j in range(i + 1):
+            state.factor[i, j] = state.information[i, j]
+        state.gain[i] = regressors[i]
+    factor_in_place(state.factor)
+    solve_in_place(state.factor, state.gain)
+    total = 0.0
+    for i in range(size):
+        total += regressors[i] * state.gain[i]
+    return total
+
+
 @register_jitable(forceinline=True)
 def update_resetting_in_place(state: ResettingState, floor: float, keep: float, error: float) -> None:
     """Take one equation into account, of which the instrument is in the state; the estimate is left to the caller.

@@ -28,7 +28,7 @@ def parameters(names, regressors=0):
         PERIOD,
         inertia=20.0,
         stribeck_velocity=0.05,
-        memory=0.9,
+        memory=1.8,
         parameters=names,
         regressors=regressors,
     )
@@ -134,7 +134,9 @@ class Twin:
         self.surprise = note_surprise(self.surprise, friction, error, duration, window)
         usual = changes.JUMP * (squared_error + changes.LEAST_ERROR)
         product, square, _ = self.surprise
-        noticed = learnt > estimator.memory and product**2 / square > usual
+        doubt = x @ np.linalg.solve(self.information, x) * window / estimator.memory
+        larger = 1.0 + doubt if self.alarm.cause == changes.NOTHING else 1.0
+        noticed = learnt > estimator.memory and product**2 / square > usual * larger
         squared, followed = error**2, False
         if self.estimate.size - load_count(estimator) > 5:
             longest = changes.LONGEST_WAIT * estimator.memory
@@ -289,3 +291,26 @@ def test_what_a_change_is_attributed_to_is_forgotten(names, cause):
     assert twin.forgotten == {changes.LOAD: 0, changes.EITHER: 1}.get(cause, 1) + (
         names != ESTIMATED and cause in (changes.LOAD, changes.EITHER)
     )
+
+
+@pytest.mark.parametrize(
+    ("direction", "size", "cause", "change"),
+    [
+        (1.0, 1.5, changes.NOTHING, True),
+        (1.0, 0.9, changes.NOTHING, False),
+        (-1.0, 1.5, changes.NOTHING, False),
+        (-1.0, 500.0, changes.NOTHING, True),
+        (-1.0, 1.5, changes.UNDECIDED, True),
+    ],
+)
+def test_first_motion_the_other_way_is_no_change(direction, size, cause, change):
+    """It shows how offset and Coulomb friction share the torque, so errors beyond the usual ones are to be expected."""
+    estimator, rng = parameters(WITH_OFFSET), np.random.default_rng(401)
+    # one way only: Coulomb friction (1) and offset (5) are one column; the others vary
+    rows = rng.standard_normal((500, 6))
+    rows[:, [1, 5]] = 1.0
+    state = initial_estimator_state(estimator)
+    state.recursion.information[:] = rows.T @ rows / len(rows) + 1e-3 * np.eye(6)
+    state.scratch.measured_gradient[:] = rows[0] * [1.0, direction, 1.0, 1.0, 1.0, 1.0]
+    surprise, state = Surprise(math.sqrt(size), 1.0, 0.0), state._replace(alarm=NO_ALARM._replace(cause=cause))
+    assert kernels.is_change(estimator, state, surprise, 1.0, 0.1 * estimator.memory) is change

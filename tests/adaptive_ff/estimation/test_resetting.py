@@ -9,6 +9,7 @@ from hypothesis.extra.numpy import arrays
 
 from adaptive_ff.estimation.resetting import (
     ResettingState,
+    doubt_in_place,
     factor_in_place,
     move_parameter_in_place,
     solve_in_place,
@@ -186,3 +187,13 @@ def test_a_parameter_that_is_moved_takes_the_others_along_as_constrained_least_s
     move_parameter_in_place(factor, index, distance, moved, np.empty(size))
     assert moved[index] - correction[index] == pytest.approx(distance, rel=1e-9, abs=1e-12)
     assert_near(moved, correction + expected, 10.0 * np.linalg.cond(matrix) * (1.0 + np.linalg.norm(expected)))
+
+
+def test_doubt_is_the_quadratic_form_of_the_inverse():
+    rng = np.random.default_rng(12)
+    rows = rng.standard_normal((20, SIZE))
+    information, regressors = rows.T @ rows, rng.standard_normal(SIZE)
+    kept = information.copy()
+    state = ResettingState(np.zeros(SIZE), information, np.zeros(SIZE), np.zeros(SIZE), np.zeros((SIZE, SIZE)))
+    assert doubt_in_place(state, regressors) == pytest.approx(regressors @ np.linalg.solve(kept, regressors), rel=1e-12)
+    assert np.array_equal(information, kept)
