@@ -119,7 +119,7 @@ class MotionSearch:
         return Excitation(reference, limits, largest, dict(zip(NAMES, sizes.tolist(), strict=True)))
 
     def _sizes(self, directions: Array) -> Array:
-        scaled = directions / np.array([_smooth_largest(self._bounds @ one) for one in directions])[:, None]
+        scaled = directions / _smooth_largest(directions @ self._bounds.T)[:, None]
         found = information(self.joint, scaled @ self._velocity.T, float(self._time[1]))
         return np.log(interval_sizes(found))
 
@@ -141,8 +141,9 @@ def _bounds(series: Series, joint: AssumedJoint, limits: MotionLimits) -> Array:
     return np.vstack(rows)
 
 
-def _smooth_largest(values: Array) -> float:
+def _smooth_largest(values: Array) -> Array:
+    """Return about the largest size of each row, which is smooth in the values and not less."""
     sizes = np.abs(values)
-    largest = float(np.max(sizes))
-    beyond: float = float(np.sum((sizes / largest) ** SHARPNESS)) ** (1.0 / SHARPNESS)
-    return largest * beyond
+    largest = np.max(sizes, axis=-1)
+    beyond = np.sum((sizes / largest[:, None]) ** SHARPNESS, axis=-1) ** (1.0 / SHARPNESS)
+    return np.asarray(largest * beyond)

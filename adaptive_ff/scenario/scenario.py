@@ -294,7 +294,8 @@ class Scenario(Table):
         if isinstance(self.reference, Recorded):  # its file may change from one reading to the next
             assert self.motion is not None
             return self.motion.velocity(self.times())
-        reference, seed = self.reference, self.seed
+        reference = self.reference
+        seed = 0 if isinstance(reference, Fourier) else self.seed  # the only one of which nothing is drawn
         key = (reference.model_dump_json(), seed, int(self.sample_steps[-1]), self.joint.solver_period)
         return MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([seed, 0])))
 

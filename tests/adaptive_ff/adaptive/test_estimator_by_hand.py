@@ -313,4 +313,4 @@ def test_first_motion_the_other_way_is_no_change(direction, size, cause, change)
     state.recursion.information[:] = rows.T @ rows / len(rows) + 1e-3 * np.eye(6)
     state.scratch.measured_gradient[:] = rows[0] * [1.0, direction, 1.0, 1.0, 1.0, 1.0]
     surprise, state = Surprise(math.sqrt(size), 1.0, 0.0), state._replace(alarm=NO_ALARM._replace(cause=cause))
-    assert kernels.is_change(estimator, state, surprise, 1.0, 0.1 * estimator.memory) is change
+    assert kernels.is_change(estimator, state, surprise, 1.0, 0.1 * estimator.memory) == change
