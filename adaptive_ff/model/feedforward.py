@@ -37,6 +37,7 @@ HELD = 0.8
 
 
 FADING = 0.6
+TEST = 1.0
 """Time constant with which that fades, s: a real drive at rest gives less and less (replays of the KUKA KR300)."""
 
 TURNED = 0.04
@@ -84,6 +85,9 @@ def resting_friction(model: TorqueModel, friction: float, duration: float) -> tu
 
     At most ``HELD`` of the Coulomb friction is held and fades with ``FADING``; what is more fades with the lag.
     """
+    if model.presliding > 0.0:
+        left = math.exp(-duration / TEST)
+        return friction * (1.0 - left) * TEST, friction * left
     held = min(max(friction, -HELD * model.coulomb), HELD * model.coulomb)
     excess, faded = friction - held, -math.expm1(-duration / FADING)
     integral, friction = held * FADING * faded, held * (1.0 - faded)
