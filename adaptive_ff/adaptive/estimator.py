@@ -362,8 +362,9 @@ def is_change(
     """Return whether errors are larger than usual, and than what the prediction is in doubt by.
 
     A motion that was never seen is predicted by what is assumed: the first one the other way shows for the first time
-    how offset and Coulomb friction share the torque. What it teaches is not a change. Of ``x' M^-1 x`` the short window
-    makes as many variances of the error as it is long in memories; one is what its own samples would tell.
+    how offset and Coulomb friction share the torque. What it teaches is not a change. Of ``x' M^-1 x``, with what ``x``
+    holds of friction and loads, the short window makes as many variances of the error as it is long in memories; one is
+    what its own samples would tell.
 
     Parameters
     ----------
@@ -383,7 +384,11 @@ def is_change(
         return False
     if state.alarm.cause != NOTHING:
         return True
-    doubt = doubt_in_place(state.recursion, state.scratch.measured_gradient) * window / estimator.memory
+    gradient, asked = state.scratch.measured_gradient, state.recursion.instrument  # which the update writes anew
+    for i in range(gradient.size):
+        asked[i] = gradient[i]
+    asked[INERTIA] = asked[FRICTION_LAG] = 0.0
+    doubt = doubt_in_place(state.recursion) * window / estimator.memory
     return explained > usual * (1.0 + doubt)
 
 

@@ -126,21 +126,21 @@ def move_parameter_in_place(
 
 
 @register_jitable
-def doubt_in_place(state: ResettingState, regressors: NDArray[np.float64]) -> float:
-    """Return ``x' M^-1 x``: the variance of a prediction, in variances of the error over the length of the memory.
+def doubt_in_place(state: ResettingState) -> float:
+    """Return ``z' M^-1 z``: the variance of a prediction, in variances of the error over the length of the memory.
 
     Factor and gain of the last equation are overwritten; the next update writes them anew.
     """
-    size = regressors.size
+    size = state.instrument.size
     for i in range(size):
         for j in range(i + 1):
             state.factor[i, j] = state.information[i, j]
-        state.gain[i] = regressors[i]
+        state.gain[i] = state.instrument[i]
     factor_in_place(state.factor)
     solve_in_place(state.factor, state.gain)
     total = 0.0
     for i in range(size):
-        total += regressors[i] * state.gain[i]
+        total += state.instrument[i] * state.gain[i]
     return total
 
 

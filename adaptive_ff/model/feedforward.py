@@ -14,9 +14,9 @@ stiction, ``y = g, h``, follow over the path, ``dy/dx = (F - y)/s``, which is in
 bending is damped: ``c exp(-(w/Vs)^2) s (dU/dt)/Vs`` is added, with ``U = g + h``. The lag in time comes after. This is
 the LuGre model with ``s = F/sigma_0`` and ``c = sigma_1 Vs``, but that ``s`` does not depend on the speed.
 
-A reference at rest has no direction. Where it comes to rest most of the Coulomb friction of the last direction is held
-for a while, as the joint holds it: bristles stay bent, and under a position loop the joint stays where it stopped. The
-rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well.
+A reference at rest has no direction. Where it comes to rest the Coulomb friction of the last direction is held for a
+while, as the joint holds it: bristles stay bent, and under a position loop the joint stays where it stopped. What is
+more fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well.
 
 Where the reference reverses, friction can be held in the same way until the reference is beyond zero by
 ``0.04 Fc T/J``. Friction that is turned too early throws a joint that still slides, by ``2 Fc/J`` times the time.
@@ -32,12 +32,16 @@ from numba.extending import register_jitable
 
 from adaptive_ff.model.friction import TorqueModel, adhesion_share, directed_friction, friction_parts
 
-HELD = 0.8
-"""Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
+FADING = 0.27
+"""Time constant with which the Coulomb friction fades that is held where the plan comes to rest, s.
 
+A real drive at rest gives less and less. Replays of the KUKA KR300 and the TX40 would have it shorter still; joints on
+bristles behind a position loop, before these are known, longer.
+"""
 
-FADING = 0.6
-"""Time constant with which that fades, s: a real drive at rest gives less and less (replays of the KUKA KR300)."""
+BENT_FADING = 1.0
+"""The same with a presliding distance: bristles that stay bent carry the torque, so that the joint springs back by what
+is taken away. Longer, and the joint halts on an edge of its encoder's counts and toggles there."""
 
 TURNED = 0.04
 """Speed at which a reversed reference turns friction, over the change of speed that Coulomb friction makes in a period.
@@ -82,11 +86,13 @@ def initial_feedforward_state() -> FeedforwardState:
 def resting_friction(model: TorqueModel, friction: float, duration: float) -> tuple[float, float]:
     """Return integral (N m s) and end (N m) of the friction while the reference rests.
 
-    At most ``HELD`` of the Coulomb friction is held and fades with ``FADING``; what is more fades with the lag.
+    At most Coulomb friction is held and fades slowly; what is more fades with the lag. Bent bristles hold all of it.
     """
-    held = min(max(friction, -HELD * model.coulomb), HELD * model.coulomb)
-    excess, faded = friction - held, -math.expm1(-duration / FADING)
-    integral, friction = held * FADING * faded, held * (1.0 - faded)
+    held, fading = min(max(friction, -model.coulomb), model.coulomb), FADING
+    if model.presliding > 0.0:
+        held, fading = friction, BENT_FADING
+    excess, faded = friction - held, -math.expm1(-duration / fading)
+    integral, friction = held * fading * faded, held * (1.0 - faded)
     if model.friction_lag > 0.0:
         settled = -math.expm1(-duration / model.friction_lag)
         integral += excess * model.friction_lag * settled

@@ -134,7 +134,8 @@ class Twin:
         self.surprise = note_surprise(self.surprise, friction, error, duration, window)
         usual = changes.JUMP * (squared_error + changes.LEAST_ERROR)
         product, square, _ = self.surprise
-        doubt = x @ np.linalg.solve(self.information, x) * window / estimator.memory
+        there = np.where(np.isin(np.arange(x.size), (0, 4)), 0.0, x)  # inertia and lag are not what is in doubt
+        doubt = there @ np.linalg.solve(self.information, there) * window / estimator.memory
         larger = 1.0 + doubt if self.alarm.cause == changes.NOTHING else 1.0
         noticed = learnt > estimator.memory and product**2 / square > usual * larger
         squared, followed = error**2, False

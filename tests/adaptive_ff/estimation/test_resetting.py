@@ -194,6 +194,6 @@ def test_doubt_is_the_quadratic_form_of_the_inverse():
     rows = rng.standard_normal((20, SIZE))
     information, regressors = rows.T @ rows, rng.standard_normal(SIZE)
     kept = information.copy()
-    state = ResettingState(np.zeros(SIZE), information, np.zeros(SIZE), np.zeros(SIZE), np.zeros((SIZE, SIZE)))
-    assert doubt_in_place(state, regressors) == pytest.approx(regressors @ np.linalg.solve(kept, regressors), rel=1e-12)
+    state = ResettingState(np.zeros(SIZE), information, regressors, np.zeros(SIZE), np.zeros((SIZE, SIZE)))
+    assert doubt_in_place(state) == pytest.approx(regressors @ np.linalg.solve(kept, regressors), rel=1e-12)
     assert np.array_equal(information, kept)

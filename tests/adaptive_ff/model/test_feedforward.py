@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.model.feedforward import (
+    BENT_FADING,
     FADING,
-    HELD,
     FeedforwardState,
     exchange_model,
     feedforward_parts,
@@ -122,9 +122,9 @@ def test_short_lag_tends_to_none(start, end, lag):
 
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
+def test_at_rest_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
     model = MODEL._replace(friction_lag=lag)
-    held = HELD * model.coulomb
+    held = model.coulomb
     assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True, 0.0, 0.0))
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
     torque, state = step_feedforward(model, begin, 0.0, 0.0, PERIOD)
@@ -138,6 +138,17 @@ def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, dir
     assert direction * torque == pytest.approx(held * math.exp(-3.0), rel=0.15)
     little, _ = step_feedforward(model, FeedforwardState(direction * 5.0, 0.0, True), 0.0, 0.0, PERIOD)
     assert direction * little == pytest.approx(5.0, rel=0.02)  # no more than there was
+
+
+def test_at_rest_bent_bristles_hold_all_friction_for_longer():
+    """Bristles that stay bent carry the torque, stiction among it, and the lag in time has no part in it."""
+    model = MODEL._replace(presliding=0.01, friction_lag=0.02)
+    begin = model.coulomb + 12.0
+    state = FeedforwardState(begin, 0.0, True, 1.0, 1.0)
+    for _ in range(round(BENT_FADING / PERIOD)):
+        torque, state = step_feedforward(model, state, 0.0, 0.0, PERIOD)
+    assert state.friction == pytest.approx(begin * math.exp(-1.0), rel=1e-6)
+    assert torque == pytest.approx(state.friction, rel=PERIOD / BENT_FADING)
 
 
 def test_without_preview_the_last_slope_of_the_reference_is_continued():
@@ -319,7 +330,7 @@ def frictions_along(plan, turned):
 def test_a_plan_that_hardly_crosses_zero_does_not_turn_friction():
     plan = np.array([0.02, 0.0, *[-0.9 * SLOW] * 5, 0.0, 0.02])
     held, turned = frictions_along(plan, SLOW), frictions_along(plan, 0.0)
-    assert np.min(held) > 0.5 * HELD * MODEL.coulomb
+    assert np.min(held) > 0.5 * MODEL.coulomb
     assert np.min(turned) < 0.0
     rest = frictions_along(np.array([0.02, *[0.0] * 7]), 0.0)
     assert held[1:6] == pytest.approx(rest[1:6])
