@@ -9,8 +9,8 @@ So the mean over a short window of the error ``e`` times the predicted friction 
     <e f>^2 / <f^2>  >  JUMP <e^2>
 
 The left-hand side is the part of the short mean of ``e^2`` that a common factor on friction explains. Where it is that
-large, the information ``M`` about that factor, the direction ``d`` of the friction parameters in the space of all, is
-reduced to what the short window holds,
+large, and larger than what the prediction is in doubt by (``estimator.is_change``), the information ``M`` about that
+factor, the direction ``d`` of the friction parameters in the space of all, is reduced to what the short window holds,
 
     M  ->  M - (1 - known / d'M d) M d d'M / (d'M d)
 
