@@ -56,7 +56,7 @@ def rows_of(scenario: Scenario, seeds: range) -> list[dict[str, float]]:
 
 def main(
     joint: Annotated[list[str] | None, typer.Option(help="Joint; may be repeated.")] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of reported seeds, from 1 on.")] = 5,
+    seeds: Annotated[int, typer.Option(min=1, help="Number of reported seeds, from 1 on.")] = 20,
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print intervals of exciting motions over those of a minute of multisine."""

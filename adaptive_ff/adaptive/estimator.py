@@ -387,7 +387,8 @@ def is_change(
     gradient, asked = state.scratch.measured_gradient, state.recursion.instrument  # which the update writes anew
     for i in range(gradient.size):
         asked[i] = gradient[i]
-    asked[INERTIA] = asked[FRICTION_LAG] = 0.0
+    asked[INERTIA] = 0.0
+    asked[FRICTION_LAG] = 0.0
     doubt = doubt_in_place(state.recursion) * window / estimator.memory
     return explained > usual * (1.0 + doubt)
 
