@@ -156,12 +156,13 @@ static double model_friction(const struct model *m, double speed) {
     return m->friction.coulomb * (1.0 - share) + m->friction.stiction * share + m->friction.viscous * speed;
 }
 
-#define FADING 0.27 /* time constant with which Coulomb friction fades that is held where the plan comes to rest, s */
+#define HELD 0.9    /* share of the Coulomb friction that is held where the plan comes to rest */
+#define FADING 0.31 /* time constant with which it fades, s */
 #define TURNED 0.04 /* speed at which a reversed plan turns friction, over what Coulomb friction changes in a period */
 
 /* Integral of the friction while the reference rests. */
 static double resting_friction(const struct model *m, double *friction, double duration) {
-    double bound = m->friction.coulomb, held = fmin(fmax(*friction, -bound), bound), excess = *friction - held;
+    double bound = HELD * m->friction.coulomb, held = fmin(fmax(*friction, -bound), bound), excess = *friction - held;
     double faded = -expm1(-duration / FADING), integral = held * FADING * faded;
     *friction = held * (1.0 - faded);
     if (m->friction_lag > 0.0) {

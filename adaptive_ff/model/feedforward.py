@@ -14,9 +14,9 @@ stiction, ``y = g, h``, follow over the path, ``dy/dx = (F - y)/s``, which is in
 bending is damped: ``c exp(-(w/Vs)^2) s (dU/dt)/Vs`` is added, with ``U = g + h``. The lag in time comes after. This is
 the LuGre model with ``s = F/sigma_0`` and ``c = sigma_1 Vs``, but that ``s`` does not depend on the speed.
 
-A reference at rest has no direction. Where it comes to rest the Coulomb friction of the last direction is held for a
-while, as the joint holds it: bristles stay bent, and under a position loop the joint stays where it stopped. What is
-more fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well.
+A reference at rest has no direction. Where it comes to rest most of the Coulomb friction of the last direction is held
+for a while, as the joint holds it: bristles stay bent, and under a position loop the joint stays where it stopped. The
+rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well.
 
 Where the reference reverses, friction can be held in the same way until the reference is beyond zero by
 ``0.04 Fc T/J``. Friction that is turned too early throws a joint that still slides, by ``2 Fc/J`` times the time.
@@ -32,7 +32,10 @@ from numba.extending import register_jitable
 
 from adaptive_ff.model.friction import TorqueModel, adhesion_share, directed_friction, friction_parts
 
-FADING = 0.27
+HELD = 0.9
+"""Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
+
+FADING = 0.31
 """Time constant with which the Coulomb friction fades that is held where the plan comes to rest, s.
 
 A real drive at rest gives less and less. Replays of the KUKA KR300 and the TX40 would have it shorter still; joints on
@@ -86,9 +89,10 @@ def initial_feedforward_state() -> FeedforwardState:
 def resting_friction(model: TorqueModel, friction: float, duration: float) -> tuple[float, float]:
     """Return integral (N m s) and end (N m) of the friction while the reference rests.
 
-    At most Coulomb friction is held and fades slowly; what is more fades with the lag. Bent bristles hold all of it.
+    At most ``HELD`` of the Coulomb friction is held and fades with ``FADING``; what is more fades with the lag. Bent
+    bristles hold all of it, which fades with ``BENT_FADING``.
     """
-    held, fading = min(max(friction, -model.coulomb), model.coulomb), FADING
+    held, fading = min(max(friction, -HELD * model.coulomb), HELD * model.coulomb), FADING
     if model.presliding > 0.0:
         held, fading = friction, BENT_FADING
     excess, faded = friction - held, -math.expm1(-duration / fading)

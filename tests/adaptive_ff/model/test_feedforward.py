@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from adaptive_ff.model.feedforward import (
     BENT_FADING,
     FADING,
+    HELD,
     FeedforwardState,
     exchange_model,
     feedforward_parts,
@@ -122,9 +123,9 @@ def test_short_lag_tends_to_none(start, end, lag):
 
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_at_rest_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
+def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
     model = MODEL._replace(friction_lag=lag)
-    held = model.coulomb
+    held = HELD * model.coulomb
     assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True, 0.0, 0.0))
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
     torque, state = step_feedforward(model, begin, 0.0, 0.0, PERIOD)
@@ -330,7 +331,7 @@ def frictions_along(plan, turned):
 def test_a_plan_that_hardly_crosses_zero_does_not_turn_friction():
     plan = np.array([0.02, 0.0, *[-0.9 * SLOW] * 5, 0.0, 0.02])
     held, turned = frictions_along(plan, SLOW), frictions_along(plan, 0.0)
-    assert np.min(held) > 0.5 * MODEL.coulomb
+    assert np.min(held) > 0.5 * HELD * MODEL.coulomb
     assert np.min(turned) < 0.0
     rest = frictions_along(np.array([0.02, *[0.0] * 7]), 0.0)
     assert held[1:6] == pytest.approx(rest[1:6])
