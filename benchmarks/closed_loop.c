@@ -156,8 +156,8 @@ static double model_friction(const struct model *m, double speed) {
     return m->friction.coulomb * (1.0 - share) + m->friction.stiction * share + m->friction.viscous * speed;
 }
 
-#define HELD 0.9    /* share of the Coulomb friction that is held where the plan comes to rest */
-#define FADING 0.31 /* time constant with which it fades, s */
+#define HELD 0.87   /* share of the Coulomb friction that is held where the plan comes to rest */
+#define FADING 0.32 /* time constant with which it fades, s */
 #define TURNED 0.04 /* speed at which a reversed plan turns friction, over what Coulomb friction changes in a period */
 
 /* Integral of the friction while the reference rests. */

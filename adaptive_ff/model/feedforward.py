@@ -32,10 +32,10 @@ from numba.extending import register_jitable
 
 from adaptive_ff.model.friction import TorqueModel, adhesion_share, directed_friction, friction_parts
 
-HELD = 0.9
+HELD = 0.87
 """Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
 
-FADING = 0.31
+FADING = 0.32
 """Time constant with which the Coulomb friction fades that is held where the plan comes to rest, s.
 
 A real drive at rest gives less and less. Replays of the KUKA KR300 and the TX40 would have it shorter still; joints on
