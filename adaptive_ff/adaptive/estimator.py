@@ -66,7 +66,7 @@ from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
-    doubt_in_place,
+    prediction_variance_in_place,
     total_of,
     update_resetting_in_place,
 )
@@ -389,7 +389,7 @@ def is_change(
         asked[i] = gradient[i]
     asked[INERTIA] = 0.0
     asked[FRICTION_LAG] = 0.0
-    doubt = doubt_in_place(state.recursion) * window / estimator.memory
+    doubt = prediction_variance_in_place(state.recursion) * window / estimator.memory
     return explained > usual * (1.0 + doubt)
 
 

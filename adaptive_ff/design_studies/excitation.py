@@ -97,7 +97,7 @@ def find_excitations(
             tried.append(motion)
             if progress is not None:
                 progress((turn * rounds + i + 1) / (starts * rounds))
-        motions.append(min(tried, key=lambda one: max(one.sizes.values())))
+        motions.append(min(tried, key=lambda one: one.widest))
     return motions
 
 
@@ -123,7 +123,7 @@ def polished(
         step = generator.standard_normal(direction.size) * length / math.sqrt(direction.size)
         near = search.motion(direction + step, np.ones(len(NAMES)))
         near = near.with_sizes(trial(near))
-        better = max(near.sizes.values()) < max(best.sizes.values())
+        better = near.widest < best.widest
         if better:
             best, direction = near, search.direction(near)
         length *= 1.5 if better else 0.9
@@ -135,6 +135,7 @@ def polished(
 def _calibrated(calibrated: Array, measure: Array, expected: Array, tried: Excitation) -> Array:
     """Return by what the intervals of the next search are measured, from what they were and what the trial gave."""
     ratio = np.array([tried.sizes[name] for name in NAMES]) / (expected * measure / calibrated)
+    ratio = np.nan_to_num(ratio, nan=1.0, posinf=np.inf)  # unknown where the multisine does not determine it, either
     believed = np.clip(ratio, 1.0 / LARGEST_RATIO, LARGEST_RATIO) ** BELIEF
     return np.asarray(calibrated / believed)
 

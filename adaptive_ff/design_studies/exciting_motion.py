@@ -223,7 +223,7 @@ def exciting_motion(
             trial=trial,
             progress=_part_of(progress, i, parts),
         )
-    best = min(found, key=lambda motion: max(motion.sizes.values()))
+    best = min(found, key=lambda motion: motion.widest)
     return polished(joint, limits, best, trial, seed=seed, progress=_part_of(progress, parts - 1, parts))
 
 

@@ -53,6 +53,11 @@ class Excitation:
     largest: dict[str, float]
     sizes: dict[str, float]
 
+    @property
+    def widest(self) -> float:
+        """The largest of ``sizes``; infinite where one is unknown."""
+        return max(math.inf if math.isnan(size) else size for size in self.sizes.values())
+
     def to_dict(self) -> dict[str, Any]:
         """Return the motion as ``adaptive-ff excite --json`` writes it."""
         sizes = {name: size if math.isfinite(size) else None for name, size in self.sizes.items()}

@@ -6,6 +6,7 @@ largest interval, each over one that it is measured by, so that no parameter is 
 """
 
 import math
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import null_space
@@ -103,9 +104,8 @@ class MotionSearch:
     def motion(self, direction: Array, measure: Array) -> Excitation:
         """Return the motion of a direction, which keeps the limits between the points of the grid as well."""
         limits, joint, harmonics = self.limits, self.joint, self.harmonics
-        count = harmonics * FINE_PER_CYCLE
-        fine, free = Series(self.period, harmonics, np.arange(count) * self.period / count), self._free @ direction
-        on_grid = float(np.max(np.abs(_bounds(fine, joint, limits) @ free)))
+        fine, free = self._fine, self._free @ direction
+        on_grid = float(np.max(np.abs(self._fine_bounds @ free)))
         # between the points a trigonometric polynomial is larger by no more than this (H. Ehlich, K. Zeller, 1964)
         coefficients = free * math.cos(math.pi / FINE_PER_CYCLE) / on_grid
         # decimals that a person reads; rounded towards zero, so that no limit is passed
@@ -117,6 +117,15 @@ class MotionSearch:
         reference = Fourier(kind="fourier", period=self.period, cosines=cosines, sines=sines)
         sizes = self.sizes(direction) / measure
         return Excitation(reference, limits, largest, dict(zip(NAMES, sizes.tolist(), strict=True)))
+
+    @cached_property
+    def _fine(self) -> Series:
+        count = self.harmonics * FINE_PER_CYCLE
+        return Series(self.period, self.harmonics, np.arange(count) * self.period / count)
+
+    @cached_property
+    def _fine_bounds(self) -> Array:
+        return _bounds(self._fine, self.joint, self.limits)
 
     def _sizes(self, directions: Array) -> Array:
         scaled = directions / _smooth_largest(directions @ self._bounds.T)[:, None]

@@ -126,7 +126,7 @@ def move_parameter_in_place(
 
 
 @register_jitable
-def doubt_in_place(state: ResettingState) -> float:
+def prediction_variance_in_place(state: ResettingState) -> float:
     """Return ``z' M^-1 z``: the variance of a prediction, in variances of the error over the length of the memory.
 
     Factor and gain of the last equation are overwritten; the next update writes them anew.

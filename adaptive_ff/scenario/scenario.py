@@ -295,9 +295,14 @@ class Scenario(Table):
             assert self.motion is not None
             return self.motion.velocity(self.times())
         reference = self.reference
-        seed = 0 if isinstance(reference, Fourier) else self.seed  # the only one of which nothing is drawn
-        key = (reference.model_dump_json(), seed, int(self.sample_steps[-1]), self.joint.solver_period)
-        return MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([seed, 0])))
+        key = (*self._motion_key, int(self.sample_steps[-1]))
+        return MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([self.seed, 0])))
+
+    @property
+    def _motion_key(self) -> tuple[str, int, float]:
+        """What decides the reference but for its length; the seed does where something of it is drawn."""
+        seed = self.seed if isinstance(self.reference, Multisine) else 0
+        return self.reference.model_dump_json(), seed, self.joint.solver_period
 
     def _size_and_lost_share(self, unit: NDArray[np.float64]) -> tuple[float, float]:
         """Return the size (rms) of the reference before its peak is chosen, and the share lost between samples."""
@@ -316,8 +321,8 @@ class Scenario(Table):
         if isinstance(self.reference, Recorded):
             size, share = compute().tolist()
         else:
-            key = (self.reference.model_dump_json(), self.seed, self.length, self.joint.solver_period)
-            size, share = MOTIONS.get((*key, self.sampling.model_dump_json()), compute).tolist()
+            key = (*self._motion_key, self.length, self.sampling.model_dump_json())
+            size, share = MOTIONS.get(key, compute).tolist()
         return size, share
 
     def noise(self) -> NDArray[np.float64]:

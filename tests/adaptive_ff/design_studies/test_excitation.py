@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import json
+import math
 import tomllib
 
 import numpy as np
@@ -117,6 +118,17 @@ def test_search_goes_by_what_trials_gave():
     assert max(first.sizes, key=first.sizes.get) == "friction_lag"
     assert max(later.sizes.values()) < 0.7 * max(first.sizes.values())
     assert later.sizes == by_information(later)
+
+
+def test_search_goes_on_where_a_ratio_is_unknown():
+    def trial(motion):
+        return {**by_information(motion), "friction_lag": float("nan")}
+
+    search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=1.0, starts=1)
+    (motion,) = search(rounds=2, trial=trial)
+    assert math.isnan(motion.sizes["friction_lag"])
+    assert motion.widest == math.inf
+    assert motion.reference == search(rounds=1)[0].reference  # none is better than another, so the first stays
 
 
 def test_dwelling_start_has_more_information_than_chance():

@@ -9,9 +9,9 @@ from hypothesis.extra.numpy import arrays
 
 from adaptive_ff.estimation.resetting import (
     ResettingState,
-    doubt_in_place,
     factor_in_place,
     move_parameter_in_place,
+    prediction_variance_in_place,
     solve_in_place,
     update_resetting_in_place,
 )
@@ -195,5 +195,7 @@ def test_doubt_is_the_quadratic_form_of_the_inverse():
     information, regressors = rows.T @ rows, rng.standard_normal(SIZE)
     kept = information.copy()
     state = ResettingState(np.zeros(SIZE), information, regressors, np.zeros(SIZE), np.zeros((SIZE, SIZE)))
-    assert doubt_in_place(state) == pytest.approx(regressors @ np.linalg.solve(kept, regressors), rel=1e-12)
+    assert prediction_variance_in_place(state) == pytest.approx(
+        regressors @ np.linalg.solve(kept, regressors), rel=1e-12
+    )
     assert np.array_equal(information, kept)
