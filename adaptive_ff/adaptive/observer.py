@@ -12,14 +12,17 @@ is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata, T. Mur
 mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within ``1/p`` to what no identification can know yet:
 a start, a jump of friction, a load, a bristle that bends.
 
-Where the feedforward leaves nothing, an observer feeds back noise. So ``g`` is the smaller of two gates, both open
-while the noise is not known:
+Where the feedforward leaves nothing, an observer feeds back noise. So ``g = min(g_d, max(g_r, g_e))``, gates that are
+open while the noise is not known:
 
-    g_a = sat(<d^2> / (4 * 2 s_d^2) - 1),   s_d^2 = a^2 2/(2 - a) (J s/T)^2,  a = 1 - exp(-p T)   (d against its noise)
-    g_b = sat(<ehat^2> / (4 s_T^2) - 1),    s_T^2 = s^2 2 b/(2 - b),          b = Kp T/J          (error against noise)
+    g_d = sat(<d^2> / (4 * 2 s_d^2) - 1),   s_d^2 = a^2 2/(2 - a) (J s/T)^2,  a = 1 - exp(-p T)   (d against its noise)
+    g_r = sat(<ehat^2> / (4 s_T^2) - 1),    s_T^2 = s^2 2 b/(2 - b),          b = Kp T/J          (error to come)
+    g_e = sat(<e_f^2> / (4 s_e^2) - 1),     s_e^2 = s^2 a/(2 - a)                                 (error that there is)
 
 ``<.>`` is a short mean, ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop would make
-of the residual. No time and no age enters: the gate is open while there is something to gain.
+of the residual, ``e_f`` the error behind a low-pass with the observer's pole. The two errors differ while the estimates
+move, since what a new estimate feeds is taken out of the integral. No time and no age enters: the gate is open while
+there is something to gain.
 
 The pole is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the gains of
 the PI loop respect and the observer would not. By default it is at most 65 rad/s: a fast loop has no margin to spare.
@@ -94,6 +97,10 @@ class ObserverState(NamedTuple):
         Short mean of ``ehat^2``, rad^2/s^2.
     noise : NoiseState
         Noise of the measured velocity.
+    error : float
+        Error ``e_f`` that the feedback sees, behind a low-pass, rad/s.
+    error_squared : float
+        Short mean of ``e_f^2``, rad^2/s^2.
     """
 
     disturbance: float
@@ -106,12 +113,14 @@ class ObserverState(NamedTuple):
     response: LoopResponse
     predicted_squared: float
     noise: NoiseState
+    error: float
+    error_squared: float
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
-    response = initial_loop_response(feedback)
-    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, delay_line(feedback.delay), 0.0, response, 0.0, initial_noise())
+    line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
+    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -128,6 +137,8 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.response,
         state.predicted_squared,
         state.noise,
+        state.error,
+        state.error_squared,
     )
 
 
@@ -145,14 +156,16 @@ def observe(
     torque: float,
     inertia: float,
     reference: float,
+    correction: float,
     velocity: float,
-    rests: bool,
+    held: bool,
     duration: float,
 ) -> ObserverState:
     """Return the state after a period, before the gates are set.
 
-    While the plan rests the disturbance is held: a stuck joint answers to no torque, and an observer would take what
-    the feedback asks for as a disturbance, feed it back and wind up, until the joint jumps, again and again.
+    While the plan rests, or friction of the last direction is held, the disturbance is held: a stuck joint answers to
+    no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
+    the joint jumps, again and again.
 
     Parameters
     ----------
@@ -166,10 +179,10 @@ def observe(
         Torque that the drive gave over the period, all of it, N m.
     inertia : float
         Identified inertia, kg m^2.
-    reference, velocity : float
-        Plan without the correction of an outer loop, and measured velocity, now, rad/s.
-    rests : bool
-        Whether the plan has been at rest over the period.
+    reference, correction, velocity : float
+        Plan, what an outer loop adds to it for the feedback, and measured velocity, now, rad/s.
+    held : bool
+        Whether the disturbance is held.
     duration : float
         Length of the period, s.
     """
@@ -180,15 +193,16 @@ def observe(
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
     change = (velocity - state.velocity) - (seen - state.reference)
     residual = lacking - min(inertia, observer.inertia) * change / duration
-    share = 0.0 if rests else -math.expm1(-observer.pole * duration)
+    share = 0.0 if held else -math.expm1(-observer.pole * duration)
     disturbance = state.disturbance + share * (residual - state.disturbance)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
     # the residual is behind the low-pass of the velocity already
     response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
-    weight = 0.0 if rests else duration / (WINDOW + duration)
+    weight = 0.0 if held else duration / (WINDOW + duration)
     squared = state.squared + weight * (disturbance * disturbance - state.squared)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
+    error = state.error + share * (seen + correction - velocity - state.error)
     return ObserverState(
         disturbance,
         state.gain,
@@ -200,6 +214,8 @@ def observe(
         response,
         predicted,
         noise,
+        error,
+        state.error_squared + weight * (error * error - state.error_squared),
     )
 
 
@@ -211,17 +227,19 @@ def saturated(value: float) -> float:
 
 @register_jitable(forceinline=True)
 def observer_gain(observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float) -> float:
-    """Return the gain ``g`` that the two gates allow, for an identified inertia (kg m^2)."""
+    """Return the gain ``g`` that the gates allow, for an identified inertia (kg m^2)."""
     if not noise_known(state.noise):
         return 1.0
     share = -math.expm1(-observer.pole * observer.period)
+    noise = state.noise.variance * share / (2.0 - share)
+    left = state.error_squared / (LOUDER * noise + TINY * TINY) - 1.0
     noise = share * inertia / observer.period
     noise *= noise * 2.0 / (2.0 - share) * state.noise.variance
     observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + TINY) - 1.0
     share = min(1.0, feedback.proportional * observer.period / observer.inertia)
     noise = state.noise.variance * 2.0 * share / (2.0 - share)
     predicted = state.predicted_squared / (LOUDER * noise + TINY * TINY) - 1.0
-    return min(saturated(observed), saturated(predicted))
+    return min(saturated(observed), max(saturated(predicted), saturated(left)))
 
 
 @register_jitable(forceinline=True)
@@ -265,6 +283,8 @@ def hand_over_to_observer(
             state.response,
             state.predicted_squared,
             state.noise,
+            state.error,
+            state.error_squared,
         ),
         leaves,
     )

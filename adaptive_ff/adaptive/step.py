@@ -261,6 +261,16 @@ def inertia_ratio(block: Block, inputs: Inputs) -> float:
 
 
 @register_jitable(forceinline=True)
+def turned_speed(block: Block, coulomb: float, inertia: float) -> float:
+    """Return the speed (rad/s) of a reversed plan at which friction (N m) is turned, for an identified inertia.
+
+    Where much less inertia is identified than is assumed, something else is taken for it, and friction would be held
+    far too long.
+    """
+    return turning_speed(coulomb, max(inertia, float(block.estimator.first[INERTIA])), block.period)
+
+
+@register_jitable(forceinline=True)
 def step_model(
     block: Block,
     model: TorqueModel,
@@ -275,7 +285,7 @@ def step_model(
     delay, inertia = block.feedback.delay, math.nan
     if math.isfinite(inputs.inertia):
         inertia = model.inertia * inertia_ratio(block, inputs)
-    turned = turning_speed(model.coulomb, model.inertia, block.period)
+    turned = turned_speed(block, model.coulomb, model.inertia)
     torque, friction, new = feedforward_parts(
         model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia, turned
     )

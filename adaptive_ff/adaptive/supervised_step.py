@@ -34,11 +34,12 @@ from adaptive_ff.adaptive.step import (
     given_inertia_torque,
     initial_adaptive_state,
     learn_and_feed_in_place,
+    turned_speed,
     write_adaptive,
 )
 from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, with_friction
-from adaptive_ff.model.bounds import INERTIA
-from adaptive_ff.model.feedforward import FeedforwardState
+from adaptive_ff.model.bounds import COULOMB, INERTIA
+from adaptive_ff.model.feedforward import FeedforwardState, is_held
 from adaptive_ff.regression.torque_form import Signals
 from controllers import (
     ESTIMATES,
@@ -161,6 +162,19 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
 
 
 @register_jitable(forceinline=True)
+def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) -> bool:
+    """Tell whether the plan has rested over the period, or moved so slowly that friction was held that hinders it."""
+    before = state.feedforward.reference
+    if plan == 0.0 and before == 0.0:
+        return True
+    if state.estimator.candidates.presliding > 0.0:
+        return False
+    estimate = state.estimator.recursion.estimate
+    turned = turned_speed(block, estimate[COULOMB], estimate[INERTIA])
+    return is_held(state.feedforward.friction, before, plan, turned)
+
+
+@register_jitable(forceinline=True)
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt
 ) -> tuple[ObserverState, TrustState]:
@@ -172,10 +186,18 @@ def watch(
         torque = inputs.realised_torque
         if not math.isfinite(torque):
             torque = asked_torque(feedback, state.feedback)
-        inertia = state.estimator.recursion.estimate[INERTIA]
-        plan, velocity = inputs.reference, inputs.velocity  # an outer loop's correction is the feedback's alone
-        rests = plan == 0.0 and state.feedforward.reference == 0.0
-        observer = observe(block.observer, observer, feedback, torque, inertia, plan, velocity, rests, inputs.dt)
+        observer = observe(
+            block.observer,
+            observer,
+            feedback,
+            torque,
+            state.estimator.recursion.estimate[INERTIA],
+            inputs.reference,
+            inputs.correction,
+            inputs.velocity,
+            may_stick(block, state, inputs.reference),
+            inputs.dt,
+        )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
     trust = advance_trust(

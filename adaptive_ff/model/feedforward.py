@@ -129,6 +129,15 @@ def lagged_ramp(friction: float, first: float, last: float, lag: float, duration
 
 
 @register_jitable
+def is_held(friction: float, start: float, end: float, turned: float) -> bool:
+    """Tell whether friction (N m) is held that is of the other direction than a motion that does not reverse.
+
+    It is while start and end of the motion are slower than the speed ``turned``, rad/s.
+    """
+    return friction * (start + end) < 0.0 and max(abs(start), abs(end)) < turned
+
+
+@register_jitable
 def one_way_friction(
     model: TorqueModel, friction: float, start: float, end: float, duration: float, turned: float = 0.0
 ) -> tuple[float, float]:
@@ -155,8 +164,7 @@ def one_way_friction(
         Friction torque at the end, N m.
     """
     direction = start + end
-    held = friction * direction < 0.0 and max(abs(start), abs(end)) < turned
-    if direction == 0.0 or held:
+    if direction == 0.0 or is_held(friction, start, end, turned):
         return resting_friction(model, friction, duration)
     first = directed_friction(model, abs(start), direction)
     last = directed_friction(model, abs(end), direction)

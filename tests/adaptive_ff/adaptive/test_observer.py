@@ -31,7 +31,7 @@ def observed(torques, velocities, references, observer=OBSERVER):
     """States while the drive gives torques; velocity and reference have one value more, of the start."""
     state, states = start_observer(initial_observer(FEEDBACK), references[0], velocities[0]), []
     for torque, reference, velocity in zip(torques, references[1:], velocities[1:], strict=True):
-        state = observe(observer, state, FEEDBACK, torque, INERTIA, reference, velocity, False, PERIOD)
+        state = observe(observer, state, FEEDBACK, torque, INERTIA, reference, 0.0, velocity, False, PERIOD)
         states.append(state)
     return states
 
@@ -54,16 +54,16 @@ def test_what_was_fed_forward_is_not_observed():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.1)
     for _ in range(50):
         state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0)
-        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.1, False, PERIOD)
+        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.0, 0.1, False, PERIOD)
     assert state.disturbance == pytest.approx(0.0, abs=1e-12)
 
 
 def test_while_the_plan_rests_what_was_observed_is_held():
     state = observed(np.full(100, 25.0), np.full(101, 0.1), np.full(101, 0.1))[-1]
     for torque in (50.0, -400.0, 0.0):  # a stuck joint answers to none of these
-        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, True, PERIOD)
+        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, 0.0, True, PERIOD)
         assert (held.disturbance, held.squared) == (state.disturbance, state.squared)
-        assert held.predicted_squared == state.predicted_squared
+        assert (held.predicted_squared, held.error_squared) == (state.predicted_squared, state.error_squared)
         state = held
 
 
@@ -72,7 +72,30 @@ def test_joint_at_rest_and_repeated_values_tell_nothing_of_noise():
     rested = observed(np.zeros(300), 0.01 * rng.standard_normal(301), np.zeros(301))[-1]
     repeated = observed(np.zeros(300), np.full(301, 0.1), np.linspace(0.1, 0.3, 301))[-1]
     assert rested.noise.measured == repeated.noise.measured == 0.0
-    assert observer_gain(OBSERVER, rested, FEEDBACK, INERTIA) == 1.0, "while noise is not known both gates are open"
+    assert observer_gain(OBSERVER, rested, FEEDBACK, INERTIA) == 1.0, "while noise is not known all gates are open"
+
+
+def gain_at_an_error(error, correction=0.0):
+    """Gain where a load is observed, and the plan is missed by an error that the residual does not explain."""
+    noise = 0.002 * np.random.default_rng(3).standard_normal(401)
+    state, gains = start_observer(initial_observer(FEEDBACK), 0.1, 0.1), []
+    for sample in range(400):
+        velocity = 0.1 + correction - error + noise[sample]
+        torque = 60.0 + INERTIA * (velocity - state.velocity) / PERIOD if sample else 60.0
+        # a residual that the loop has long made up for: what it would make of it is no error any more
+        state = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, correction, velocity, False, PERIOD)
+        gains.append(observer_gain(OBSERVER, state, FEEDBACK, INERTIA))
+    return gains[-1]
+
+
+def test_error_that_no_residual_explains_opens_the_gate():
+    assert gain_at_an_error(0.0) == 0.0
+    assert gain_at_an_error(0.01) == 1.0
+
+
+def test_what_an_outer_loop_asks_for_is_no_error():
+    assert gain_at_an_error(0.0, correction=0.05) == 0.0
+    assert gain_at_an_error(0.01, correction=0.05) == 1.0
 
 
 def run_frozen(reference, load, *, controller, position=None):

@@ -7,6 +7,10 @@ import pytest
 from closed_loops import SCENARIO, drive, lay_course, make, own_loop, run_plain
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
+from adaptive_ff.adaptive.step import turned_speed
+from adaptive_ff.adaptive.supervised_step import may_stick
+from adaptive_ff.model.bounds import COULOMB, INERTIA
+from adaptive_ff.model.feedforward import turning_speed
 from adaptive_ff.model.friction import WITH_GRAVITY
 
 SHORT = SCENARIO.modified(duration=8.0, change=[{"time": 5.0, "load": 40.0}])
@@ -72,6 +76,35 @@ def test_falling_gain_does_not_let_the_torque_jump(states):
         assert abs(first.state.feedback.integral - second.state.feedback.integral) > 1.0
         assert first.observer_gain == 1.0
         assert torques[1] == pytest.approx(torques[0], rel=1e-12)
+
+
+def test_less_inertia_than_is_assumed_does_not_hold_friction_longer():
+    block, assumed = make("adaptive").parameters, SCENARIO.feedback.inertia
+    usual = turned_speed(block, 60.0, assumed)
+    assert usual == turning_speed(60.0, assumed, SCENARIO.sampling.period)
+    assert turned_speed(block, 60.0, 0.1 * assumed) == usual
+    assert turned_speed(block, 60.0, 2.0 * assumed) == pytest.approx(0.5 * usual, rel=1e-12)
+
+
+@pytest.mark.parametrize(("share", "held"), [(0.5, True), (0.99, True), (1.01, False), (3.0, False)])
+def test_observer_holds_while_friction_of_the_last_direction_is_held(states, share, held):
+    """The joint may stick then; bristles that are known to bend turn friction at once, and nothing is held."""
+    for presliding in (0.0, 0.01):
+        controller = restored(states[-1])
+        state, block = controller.state, controller.parameters
+        estimate = state.estimator.recursion.estimate
+        turned = turned_speed(block, estimate[COULOMB], estimate[INERTIA])
+        plan = -math.copysign(share * turned, state.feedforward.friction)
+        candidates = state.estimator.candidates._replace(presliding=presliding)
+        before = state._replace(
+            feedforward=state.feedforward._replace(reference=0.5 * plan),
+            estimator=state.estimator._replace(candidates=candidates),
+        )
+        assert may_stick(block, before, plan) == (held and presliding == 0.0)
+        controller.state = before
+        controller.step(plan, 0.0, next_reference=plan, realised_torque=70.0)
+        moved = controller.state.observer.error_squared != before.observer.error_squared
+        assert moved != (held and presliding == 0.0)
 
 
 def test_loop_of_steps_and_plain_python_are_the_whole_run():
