@@ -15,10 +15,10 @@ from adaptive_ff.model.friction import TorqueModel
 FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Stribeck velocities of the candidates, over the assumed one."""
 
-BENT_FACTORS = (3.0, 10.0, 30.0, 100.0)
+BENT_FACTORS = (1.0, 3.0, 10.0, 30.0, 100.0)
 """Presliding distances of the candidates, over the assumed Stribeck velocity by the pole of the filters."""
 
-MOST = 9
+MOST = 10
 """Most candidates: their moments are taken at one sample, all of them."""
 
 

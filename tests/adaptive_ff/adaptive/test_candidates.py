@@ -145,7 +145,7 @@ def test_bristles_are_found_and_fed_forward():
     assert errors[0] < 0.8 * errors[1]
 
 
-@pytest.mark.parametrize("factors", [(0.0, 1.0), (3.0, 1.0), (math.nan,), (1.0, 2.0, 3.0, 4.0, 5.0)])
+@pytest.mark.parametrize("factors", [(0.0, 1.0), (3.0, 1.0), (math.nan,), (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)])
 def test_distances_that_are_no_grid_are_refused(factors):
     with pytest.raises(ValueError, match="presliding_factors"):
         AdaptiveController(1000.0, 1e4, **SETTINGS, presliding_factors=factors)
