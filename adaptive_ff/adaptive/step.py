@@ -18,7 +18,7 @@ from adaptive_ff.adaptive.candidates import (
     follow_candidates_in_place,
     settle_candidates_in_place,
 )
-from adaptive_ff.adaptive.change_detection import LOAD, UNDECIDED
+from adaptive_ff.adaptive.change_detection import JUMP_WINDOW, LOAD, UNDECIDED, undecided_factor
 from adaptive_ff.adaptive.command import (
     CommandParameters,
     CommandState,
@@ -240,6 +240,7 @@ def present_model(block: Block, estimator: EstimatorState, lag: float, reference
     """Return the model that is fed forward where the joint will be, on its plan (rad/s), when the torque acts."""
     turn = (block.feedback.delay + 0.5) * block.period * reference / block.estimator.gear_ratio
     factor = coming_factor(block.estimator.friction_map, estimator.friction_map, turn)
+    factor *= undecided_factor(estimator.alarm, estimator.surprise, JUMP_WINDOW / block.estimator.form.pole)
     return with_friction_times(fed_model(block, estimator, lag), factor)
 
 
@@ -342,14 +343,14 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float,
 
 
 @register_jitable(forceinline=True)
-def with_bent(state: FeedforwardState, candidates: CandidateState) -> FeedforwardState:
-    """Return the state with the shares of the candidate in use, as they are over the reference."""
+def bent_shares(candidates: CandidateState) -> tuple[float, float]:
+    """Return the shares of Coulomb friction and stiction of the candidate in use, as they are over the reference."""
     slip, adhesion = 0.0, 0.0
     if candidates.bent.shape[0] > 0:
         place = candidates.chosen - (candidates.errors.size - candidates.bent.shape[0])
         if place >= 0:
             slip, adhesion = candidates.bent[place, BENT, 0], candidates.bent[place, BENT, 1]
-    return FeedforwardState(state.friction, state.reference, state.started, slip, adhesion)
+    return slip, adhesion
 
 
 @register_jitable(forceinline=True)
@@ -410,7 +411,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, followed, timing)
     start, _ = ahead(state.feedforward, reference, following, delay)
-    handed = state.feedforward
+    slip, adhesion = state.feedforward.slip, state.feedforward.adhesion
     if learns:
         factor = filtered_factor(block.estimator.friction_map, followed.friction_map)
         learnt = learn_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio, factor)
@@ -418,7 +419,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
         if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
             since = estimator.recursion.estimate[FRICTION_LAG]
             timing = with_evidence(timing, empty_evidence(since), since)
-            handed = with_bent(handed, estimator.candidates)
+            slip, adhesion = bent_shares(estimator.candidates)
     else:
         estimator = guess_friction_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
@@ -426,7 +427,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     timing = drop_stale_evidence(timing, identified, block.period, young)
     timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
     new = present_model(block, estimator, timing.lag, reference)
-    moved = exchange_model(handed, old, new, start)
+    moved = exchange_model(state.feedforward, old, new, start, slip, adhesion)
     torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)
     return Fed(before, old_friction, torque, friction, feedforward, estimator, timing)
 

@@ -14,6 +14,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.change_detection import shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
@@ -240,7 +241,10 @@ def step_supervised(
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
-    gain = command.share * min(observer_gain(block.observer, observer, block.feedback, inertia), bound)
+    gain = observer_gain(block.observer, observer, block.feedback, inertia)
+    if shows_cause(fed.estimator.alarm, inputs.reference):  # something is missed now, whichever the cause is
+        gain = 1.0
+    gain = command.share * min(gain, bound)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade

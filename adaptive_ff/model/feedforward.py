@@ -190,12 +190,27 @@ def static_friction(model: TorqueModel, state: FeedforwardState, reference: floa
 
 
 @register_jitable
-def exchange_model(state: FeedforwardState, old: TorqueModel, new: TorqueModel, reference: float) -> FeedforwardState:
-    """Return the state as if the new model had been in force before, for a reference (rad/s) that is now at hand."""
+def exchange_model(
+    state: FeedforwardState, old: TorqueModel, new: TorqueModel, reference: float, slip: float, adhesion: float
+) -> FeedforwardState:
+    """Return the state as if the new model had been in force before.
+
+    Parameters
+    ----------
+    state : FeedforwardState
+        The state with the old model.
+    old, new : TorqueModel
+        The models.
+    reference : float
+        Reference that is now at hand, rad/s.
+    slip, adhesion : float
+        Shares of Coulomb friction and stiction behind the new model's lag over the path; the state's where that stays.
+    """
+    following = FeedforwardState(state.friction, state.reference, state.started, slip, adhesion)
     if reference == 0.0:
-        return state
-    change = static_friction(new, state, reference) - static_friction(old, state, reference)
-    return FeedforwardState(state.friction + change, state.reference, state.started, state.slip, state.adhesion)
+        return following
+    change = static_friction(new, following, reference) - static_friction(old, state, reference)
+    return FeedforwardState(state.friction + change, state.reference, state.started, slip, adhesion)
 
 
 @register_jitable

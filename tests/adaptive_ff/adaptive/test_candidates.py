@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from closed_loops import drive, lay_course, make
 
-from adaptive_ff import load_scenario
+from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_choice
 from adaptive_ff.adaptive.candidates import margin_of, residual_moments_in_place
 from adaptive_ff.adaptive.controller import AdaptiveController
@@ -143,6 +143,18 @@ def test_bristles_are_found_and_fed_forward():
             assert 0.004 < controller.estimates["presliding"] < 0.012
             assert controller.estimates["coulomb"] == pytest.approx(60.0, rel=0.1)
     assert errors[0] < 0.8 * errors[1]
+
+
+def test_feedforward_goes_on_smoothly_when_bristles_are_given_up():
+    """An unmodelled weight looks like bristles for a while; without them friction is fed as if they had never been."""
+    scenario = load_scenario(SCENARIOS / "gravity_100.toml").modified(seed=133, duration=21.0)
+    run = simulate(scenario, "adaptive", uncertain=False)
+    bent = run.estimates["presliding"]
+    given_up = np.flatnonzero((bent[:-1] > 0.0) & (bent[1:] == 0.0)) + 1
+    assert given_up.size > 0
+    for sample in given_up:
+        after = run.feedforward[sample : sample + 5]
+        assert np.ptp(after) < 5.0, "it was 200 N m while the old bristles were taken to be bent as the new ones"
 
 
 @pytest.mark.parametrize("factors", [(0.0, 1.0), (3.0, 1.0), (math.nan,), (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)])

@@ -53,7 +53,9 @@ from adaptive_ff.adaptive.change_detection import (
     load_is_undone,
     note_surprise,
     release_in_place,
+    shows_cause,
     since_turned,
+    undecided_factor,
 )
 from adaptive_ff.adaptive.estimator import add_friction
 from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION, VISCOUS
@@ -192,6 +194,29 @@ def test_moved_the_other_way_the_sign_of_the_error_tells_a_load_from_friction(af
     both_ways = ((1, True, PUSHED, 0.8), (14, False, after, -0.6))
     assert attributed(*both_ways).cause == UNDECIDED
     assert attributed(*both_ways, (2, False, after, -0.6)).cause == cause
+
+
+@pytest.mark.parametrize(
+    ("product", "factor"),
+    [(0.0, 1.0), (0.6, 1.3), (-0.4, 0.8), (2.9, 2.45), (3.1, 1.0), (-0.69, 0.655), (-0.71, 1.0), (-3.0, 1.0)],
+)
+def test_half_of_an_undecided_change_is_fed_as_friction_where_it_may_be_that(product, factor):
+    alarm, window = NO_ALARM._replace(cause=UNDECIDED, product=product * 4.0, age=0.2), 0.1
+    means = Surprise(0.0, 4.0, 0.0)
+    assert undecided_factor(alarm, means, window) == pytest.approx(factor, rel=1e-12)
+    assert undecided_factor(alarm, Surprise(1.0, 0.0, 0.0), window) == 1.0
+    assert undecided_factor(alarm._replace(age=0.9 * TURNED_FOR * window), means, window) == 1.0
+    for cause in (NOTHING, FRICTION, LOAD, EITHER):
+        assert undecided_factor(alarm._replace(cause=cause), means, window) == 1.0
+
+
+def test_only_the_other_way_shows_the_cause_of_a_change_that_is_not_known():
+    for cause in (UNDECIDED, EITHER):
+        alarm = NO_ALARM._replace(cause=cause, friction=-0.5)
+        assert [shows_cause(alarm, plan) for plan in (0.1, 0.0, -0.1)] == [True, False, False]
+        assert shows_cause(alarm._replace(friction=0.5), -0.1)
+    for cause in (NOTHING, FRICTION, LOAD):
+        assert not shows_cause(NO_ALARM._replace(cause=cause, friction=-0.5), 0.1)
 
 
 def test_motion_the_other_way_that_hardly_slides_decides_nothing():

@@ -80,7 +80,7 @@ def errors_and_bound(period, seed, hold):
         if k % hold == hold - 1:
             new = random_model(rng)
             before, _ = step_feedforward(model, feedforward, now, following, period)
-            feedforward = exchange_model(feedforward, model, new, now)
+            feedforward = exchange_model(feedforward, model, new, now, feedforward.slip, feedforward.adhesion)
             after, _ = step_feedforward(new, feedforward, now, following, period)
             state, model = hand_over(pi, state, after - before), new
             largest_change = max(largest_change, abs(after - before))

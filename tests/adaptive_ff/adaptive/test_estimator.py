@@ -141,9 +141,11 @@ def test_exchanged_model_leaves_the_lagged_friction_of_the_new_one():
     for reference in (0.2, -0.2):
         sign = np.sign(reference)
         settled = FeedforwardState(sign * model_friction(old, 0.2), reference, True)
-        assert exchange_model(settled, old, new, reference).friction == pytest.approx(sign * model_friction(new, 0.2))
+        assert exchange_model(settled, old, new, reference, settled.slip, settled.adhesion).friction == pytest.approx(
+            sign * model_friction(new, 0.2)
+        )
     still = FeedforwardState(5.0, 0.0, True)
-    assert exchange_model(still, old, new, 0.0) == still
+    assert exchange_model(still, old, new, 0.0, still.slip, still.adhesion) == still
 
 
 def test_hand_over_needs_an_integral():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, lay_course, make, own_loop, run_plain
 
+from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.step import turned_speed
 from adaptive_ff.adaptive.supervised_step import may_stick
@@ -76,6 +77,19 @@ def test_falling_gain_does_not_let_the_torque_jump(states):
         assert abs(first.state.feedback.integral - second.state.feedback.integral) > 1.0
         assert first.observer_gain == 1.0
         assert torques[1] == pytest.approx(torques[0], rel=1e-12)
+
+
+def test_observer_does_not_wait_where_the_cause_of_a_change_comes_to_light(states):
+    """Something is missed there, whichever cause it has; the gates would open some samples later."""
+    for cause, gain in ((UNDECIDED, 1.0), (NOTHING, 0.0)):
+        controller = restored(states[-1])
+        state = controller.state
+        quiet = state.observer._replace(gain=0.0, squared=0.0, predicted_squared=0.0, error_squared=0.0)
+        sign = math.copysign(1.0, state.feedforward.friction)
+        estimator = state.estimator._replace(alarm=state.estimator.alarm._replace(cause=cause, friction=-sign))
+        controller.state = state._replace(observer=quiet, estimator=estimator)
+        controller.step(0.2 * sign, 0.2 * sign, next_reference=0.2 * sign, realised_torque=70.0 * sign)
+        assert controller.observer_gain == gain
 
 
 def test_less_inertia_than_is_assumed_does_not_hold_friction_longer():

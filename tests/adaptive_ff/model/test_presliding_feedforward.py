@@ -132,11 +132,22 @@ def test_a_model_with_bristles_takes_over_from_one_without_and_back(velocity):
     share = math.exp(-0.08 / STRIBECK)
     sliding = sign * (SLIDING.coulomb * (1.0 - share) + SLIDING.stiction * share) + SLIDING.viscous * velocity
     change = static(MODEL, 0.5, 0.1, velocity, sign) - sliding
-    bent = exchange_model(state, SLIDING, MODEL, velocity)
+    bent = exchange_model(state, SLIDING, MODEL, velocity, state.slip, state.adhesion)
     assert bent.friction == pytest.approx(12.0 + change, rel=1e-14)
     assert bent[1:] == state[1:]
-    assert exchange_model(bent, MODEL, SLIDING, velocity).friction == pytest.approx(12.0, rel=1e-14)
-    assert exchange_model(state, SLIDING, MODEL, 0.0) == state
+    back = exchange_model(bent, MODEL, SLIDING, velocity, bent.slip, bent.adhesion)
+    assert back.friction == pytest.approx(12.0, rel=1e-14)
+    assert exchange_model(state, SLIDING, MODEL, 0.0, state.slip, state.adhesion) == state
+
+
+@pytest.mark.parametrize("velocity", [0.08, -0.08, 0.0])
+def test_bristles_of_another_path_take_over_as_bent_as_they_are_there(velocity):
+    state, sign = FeedforwardState(12.0, velocity, True, 0.5, 0.1), math.copysign(1.0, velocity)
+    other = MODEL._replace(presliding=3.0 * MODEL.presliding)
+    change = static(other, 0.2, 0.05, velocity, sign) - static(MODEL, 0.5, 0.1, velocity, sign)
+    found = exchange_model(state, MODEL, other, velocity, 0.2, 0.05)
+    assert found.friction == pytest.approx(12.0 + (change if velocity != 0.0 else 0.0), rel=1e-14)
+    assert found[1:] == (velocity, True, 0.2, 0.05)
 
 
 FORM = TorqueForm(pole=60.0, stribeck_velocity=STRIBECK, stribeck_shape=1.0, presliding=PRESLIDING)
