@@ -123,7 +123,8 @@ def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, 
     }
 
 
-def _adaptive(scenario: Scenario) -> AdaptiveController:
+def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
+    """Make the adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
     gains = scenario.feedback.gains
     fastest = FASTEST / (2.0 * math.pi)
     bandwidth = min(observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains), fastest)
@@ -134,7 +135,8 @@ def _adaptive(scenario: Scenario) -> AdaptiveController:
         "position_range": assumed.position_range,
         "load_friction": assumed.load_friction,
     }
-    return AdaptiveController(*gains, **settings, observer_bandwidth=bandwidth)
+    settings |= {"observer_bandwidth": bandwidth, **options}
+    return AdaptiveController(*gains, **settings)
 
 
 def _adaptive_unsupervised(scenario: Scenario) -> UnsupervisedController:
@@ -224,7 +226,7 @@ CONTROLLERS: dict[str, Maker] = {
     "observed_batch": make_observed_batch,
     "adaptive_paper": _adaptive_paper,
     "adaptive_unsupervised": _adaptive_unsupervised,
-    "adaptive": _adaptive,
+    "adaptive": make_adaptive,
     "canudas": _canudas,
     "canudas_measured": _canudas_measured,
     "feedback_error": _feedback_error,
