@@ -240,7 +240,8 @@ def present_model(block: Block, estimator: EstimatorState, lag: float, reference
     """Return the model that is fed forward where the joint will be, on its plan (rad/s), when the torque acts."""
     turn = (block.feedback.delay + 0.5) * block.period * reference / block.estimator.gear_ratio
     factor = coming_factor(block.estimator.friction_map, estimator.friction_map, turn)
-    factor *= undecided_factor(estimator.alarm, estimator.surprise, JUMP_WINDOW / block.estimator.form.pole)
+    if estimator.candidates.presliding <= 0.0:  # else what looks like a change is how bristles bend
+        factor *= undecided_factor(estimator.alarm, estimator.surprise, JUMP_WINDOW / block.estimator.form.pole)
     return with_friction_times(fed_model(block, estimator, lag), factor)
 
 

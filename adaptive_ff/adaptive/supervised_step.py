@@ -242,7 +242,8 @@ def step_supervised(
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia)
-    if shows_cause(fed.estimator.alarm, inputs.reference):  # something is missed now, whichever the cause is
+    slides = fed.estimator.candidates.presliding <= 0.0  # bristles that bend otherwise look like changes
+    if slides and shows_cause(fed.estimator.alarm, inputs.reference):  # something is missed now, whichever the cause is
         gain = 1.0
     gain = command.share * min(gain, bound)
     torque = fed_torque(fed, share)
