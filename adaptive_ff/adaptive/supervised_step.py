@@ -14,7 +14,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.change_detection import shows_cause
+from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
@@ -201,6 +201,8 @@ def watch(
         )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
+    fed = started and state.command.share == 1.0  # what is not fed tells nothing of it
+    known = state.estimator.alarm.cause != UNDECIDED  # else the error is that of the change, whatever is fed for it
     trust = advance_trust(
         state.trust,
         feedback,
@@ -208,7 +210,7 @@ def watch(
         block.velocity_lag,
         observer.response.velocity,
         inputs.reference,
-        valid and started and state.command.share == 1.0 and doubt.left <= 0.0,  # what is not fed tells nothing
+        valid and fed and doubt.left <= 0.0 and known,
         inputs.dt,
     )
     return observer, trust

@@ -92,6 +92,16 @@ def test_observer_does_not_wait_where_the_cause_of_a_change_comes_to_light(state
         assert controller.observer_gain == gain
 
 
+def test_trust_waits_for_the_cause_of_a_change(states):
+    for cause, moved in ((UNDECIDED, False), (NOTHING, True)):
+        controller = restored(states[-1])
+        state = controller.state
+        estimator = state.estimator._replace(alarm=state.estimator.alarm._replace(cause=cause))
+        controller.state = state._replace(estimator=estimator)
+        controller.step(0.2, 0.25, **STEP)
+        assert (controller.state.trust.xx != state.trust.xx) == moved
+
+
 def test_less_inertia_than_is_assumed_does_not_hold_friction_longer():
     block, assumed = make("adaptive").parameters, SCENARIO.feedback.inertia
     usual = turned_speed(block, 60.0, assumed)
