@@ -118,6 +118,12 @@ def initial_candidate_state(
 
 
 @register_jitable(forceinline=True)
+def slides(state: CandidateState) -> bool:
+    """Return whether the candidate in use has no bristles; with them, what looks like a change is how they bend."""
+    return state.presliding <= 0.0
+
+
+@register_jitable(forceinline=True)
 def with_numbers(
     state: CandidateState,
     turn: int,

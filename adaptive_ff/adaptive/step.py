@@ -12,7 +12,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.candidate_state import CandidateState
+from adaptive_ff.adaptive.candidate_state import CandidateState, slides
 from adaptive_ff.adaptive.candidates import (
     compare_candidates_in_place,
     follow_candidates_in_place,
@@ -240,7 +240,7 @@ def present_model(block: Block, estimator: EstimatorState, lag: float, reference
     """Return the model that is fed forward where the joint will be, on its plan (rad/s), when the torque acts."""
     turn = (block.feedback.delay + 0.5) * block.period * reference / block.estimator.gear_ratio
     factor = coming_factor(block.estimator.friction_map, estimator.friction_map, turn)
-    if estimator.candidates.presliding <= 0.0:  # else what looks like a change is how bristles bend
+    if slides(estimator.candidates):
         factor *= undecided_factor(estimator.alarm, estimator.surprise, JUMP_WINDOW / block.estimator.form.pole)
     return with_friction_times(fed_model(block, estimator, lag), factor)
 

@@ -14,6 +14,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
@@ -168,7 +169,7 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
     before = state.feedforward.reference
     if plan == 0.0 and before == 0.0:
         return True
-    if state.estimator.candidates.presliding > 0.0:
+    if not slides(state.estimator.candidates):  # bent bristles turn friction at once
         return False
     estimate = state.estimator.recursion.estimate
     turned = turned_speed(block, estimate[COULOMB], estimate[INERTIA])
@@ -244,9 +245,8 @@ def step_supervised(
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia)
-    slides = fed.estimator.candidates.presliding <= 0.0  # bristles that bend otherwise look like changes
-    if slides and shows_cause(fed.estimator.alarm, inputs.reference):  # something is missed now, whichever the cause is
-        gain = 1.0
+    if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
+        gain = 1.0  # something is missed now, whichever the cause is
     gain = command.share * min(gain, bound)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))

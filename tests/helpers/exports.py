@@ -3,7 +3,6 @@
 import itertools
 import shutil
 import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.export.sample import made_up_inputs
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.scenario.scenario import load_scenario
+from benchmarks.export.machines import zig
 from controllers import PI, Inputs
 
 SCENARIO = load_scenario()
@@ -84,9 +84,8 @@ def inputs(controller, samples=400):
 
 def compiler(name):
     """Command of a compiler; where there is no clang, that of zig, which is clang."""
-    if shutil.which(name) is None and name == "clang":
-        return [sys.executable, "-m", "ziglang", "cc"]
-    return [name]
+    instead = zig() if name == "clang" and shutil.which(name) is None else None
+    return instead or [name]
 
 
 def compiled(folder, sources, *flags, program="gcc", out="a.out"):

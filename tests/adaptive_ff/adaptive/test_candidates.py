@@ -12,7 +12,7 @@ from adaptive_ff.adaptive.candidates import margin_of, residual_moments_in_place
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import predict_torque
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
-from adaptive_ff.model.friction import WITH_OFFSET
+from adaptive_ff.comparison.registry import make_adaptive
 
 JOINT = load_scenario(SCENARIOS / "high_stiction.toml").modified(seed=101)
 TRUE = JOINT.joint.stribeck_velocity
@@ -22,16 +22,7 @@ SETTINGS = {"period": 0.01, "inertia": 20.0, "stribeck_velocity": 0.05}
 
 def without_candidates(scenario):
     """The controller of the line-up, but that it keeps the Stribeck velocity that it is told."""
-    adaptation = scenario.adaptation
-    return AdaptiveController(
-        *scenario.feedback.gains,
-        scenario.sampling.period,
-        inertia=scenario.feedback.inertia,
-        stribeck_velocity=adaptation.stribeck_velocity,
-        parameters=WITH_OFFSET,
-        stribeck_factors=(),
-        presliding_factors=(),
-    )
+    return make_adaptive(scenario, stribeck_factors=(), presliding_factors=())
 
 
 @pytest.mark.parametrize("factor", [0.25, 4.0])

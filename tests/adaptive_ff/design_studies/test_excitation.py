@@ -122,7 +122,7 @@ def test_search_goes_by_what_trials_gave():
 
 def test_search_goes_on_where_a_ratio_is_unknown():
     def trial(motion):
-        return {**by_information(motion), "friction_lag": float("nan")}
+        return {**by_information(motion), "friction_lag": math.nan}
 
     search = functools.partial(find_excitations, JOINT, MotionLimits(1.4), MINUTE, fastest=1.0, starts=1)
     (motion,) = search(rounds=2, trial=trial)

@@ -189,7 +189,7 @@ def test_a_parameter_that_is_moved_takes_the_others_along_as_constrained_least_s
     assert_near(moved, correction + expected, 10.0 * np.linalg.cond(matrix) * (1.0 + np.linalg.norm(expected)))
 
 
-def test_doubt_is_the_quadratic_form_of_the_inverse():
+def test_prediction_variance_is_the_quadratic_form_of_the_inverse():
     rng = np.random.default_rng(12)
     rows = rng.standard_normal((20, SIZE))
     information, regressors = rows.T @ rows, rng.standard_normal(SIZE)
