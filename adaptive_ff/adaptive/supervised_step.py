@@ -203,7 +203,8 @@ def watch(
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
     fed = started and state.command.share == 1.0  # what is not fed tells nothing of it
-    known = state.estimator.alarm.cause != UNDECIDED  # else the error is that of the change, whatever is fed for it
+    # else the error is that of the change, whatever is fed for it
+    known = state.estimator.alarm.cause != UNDECIDED or state.trust.trust < 0.95
     trust = advance_trust(
         state.trust,
         feedback,
