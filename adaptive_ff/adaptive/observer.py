@@ -44,6 +44,8 @@ WINDOW = 0.3
 LOUDER = 4.0
 """How many times what noise explains a mean square must be for its gate to begin to open."""
 
+STUCK = 0.2
+
 TINY = 1e-15
 """Variance that is taken for none: a simulation without noise must not divide by zero."""
 
@@ -193,7 +195,11 @@ def observe(
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
     change = (velocity - state.velocity) - (seen - state.reference)
     residual = lacking - min(inertia, observer.inertia) * change / duration
-    share = 0.0 if held else -math.expm1(-observer.pole * duration)
+    now = seen + correction - velocity
+    sticks = velocity * seen < STUCK * seen * seen and now * now > 9.0 * state.noise.variance
+    share = -math.expm1(-observer.pole * duration)
+    if held or (sticks and (residual - state.disturbance) * now < 0.0):
+        share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
@@ -202,7 +208,7 @@ def observe(
     weight = 0.0 if held else duration / (WINDOW + duration)
     squared = state.squared + weight * (disturbance * disturbance - state.squared)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
-    error = state.error + share * (seen + correction - velocity - state.error)
+    error = state.error + share * (now - state.error)
     return ObserverState(
         disturbance,
         state.gain,
