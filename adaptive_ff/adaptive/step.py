@@ -302,11 +302,10 @@ def identified_model(block: Block, state: Block) -> TorqueModel:
 
 
 @register_jitable(forceinline=True)
-def tune_lag(block: Block, state: Block, inputs: Inputs, seen: float) -> TimingState:
+def tune_lag(block: Block, state: Block, inputs: Inputs, error: float) -> TimingState:
     """Return the state of the lag's tuning after the period that has ended; the feedback sees a plan (rad/s)."""
     timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
-    error = seen + inputs.correction - inputs.velocity  # what the feedback sees
     possible = abs(error) < SPEED_FACTOR * levels.speed  # else a fault of the measurement
     if state.enabled and possible and levels.learnt > FIRST * estimator.memory:
         return learn_timing(timing, error, levels.learnt, estimator.memory, inputs.dt)
@@ -314,7 +313,7 @@ def tune_lag(block: Block, state: Block, inputs: Inputs, seen: float) -> TimingS
 
 
 @register_jitable(forceinline=True)
-def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float, doubt: Doubt) -> Period:
+def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float, doubt: Doubt) -> Period:
     """Advance the filters, in place, and what else follows the signals over the period that has ended.
 
     ``seen`` is the plan that the feedback compares the measured velocity with, rad/s.
@@ -339,7 +338,7 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, seen: float,
     sliding = sliding_time(state.sliding, velocity, inputs.reference, steady, slowest, inputs.dt)
     timing = state.timing
     if block.tunes_lag and state.command.share == 1.0 and clear:
-        timing = tune_lag(block, state, inputs, seen)
+        timing = tune_lag(block, state, inputs, error)
     return Period(measured, model, lagged_torque, sliding, timing, clear)
 
 
@@ -454,7 +453,8 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
-    period = end_period_in_place(block, state, inputs, inputs.reference, doubt)
+    error = inputs.reference + inputs.correction - inputs.velocity
+    period = end_period_in_place(block, state, inputs, error, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
     torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade

@@ -238,7 +238,9 @@ def step_supervised(
     observer, trust = watch(block, state, inputs, doubt)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     seen = inputs.reference + command.share * (observer.reference - inputs.reference)
-    period = end_period_in_place(block, state, inputs, seen, doubt)
+    error = seen + inputs.correction - inputs.velocity
+    error += state.observer.gain * (observer.response.velocity - error)
+    period = end_period_in_place(block, state, inputs, error, doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     time = state.feedback.samples * block.period
