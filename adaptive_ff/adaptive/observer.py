@@ -45,6 +45,10 @@ LOUDER = 4.0
 """How many times what noise explains a mean square must be for its gate to begin to open."""
 
 STUCK = 0.2
+"""Velocity along the plan, as a share of it, below which a joint sticks or has not turned yet ..."""
+
+CLEAR = 9.0
+"""... where the error is clear: its square, over the variance of the noise."""
 
 TINY = 1e-15
 """Variance that is taken for none: a simulation without noise must not divide by zero."""
@@ -167,7 +171,8 @@ def observe(
 
     While the plan rests, or friction of the last direction is held, the disturbance is held: a stuck joint answers to
     no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
-    the joint jumps, again and again.
+    the joint jumps, again and again. Where the joint sticks although the plan moves, the disturbance may grow along the
+    error, which frees the joint, but not against it: what the integral holds from before would drive it there.
 
     Parameters
     ----------
@@ -196,7 +201,7 @@ def observe(
     change = (velocity - state.velocity) - (seen - state.reference)
     residual = lacking - min(inertia, observer.inertia) * change / duration
     now = seen + correction - velocity
-    sticks = velocity * seen < STUCK * seen * seen and now * now > 9.0 * state.noise.variance
+    sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
     share = -math.expm1(-observer.pole * duration)
     if held or (sticks and (residual - state.disturbance) * now < 0.0):
         share = 0.0

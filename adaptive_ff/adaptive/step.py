@@ -303,7 +303,7 @@ def identified_model(block: Block, state: Block) -> TorqueModel:
 
 @register_jitable(forceinline=True)
 def tune_lag(block: Block, state: Block, inputs: Inputs, error: float) -> TimingState:
-    """Return the state of the lag's tuning after the period that has ended; the feedback sees a plan (rad/s)."""
+    """Return the state of the lag's tuning after the period that has ended and left a tracking error (rad/s)."""
     timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
     timing = advance_response(timing, block.feedback, estimator.first[INERTIA], block.velocity_lag, inputs.dt)
     possible = abs(error) < SPEED_FACTOR * levels.speed  # else a fault of the measurement
@@ -316,7 +316,7 @@ def tune_lag(block: Block, state: Block, inputs: Inputs, error: float) -> Timing
 def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float, doubt: Doubt) -> Period:
     """Advance the filters, in place, and what else follows the signals over the period that has ended.
 
-    ``seen`` is the plan that the feedback compares the measured velocity with, rad/s.
+    ``error`` is the tracking error by which the lag is tuned, rad/s.
     """
     valid, delay, clear = math.isfinite(inputs.velocity), block.feedback.delay, doubt.left <= 0.0
     velocity = inputs.velocity if valid else state.measured.velocity

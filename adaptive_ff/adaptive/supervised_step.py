@@ -28,6 +28,7 @@ from adaptive_ff.adaptive.observer import (
     initial_observer,
     observe,
     observer_gain,
+    saturated,
     start_observer,
 )
 from adaptive_ff.adaptive.period import Fed
@@ -40,7 +41,7 @@ from adaptive_ff.adaptive.step import (
     write_adaptive,
 )
 from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, with_friction
-from adaptive_ff.model.bounds import COULOMB, INERTIA
+from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
 from adaptive_ff.model.feedforward import FeedforwardState, is_held
 from adaptive_ff.regression.torque_form import Signals
 from controllers import (
@@ -62,6 +63,14 @@ from controllers import (
 
 LEAST_TRUST = 0.02
 """Trust at which the lag is tuned at least: a slope of zero would end the tuning for good."""
+
+
+STEEP = 5.0
+"""Fall of friction with the velocity, in gains of the feedback, from which the predicted error begins to mislead; at
+twice that, it is not used."""
+
+FULL_TRUST = 0.95
+"""Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
 
 
 class SupervisedParameters(NamedTuple):
@@ -203,8 +212,8 @@ def watch(
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
     fed = started and state.command.share == 1.0  # what is not fed tells nothing of it
-    # else the error is that of the change, whatever is fed for it
-    known = state.estimator.alarm.cause != UNDECIDED or state.trust.trust < 0.95
+    # a model that was trusted is not blamed for a change before its cause is known
+    known = state.estimator.alarm.cause != UNDECIDED or state.trust.trust < FULL_TRUST
     trust = advance_trust(
         state.trust,
         feedback,
@@ -216,6 +225,22 @@ def watch(
         inputs.dt,
     )
     return observer, trust
+
+
+@register_jitable(forceinline=True)
+def unobserved_error(
+    block: SupervisedParameters, state: SupervisedState, observer: ObserverState, error: float
+) -> float:
+    """Return the error (rad/s) that there would be without the observer, from the one that there is.
+
+    What the observer takes away would else be missing where the lag is tuned by the error: a share of the error as
+    large as its gain is replaced by the predicted one. That leaves out how friction depends on the velocity, and
+    is no guide where friction falls more steeply than the feedback holds it.
+    """
+    estimate = state.estimator.recursion.estimate
+    fall = (estimate[STICTION] - estimate[COULOMB]) / state.estimator.candidates.stribeck_velocity
+    share = saturated(2.0 - fall / (STEEP * block.feedback.proportional))
+    return error + share * state.observer.gain * (observer.response.velocity - error)
 
 
 @register_jitable(forceinline=True)
@@ -239,8 +264,7 @@ def step_supervised(
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     seen = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = seen + inputs.correction - inputs.velocity
-    error += state.observer.gain * (observer.response.velocity - error)
-    period = end_period_in_place(block, state, inputs, error, doubt)
+    period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     time = state.feedback.samples * block.period
