@@ -96,23 +96,21 @@ def feed_back(pi: PIParameters, state: PIState, inputs: Inputs, guard: Guard) ->
     Where the measurement is lost nobody knows the error, and the last one would grow with the plan on top of a
     feedforward that follows it already: it is taken for zero. After a while the torque fades to zero; see ``bridging``.
     """
-    valid = math.isfinite(inputs.velocity)
-    velocity = inputs.velocity if valid else state.velocity
-    error = inputs.reference + inputs.correction - velocity if valid else 0.0
-    integral = state.integral
+    integral, velocity, rejected, fed = state.integral, inputs.velocity, state.rejected, inputs.feedforward
     if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
         share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
         integral += share * (inputs.realised_torque - asked_torque(pi, state))
-    if valid:
-        integral += pi.integral * inputs.dt * error
-    command, fed = pi.proportional * error + integral + inputs.feedforward, inputs.feedforward
-    if not valid:
-        command *= bridging_share(guard.lost)
-    if not (math.isfinite(command) and math.isfinite(integral)):
-        integral, command, fed = 0.0, 0.0, 0.0
-        guard = Guard(guard.reference, guard.feedforward, guard.lost, guard.faults + 1)
+    kept, error = integral, inputs.reference + inputs.correction - velocity
+    integral += pi.integral * inputs.dt * error
+    command = pi.proportional * error + integral + fed
+    if not math.isfinite(command):  # as it is where velocity or integral is not finite
+        if not math.isfinite(velocity):
+            integral, velocity, rejected = kept, state.velocity, rejected + 1
+            command = (integral + fed) * bridging_share(guard.lost)
+        if not math.isfinite(command):
+            integral, command, fed = 0.0, 0.0, 0.0
+            guard = Guard(guard.reference, guard.feedforward, guard.lost, guard.faults + 1)
     commands = remember(state.commands, command)
-    rejected = state.rejected if valid else state.rejected + 1
     return Output(command, fed), PIState(integral, velocity, commands, state.samples + 1, rejected, guard)
 
 

@@ -94,6 +94,10 @@ def joint_in_phase(joint: Any, plan: FrictionSchedule, phase: int) -> Any:
     return scale_joint(change_joint(joint, phase_change(plan, phase)), plan.scales[phase])
 
 
+NEVER = 2**62
+"""A solver step that no run comes to."""
+
+
 class Position(NamedTuple):
     """Where a run has come to, so that it can go on in parts.
 
@@ -141,6 +145,12 @@ def is_plain(course: Course) -> bool:
     return as_given and not course.plan.varies and course.gravity.amplitude == 0.0
 
 
+@register_jitable
+def next_change(plan: FrictionSchedule, phase: int) -> int:
+    """Return the solver step at which the next phase begins; after the last phase, one that no run comes to."""
+    return plan.starts[phase + 1] if phase + 1 < plan.starts.size else NEVER
+
+
 def run_plain(
     block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
@@ -172,9 +182,11 @@ def run_plain(
     actuator, plan, period = course.actuator, course.plan, course.solver_period
     original = change_joint(course.joint, phase_change(plan, phase))
     joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
-    plain = is_plain(course)
-    for k in range(position.sample, stop):
-        first, last = course.samples[k], course.samples[k + 1]
+    plain, watched = is_plain(course), record.monitors.shape[1] > 0
+    averaged, change = course.delay > 0 or actuator.lag > 0.0, next_change(plan, phase)
+    k = max(position.sample, 0)  # compiled, an index that is known not to be negative needs no test
+    while k < stop:
+        first, last = max(course.samples[k], 0), max(course.samples[k + 1], 0)
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
         elapsed = (first - previous) * period
         record.velocity[first] = motion.velocity
@@ -184,8 +196,9 @@ def run_plain(
         else:
             reading = sensed_velocity(motion) + course.noise[k]
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
-        angle = encoder_reading(course.position_step, motion.position)
-        correction, outer = step_position_loop(course.outer, outer, course.planned[first], angle)
+        angle, correction = encoder_reading(course.position_step, motion.position), 0.0
+        if course.outer.gain > 0.0:
+            correction, outer = step_position_loop(course.outer, outer, course.planned[first], angle)
         now, following = course.reference[first], course.reference[last]
         inputs = Inputs(now, measured, following, correction, angle, realised, 0.0, math.nan, elapsed)
         output, state = step(block, state, inputs)
@@ -195,18 +208,19 @@ def run_plain(
         record.given[k] = given
         record.feedforward[k] = output.feedforward
         write_estimates(block, state, record.estimates[k])
-        if record.monitors.shape[1] > 0:  # compiled code would write beyond a row that has no place for them
+        if watched:  # compiled code would write beyond a row that has no place for them
             write_monitors(block, state, record.monitors[k])
-        total = 0.0
-        for i in range(first, last):
-            while acting < k and course.samples[acting + 1] + course.delay <= i:
-                acting += 1
-            torque = record.given[acting] if acting >= 0 else 0.0
-            while phase + 1 < plan.starts.size and i >= plan.starts[phase + 1]:
+        torque, realised, total, i = given, given, 0.0, first
+        while i < last:
+            while i >= change:
                 phase += 1
                 original = change_joint(course.joint, phase_change(plan, phase))
                 joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
+                change = next_change(plan, phase)
             if not plain:
+                while acting < k and course.samples[acting + 1] + course.delay <= i:
+                    acting += 1
+                torque = record.given[acting] if acting >= 0 else 0.0
                 if actuator.lag > 0.0:
                     torque, current = lagged_torque(actuator, torque, current, period)
                 total += torque
@@ -220,12 +234,18 @@ def run_plain(
                     torque += ripple_torque(actuator, motion.position)
                 torque -= weight
             motion = step_ready(joint, motion, torque, period)
-            if not plain and plan.resistance > 0.0:
-                warmth = heated(plan, warmth, motion.friction_torque * sensed_velocity(motion), period)
-            record.velocity[i + 1] = motion.velocity
-            record.position[i + 1] = motion.position
-        realised = given if course.delay == 0 and actuator.lag == 0.0 else total / (last - first)
+            if not plain:
+                if plan.resistance > 0.0:
+                    warmth = heated(plan, warmth, motion.friction_torque * sensed_velocity(motion), period)
+                if averaged and i + 1 == last:
+                    realised = total / (last - first)
+            i += 1
+            record.velocity[i] = motion.velocity
+            record.position[i] = motion.position
+        if course.delay == 0:
+            acting = k
         record.torque[k] = realised
+        k += 1
     return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer, warmth)
 
 
