@@ -52,7 +52,7 @@ def score_command(
 ) -> None:
     """Train a model on one log and simulate another one from its torque alone, in open loop."""
     from adaptive_ff.files import write_result
-    from adaptive_ff.identify.open_loop import follow
+    from adaptive_ff.identify.open_loop_slopes import follow_with_slopes
     from adaptive_ff.identify.score import score_log
     from adaptive_ff.logs.columns import read_scales
     from adaptive_ff.report.drawing import write_figures
@@ -64,7 +64,7 @@ def score_command(
     logs = [read_columns(path, columns, period, scales) for path in (train, test)]
     errors = error_console()
     with places(out, json) as (stage, beside):
-        announce_compilation(errors, follow)
+        announce_compilation(errors, follow_with_slopes)
         with progress_bars(errors) as progress:
             task = progress.add_task("score", total=1.0)
             score = score_log(
@@ -89,10 +89,11 @@ def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path,
     unit = "mm" if linear else "mrad"
     best = score.chosen
     sides = "by direction" if best.by_direction else "the same both ways"
+    force = f"force at {best.knots} knots over position" if best.knots > 1 else "an offset"
     mapped = f", friction over position ({best.mapped} coefficients)" if best.mapped else ""
     return [
         columns_taken(columns),
-        f"Chosen on {train}: {best.knots} knots of force over position, viscous friction {sides}{mapped}.",
+        f"Chosen on {train}: {force}, viscous friction {sides}{mapped}; {best.parameters:.3g} parameters in effect.",
         f"Open loop on {test}: {1e3 * score.rms:.3g} {unit} rms, fit {score.fit:.4g} %; in windows of 1 s "
         f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}.",
     ]

@@ -2,11 +2,12 @@
 
 It is the protocol of the EMPS benchmark (A. Janot, M. Gautier, M. Brunot, 2019): identified on one record, the model
 simulates the position of the other from its force alone, and the root mean square of the error counts, without the
-first samples. Nothing is chosen on the other record: whether viscous friction differs by direction, how many knots
-the force over the position has, and whether friction has the map over position that is asked for, is chosen by
-blocked cross-validation on the first, in the same measure, the error of an open-loop simulation over as long as a
-block. Used is the structure of fewest parameters within a standard error of the best one, on paired differences
-(L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3).
+first samples. Nothing is chosen on the other record: whether viscous friction differs by direction, whether there is a
+force over the position and how far it is shrunk, and whether friction has the map over position that is asked for, is
+chosen by blocked cross-validation on the first, in the same measure, the error of an open-loop simulation over as long
+as a block. Used is the model of fewest parameters within a standard error of the best one, on paired differences
+(L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3); of a model that is shrunk their
+effective number counts (:mod:`adaptive_ff.identify.open_loop_fit`).
 """
 
 import math
@@ -17,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters, coefficient_count
 from adaptive_ff.adaptive.map_settings import map_parameters
@@ -26,6 +26,7 @@ from adaptive_ff.identify.filtering import uniform
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.map_columns import MapAsked, check_asked
 from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
+from adaptive_ff.identify.open_loop_fit import Training, fit_path
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.logs.derivatives import Array, lowpass
 from adaptive_ff.logs.log import Log
@@ -33,11 +34,11 @@ from adaptive_ff.logs.log import Log
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-KNOTS = (1, 4, 8, 16, 24, 32)
-"""Numbers of knots that are compared."""
+KNOTS = (1, 65)
+"""Numbers of knots that are compared: an offset, and a force whose detail the shrinkage limits."""
 
-MAPPED_KNOTS = (1, 4, 8)
-"""The same beside a map of friction over position."""
+WEIGHTS = (16.0, 5.0, 1.6, 0.5, 0.16, 0.05)
+"""Weights of the shrinkage that are compared, from strong to weak."""
 
 FEWEST_HATS = 4
 """Hats below which no fewer are tried."""
@@ -50,12 +51,6 @@ WINDOW = 1.0
 
 SETTLING = 20
 """Samples that do not count at the start of a simulation, as in the benchmark."""
-
-STEPS = 6
-"""Steps of Gauss and Newton."""
-
-NUDGE = 1e-4
-"""Step of the difference quotients, over the size of a parameter."""
 
 VELOCITY_BAND = 100.0
 """Band of the velocity that a simulation starts with, Hz, at most a quarter of the sampling frequency."""
@@ -74,6 +69,10 @@ class Choice(NamedTuple):
         Its error on blocks that were held out, rad, and its square on each, rad^2.
     mapped : int
         Coefficients of a map of friction over position; zero without one.
+    weight : float
+        Weight of the shrinkage; zero where nothing depends on the position.
+    parameters : float
+        Effective number of parameters.
     """
 
     knots: int
@@ -81,11 +80,8 @@ class Choice(NamedTuple):
     error: float
     squares: tuple[float, ...] = ()
     mapped: int = 0
-
-    @property
-    def parameters(self) -> int:
-        """Number of parameters."""
-        return self.knots + 3 + self.by_direction + self.mapped
+    weight: float = 0.0
+    parameters: float = 0.0
 
 
 def choose_structure(choices: Sequence[Choice]) -> Choice:
@@ -193,28 +189,41 @@ def score_log(
     found = identify_log(train, held_out=0.0, linear=linear, model="offset")
     start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
     offset = found.selection.chosen.values.get("offset", 0.0)
-    choices, models = [], {}
-    length = records[0].position.size // BLOCKS
-    structures = [*product(KNOTS, (False, True), [NO_MAP])]
-    structures += product(MAPPED_KNOTS, (False, True), _maps(position_periods, position_hats, records[0]))
-    for place, (knots, by_direction, variation) in enumerate(structures):
-        mapped = coefficient_count(variation)
-        values = np.concatenate([start, np.full(knots, offset), np.zeros(mapped)])
-        begin = _model(values, knots, variation, records[0])
-        held = []
-        blocks = np.arange(BLOCKS) * length
-        for block in range(BLOCKS):
-            fitted = _train(begin, records[0], np.delete(blocks, block), length, by_direction=by_direction)
-            unseen = fitted.errors(records[0], blocks[block : block + 1], length)[:, SETTLING:]
-            held.append(float(np.mean(unseen**2)))
-        choices.append(Choice(knots, by_direction, math.sqrt(float(np.mean(held))), tuple(held), mapped))
-        models[knots, by_direction, mapped] = _train(begin, records[0], blocks, length, by_direction=by_direction)
+    structures = [
+        _begin(np.concatenate([start, np.full(knots, offset)]), knots, variation, records[0])
+        for variation in (NO_MAP, *_maps(position_periods, position_hats, records[0]))
+        for knots in KNOTS
+    ]
+    made = []
+    for place, (begin, by_direction) in enumerate(product(structures, (False, True))):
+        made += _validated(begin, records[0], by_direction=by_direction)
         if progress is not None:
-            progress((place + 1) / len(structures))
-    choices.sort(key=lambda choice: choice.error)
-    chosen = choose_structure(choices)
-    model = models[chosen.knots, chosen.by_direction, chosen.mapped]
+            progress((place + 1) / (2 * len(structures)))
+    made.sort(key=lambda one: one[0].error)
+    choices = [choice for choice, _ in made]
+    model = made[choices.index(choose_structure(choices))][1]
     return _judge(train, test, model, choices, records, linear=linear)
+
+
+def _validated(begin: OpenLoopModel, record: Record, *, by_direction: bool) -> list[tuple[Choice, OpenLoopModel]]:
+    """Return a structure with each weight of the shrinkage: its error on held-out blocks, its fit to all of them."""
+    knots, mapped = begin.force.size, begin.coefficients.size
+    weights = WEIGHTS if knots > 1 or mapped else (0.0,)
+    length = record.position.size // BLOCKS
+    blocks = np.arange(BLOCKS) * length
+    held = np.empty((len(weights), BLOCKS))
+    for block in range(BLOCKS):
+        training = Training(record, np.delete(blocks, block), length, SETTLING)
+        for place, fitted in enumerate(fit_path(begin, training, weights, by_direction=by_direction)):
+            unseen = fitted.model.errors(record, blocks[block : block + 1], length)[:, SETTLING:]
+            held[place, block] = float(np.mean(unseen**2))
+    whole = fit_path(begin, Training(record, blocks, length, SETTLING), weights, by_direction=by_direction)
+    made = []
+    for weight, squares, fitted in zip(weights, held, whole, strict=True):
+        error = math.sqrt(float(np.mean(squares)))
+        choice = Choice(knots, by_direction, error, tuple(squares.tolist()), mapped, weight, fitted.parameters)
+        made.append((choice, fitted.model))
+    return made
 
 
 def _maps(periods: Sequence[float], hats: int, record: Record) -> list[MapParameters]:
@@ -273,51 +282,9 @@ def _record(log: Log, *, linear: bool) -> Record:
     )
 
 
-def _model(values: Array, knots: int, variation: MapParameters, record: Record) -> OpenLoopModel:
+def _begin(values: Array, knots: int, variation: MapParameters, record: Record) -> OpenLoopModel:
+    """Return the model that a fit starts from: that of the torque, without anything over the position."""
     low, high = float(np.min(record.position)), float(np.max(record.position))
     inertia, coulomb, viscous, asymmetry = (float(value) for value in values[:4])
-    force, coefficients = values[4 : 4 + knots].copy(), values[4 + knots :].copy()
-    return OpenLoopModel(inertia, max(coulomb, 0.0), viscous, asymmetry, low, high, force, variation, coefficients)
-
-
-def _train(
-    begin: OpenLoopModel, record: Record, starts: NDArray[np.int64], length: int, *, by_direction: bool
-) -> OpenLoopModel:
-    """Fit a model to open-loop simulations from each start, by steps of Gauss and Newton that lower the error."""
-    knots, variation = begin.force.size, begin.variation
-    values = np.concatenate([[getattr(begin, name) for name in FIRST], begin.force, begin.coefficients])
-    scale = np.abs(values) + 0.01 * np.max(np.abs(values[1:3]))
-    scale[0], scale[3] = abs(values[0]), abs(values[2])
-    scale[4 : 4 + knots] = abs(values[1])
-    scale[4 + knots :] = 1.0
-    free = np.flatnonzero([index != 3 or by_direction for index in range(values.size)])
-
-    def errors(trial: Array) -> Array:
-        found: Array = _model(trial, knots, variation, record).errors(record, starts, length)[:, SETTLING:].ravel()
-        return found
-
-    now = errors(values)
-    for _ in range(STEPS):
-        slopes = np.empty((now.size, free.size))
-        for column, index in enumerate(free):
-            nudged = values.copy()
-            nudged[index] += NUDGE * scale[index]
-            slopes[:, column] = (errors(nudged) - now) / NUDGE
-        normal = slopes.T @ slopes
-        ridge = 1e-6 * np.trace(normal) / free.size * np.eye(free.size)
-        step = -np.linalg.solve(normal + ridge, slopes.T @ now)
-        for share in (1.0, 0.5, 0.25, 0.1):
-            trial = values.copy()
-            trial[free] += share * step * scale[free]
-            if trial[0] <= 0.0:
-                continue
-            after = errors(trial)
-            if float(after @ after) < float(now @ now):
-                break
-        else:
-            break
-        done = float(after @ after) > 0.999 * float(now @ now)
-        values, now = trial, after
-        if done:
-            break
-    return _model(values, knots, variation, record)
+    nothing = np.zeros(coefficient_count(variation))
+    return OpenLoopModel(inertia, coulomb, viscous, asymmetry, low, high, values[4:], variation, nothing)

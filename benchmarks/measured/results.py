@@ -84,7 +84,8 @@ def score_sentence(result: Result) -> str:
     sides = "viscous friction by direction" if best.by_direction else "one viscous friction"
     return (
         f"{result.job.name}: open loop, trained on {result.job.records[0]} (chosen there: {best.knots} knots of force "
-        f"over position, {sides}), {result.job.records[1]} from its torque: {1e3 * score.rms:.3g} {unit} rms, "
+        f"over position, {sides}, {best.parameters:.3g} parameters in effect), "
+        f"{result.job.records[1]} from its torque: {1e3 * score.rms:.3g} {unit} rms, "
         f"{1e3 * score.windows:.3g} {unit} in windows of 1 s."
     )
 

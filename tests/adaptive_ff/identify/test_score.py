@@ -7,7 +7,9 @@ from adaptive_ff import InputError
 from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.identify import score
 from adaptive_ff.identify.open_loop import OpenLoopModel, Record
-from adaptive_ff.identify.score import score_log
+from adaptive_ff.identify.open_loop_fit import Training, fit_path
+from adaptive_ff.identify.open_loop_slopes import errors_and_slopes, parameters_of, with_parameters
+from adaptive_ff.identify.score import Choice, choose_structure, score_log
 from adaptive_ff.logs.log import Log
 
 PERIOD = 0.002
@@ -49,13 +51,69 @@ def test_friction_over_position_is_the_controllers_map():
 
 
 def test_a_map_is_chosen_where_the_other_record_needs_it(monkeypatch):
-    for numbers in ("KNOTS", "MAPPED_KNOTS"):
-        monkeypatch.setattr(score, numbers, (1,))
+    monkeypatch.setattr(score, "KNOTS", (1,))
     train, test = (_log(0.4, seed) for seed in (101, 102))
     with_map = score_log(train, test, position_periods=(0.5,))
     assert with_map.chosen.mapped == 2
     assert with_map.model.coefficients == pytest.approx([0.0, 0.4], abs=0.05)
     assert with_map.rms < 0.5 * score_log(train, test).rms
+
+
+def test_slopes_are_those_of_difference_quotients():
+    model, record = _wavy(), _record_of(_wavy())
+    starts = np.array([100, 2000])
+    slopes = errors_and_slopes(model, record, starts, 1500, 20, 10)[1]
+    parameters = parameters_of(model)
+    for place, value in enumerate(parameters):
+        step = 1e-5 * max(abs(value), 0.1)
+        sides = []
+        for side in (step, -step):
+            moved = parameters.copy()
+            moved[place] += side
+            sides.append(errors_and_slopes(with_parameters(model, moved), record, starts, 1500, 20, 10)[0])
+        quotient = (sides[0] - sides[1]) / (2.0 * step)
+        assert slopes[:, place] == pytest.approx(quotient, abs=1e-3 * np.max(np.abs(quotient)))
+
+
+def test_motion_that_is_fitted_is_nearly_that_of_the_model():
+    record = _record_of(_wavy())
+    fitted = errors_and_slopes(_wavy(), record, np.array([0]), 5000, 20, 10)[0]
+    assert np.max(np.abs(fitted)) < 0.01 * np.std(record.position)
+
+
+def test_fit_finds_the_model_that_made_the_log_and_shrinkage_takes_detail_away():
+    true = _wavy()._replace(coefficients=np.empty(0), variation=OpenLoopModel._field_defaults["variation"])
+    record = _record_of(true)
+    training = Training(record, np.array([0, 1250, 2500, 3750]), 1250, 20)
+    begin = true._replace(inertia=0.6, coulomb=0.8, viscous=2.4, viscous_asymmetry=0.0, force=np.zeros(4))
+    strong, weak = fit_path(begin, training, (100.0, 1e-4), by_direction=True)
+    assert parameters_of(weak.model)[:4] == pytest.approx(parameters_of(true)[:4], rel=0.03)
+    assert weak.model.force == pytest.approx(true.force, abs=0.1)
+    assert np.ptp(strong.model.force) < 0.5 * np.ptp(weak.model.force)
+    assert 5.0 < strong.parameters < weak.parameters <= 8.0
+    fixed = fit_path(begin, training, (1.0,), by_direction=False)[0].model
+    assert fixed.viscous_asymmetry == 0.0
+
+
+def test_fewest_effective_parameters_within_a_standard_error_are_chosen():
+    squares = {20.0: (1.0, 1.2, 0.8, 1.1), 10.0: (1.1, 1.0, 1.3, 0.9), 5.0: (2.0, 2.1, 1.9, 2.2)}
+    choices = [Choice(65, False, np.sqrt(np.mean(row)), row, 0, 1.0, count) for count, row in squares.items()]
+    assert choose_structure(choices).parameters == 10.0
+
+
+def _wavy():
+    """A joint with a force over four knots, viscous friction by direction, and friction over position."""
+    variation = map_parameters((0.7,), 3, (-0.5, 0.5), 0.0, 1.0)
+    force, coefficients = np.array([0.3, -0.4, 0.5, 0.1]), np.array([0.05, -0.1, 0.02, 0.1, -0.05])
+    return OpenLoopModel(0.5, 1.0, 2.0, 0.3, -1.0, 1.0, force, variation, coefficients)
+
+
+def _record_of(model):
+    """A log of 10 s that the model itself makes of three sines."""
+    time = PERIOD * np.arange(5000)
+    torque = 4.0 * np.sum([np.sin(2.0 * np.pi * f * time + f) for f in (0.31, 0.47, 0.83)], axis=0)
+    position = model.errors(Record(np.zeros(5000), np.zeros(5000), torque, PERIOD), np.array([0]), 5000)[0]
+    return Record(position, np.gradient(position, PERIOD), torque, PERIOD)
 
 
 def _log(amplitude, seed):
