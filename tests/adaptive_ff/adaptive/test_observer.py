@@ -67,6 +67,22 @@ def test_while_the_plan_rests_what_was_observed_is_held():
         state = held
 
 
+@pytest.mark.parametrize(("velocity", "asked", "moves"), [(0.0, -50.0, False), (0.0, 50.0, True), (0.05, -50.0, True)])
+def test_while_the_joint_sticks_the_disturbance_does_not_grow_against_the_error(velocity, asked, moves):
+    """The plan moves forward. What the integral asks for from before is no disturbance of a joint that sticks."""
+    state = start_observer(initial_observer(FEEDBACK), 0.1, velocity)
+    following = observe(OBSERVER, state, FEEDBACK, asked, INERTIA, 0.1, 0.0, velocity, False, PERIOD)
+    assert (following.disturbance != 0.0) == moves
+
+
+def test_an_error_as_small_as_noise_does_not_tell_that_the_joint_sticks():
+    state = start_observer(initial_observer(FEEDBACK), 0.1, 0.0)
+    for deviation, moves in ((0.03, False), (0.04, True)):
+        noisy = state._replace(noise=state.noise._replace(variance=deviation**2))
+        following = observe(OBSERVER, noisy, FEEDBACK, -50.0, INERTIA, 0.1, 0.0, 0.0, False, PERIOD)
+        assert (following.disturbance != 0.0) == moves
+
+
 def test_joint_at_rest_and_repeated_values_tell_nothing_of_noise():
     rng = np.random.default_rng(2)
     rested = observed(np.zeros(300), 0.01 * rng.standard_normal(301), np.zeros(301))[-1]

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, lay_course, make, own_loop, run_plain
 
+from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.step import turned_speed
-from adaptive_ff.adaptive.supervised_step import may_stick
-from adaptive_ff.model.bounds import COULOMB, INERTIA
+from adaptive_ff.adaptive.supervised_step import may_stick, unobserved_error
+from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
 from adaptive_ff.model.feedforward import turning_speed
 from adaptive_ff.model.friction import WITH_GRAVITY
 
@@ -92,14 +94,39 @@ def test_observer_does_not_wait_where_the_cause_of_a_change_comes_to_light(state
         assert controller.observer_gain == gain
 
 
-def test_trust_waits_for_the_cause_of_a_change(states):
-    for cause, moved in ((UNDECIDED, False), (NOTHING, True)):
+def test_trust_waits_for_the_cause_of_a_change_where_it_was_full(states):
+    """A model that was not trusted before is no better for a change."""
+    for cause, trust, moved in ((UNDECIDED, 1.0, False), (UNDECIDED, 0.7, True), (NOTHING, 1.0, True)):
         controller = restored(states[-1])
         state = controller.state
         estimator = state.estimator._replace(alarm=state.estimator.alarm._replace(cause=cause))
-        controller.state = state._replace(estimator=estimator)
+        controller.state = state._replace(estimator=estimator, trust=state.trust._replace(trust=trust))
         controller.step(0.2, 0.25, **STEP)
         assert (controller.state.trust.xx != state.trust.xx) == moved
+
+
+@pytest.mark.parametrize(("fall", "share"), [(0.0, 1.0), (4.9, 1.0), (7.5, 0.5), (10.1, 0.0)])
+def test_error_without_the_observer_is_taken_where_the_loop_is_what_the_prediction_takes_it_for(states, fall, share):
+    """Half a gain of the observer takes half of what the prediction takes away, but not on steeply falling friction."""
+    controller = restored(states[-1])
+    state, block = controller.state, controller.parameters
+    estimate = state.estimator.recursion.estimate
+    excess = fall * block.feedback.proportional * state.estimator.candidates.stribeck_velocity
+    estimate[STICTION] = estimate[COULOMB] + excess
+    observer = state.observer._replace(response=state.observer.response._replace(velocity=0.03))
+    state = state._replace(observer=state.observer._replace(gain=0.5))
+    assert unobserved_error(block, state, observer, 0.01) == pytest.approx(0.01 + 0.5 * share * 0.02, rel=1e-9)
+
+
+def test_observer_does_not_hide_from_the_tuning_of_the_lag_what_the_lag_leaves():
+    """Without noise the observer is on for good; on this course tracking was 58 times worse than without it."""
+    scenario = load_scenario(SCENARIOS / "ideal_1khz.toml").modified(seed=104, duration=30.0)
+    settled = []
+    for name in ("adaptive", "adaptive_unsupervised"):
+        run = simulate(scenario, name)
+        error = (run.reference - run.velocity)[run.solver_time > 20.0]
+        settled.append(math.sqrt(float(np.mean(error**2))))
+    assert settled[0] < 1.1 * settled[1]
 
 
 def test_less_inertia_than_is_assumed_does_not_hold_friction_longer():
