@@ -1,6 +1,6 @@
 """Corrections of an outer loop that mean harm: the adaptive part stays bounded, the joint near what PI makes of it.
 
-Against corrections that change at every sample it is worse than PI, by up to 1.21 times: the observer answers them too.
+``benchmarks.hostile_corrections`` prints the same for other plans and more seeds.
 """
 
 import math
@@ -46,7 +46,7 @@ def test_adversarial_corrections_leave_the_adaptive_part_bounded(name):
             [ADVERSARIES[name](time, angle) for time, angle in zip(second.time, second.position, strict=True)]
         )
         runs[label] = rms(second.error + follows)
-    assert runs["adaptive"] < 1.3 * runs["pi"]
+    assert runs["adaptive"] < 1.1 * runs["pi"]
     largest = 2.0 * adaptive.state.estimator.levels.torque
     assert largest <= 800.0
     for parameter in ("coulomb", "stiction", "offset", "gravity_sin", "gravity_cos"):
