@@ -73,12 +73,13 @@ GROWTH = 0.5
 MARGIN = 0.75
 """Mean squared error of a candidate over that of the one in use, below which it takes its place."""
 
-BENT_MARGIN = 0.3
-"""The same where the candidate has a presliding distance: a load that depends on position looks like bristles.
+BENT_MARGIN, SHORT_MARGIN = 0.3, 0.6
+"""The same where the candidate has a presliding distance, and where it has a short one.
 
-Not like the shortest ones, of ``Vs J/Kp``: no load changes within so little way, and they are taken like any other.
-With 0.3 for them as well, 1e5 N m/rad and Maxwell elements of 0.75 mrad settled at 5.63 and 5.03 times less than PI on
-seeds 101 to 110, now at 5.70 and 5.65. With 0.86 one joint without bristles at 1 kHz got twice as bad.
+A load that depends on position looks like bristles, but hardly like those of ``Vs J/Kp`` and less: it changes little
+within so little way. With 0.3 for these as well, 1e5 N m/rad and Maxwell elements of 0.75 mrad settle at 5.63 and 5.03
+times less than PI on seeds 101 to 110, with 0.5 on seeds 101 to 120 at 5.71 and 5.34, with 0.6 at 5.78 and 5.62. With
+0.86 one joint without bristles at 1 kHz got twice as bad.
 """
 
 RETURN_MARGIN, SHORT_RETURN_MARGIN = 1.5, 1.05
@@ -310,7 +311,7 @@ def margin_of(present: float, tried: float, short: float) -> float:
         Longest distance that no load is taken for: the way at the Stribeck velocity in a time constant of the filters.
     """
     if tried > 0.0:
-        return BENT_MARGIN if tried > short else MARGIN
+        return BENT_MARGIN if tried > short else SHORT_MARGIN
     if present > short:
         return RETURN_MARGIN
     return SHORT_RETURN_MARGIN if present > 0.0 else MARGIN

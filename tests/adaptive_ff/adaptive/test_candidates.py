@@ -160,11 +160,11 @@ def test_bristles_must_be_clearly_better_and_stay_so():
     assert margin_of(0.01, 0.0, 0.001) == 1.5
 
 
-def test_short_bristles_must_be_no_better_than_any_candidate_and_stay_better_than_none():
-    """A load does not change within so little way."""
-    assert margin_of(0.0, 0.001, 0.001) == margin_of(0.02, 0.001, 0.001) == 0.75
+def test_short_bristles_need_not_be_as_much_better_and_are_given_up_where_they_are_no_better():
+    """A load changes little within so little way."""
+    assert margin_of(0.0, 0.001, 0.001) == margin_of(0.02, 0.001, 0.001) == 0.6
     assert margin_of(0.001, 0.0, 0.001) == 1.05
-    assert 0.75 * margin_of(0.001, 0.0, 0.001) < 1.0, "or the choice would toggle"
+    assert 0.6 * margin_of(0.001, 0.0, 0.001) < 1.0, "or the choice would toggle"
 
 
 def test_bristles_of_a_stiff_joint_are_chosen_where_they_show():
