@@ -2,10 +2,10 @@
 
 ``python -m benchmarks.hostile_corrections [--first-seed 1 --seeds 5]``
 
-An outer loop asks for 0.2 rad/s beside the plan, by a rule that no position loop would follow. The controllers are
-stepped from a loop of one's own, as on a machine: 12 s of the plan alone, so that friction is learnt, then 12 s with
-the correction. Shown is the rms of plan and correction less the joint's velocity over these 12 s, root mean square over
-the seeds, of ``pi`` and of ``adaptive``, and their ratio, with the largest ratio of a single seed.
+An outer loop asks for up to 0.2 rad/s beside the plan, by a rule that no position loop would follow. The controllers
+are stepped from a loop of one's own, as on a machine: 12 s of the plan alone, so that friction is learnt, then 12 s
+with the correction. Shown is the rms of plan and correction less the joint's velocity over these 12 s, root mean square
+over the seeds, of ``pi`` and of ``adaptive``, and their ratio, with the largest ratio of a single seed.
 """
 
 import math
@@ -29,7 +29,7 @@ Rule = Callable[[int, float], float]
 
 
 def rules(period: float, seed: int) -> dict[str, Rule]:
-    """Return the signs of the corrections by sample and position (rad)."""
+    """Return the corrections, as shares of the largest, by sample and position (rad)."""
     draws = np.random.default_rng([seed, 5]).uniform(-1.0, 1.0, round((LEARNING + HOSTILE) / period))
     return {
         "none": lambda sample, position: 0.0,
@@ -89,7 +89,7 @@ def main(
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds.")] = 5,
 ) -> None:
     """Print the errors of PI and adaptive under each correction."""
-    table = Table(title=f"corrections of {CORRECTION:g} rad/s", box=SIMPLE)
+    table = Table(title=f"corrections of up to {CORRECTION:g} rad/s", box=SIMPLE)
     for heading in ("correction", "pi, mrad/s", "adaptive, mrad/s", "ratio", "worst seed"):
         table.add_column(heading, justify="left" if heading == "correction" else "right")
     found = [measure(seed) for seed in range(first_seed, first_seed + seeds)]

@@ -101,7 +101,8 @@ def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
     """Tell in few comparisons whether all inputs are plausible; where it is false some may be, or all.
 
     A sum of sizes is at least as large as each of them, and a comparison with "not a number" is false: so velocities
-    pass together, and what may be unknown passes by not being beyond its bound. Values that are on a bound do not pass.
+    pass together, and what may be unknown passes by not being beyond its bound. Some values that are on a bound do not
+    pass though they are plausible.
     """
     torque = gain * LARGEST_VELOCITY
     return (

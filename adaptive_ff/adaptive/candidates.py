@@ -22,8 +22,8 @@ A candidate that leaves clearly less than the one in use takes its place: the es
 its information, the gate with its speed, and the feedforward with its curve. The micro-damping is the candidate's own:
 the estimator takes it as known. Where the model holds, a factor of two in ``Vs`` leaves 1.5 to 100 times the mean
 square; where it does not (gravity that is not modelled), all candidates leave within some 10 % of each other, and the
-margin keeps the one that is assumed. A presliding distance is kept only while it leaves clearly less than the best
-candidate without one.
+margin keeps the one that is assumed. A presliding distance is kept only while it leaves less than the best candidate
+without one, clearly less where it is no short one.
 
 The bank is a small multiple-model estimator, K. Narendra and J. Balakrishnan, "Adaptive control using multiple models"
 (IEEE Transactions on Automatic Control, 1997); the score on the reference is this package's.
@@ -76,16 +76,16 @@ MARGIN = 0.75
 BENT_MARGIN, SHORT_MARGIN = 0.3, 0.6
 """The same where the candidate has a presliding distance, and where it has a short one.
 
-A load that depends on position looks like bristles, but hardly like those of ``Vs J/Kp`` and less: it changes little
-within so little way. With 0.3 for these as well, 1e5 N m/rad and Maxwell elements of 0.75 mrad settle at 5.63 and 5.03
-times less than PI on seeds 101 to 110, with 0.5 on seeds 101 to 120 at 5.71 and 5.34, with 0.6 at 5.78 and 5.62. With
-0.86 one joint without bristles at 1 kHz got twice as bad.
+A load that depends on position looks like bristles, but hardly like those of ``Vs`` by the pole of the filters, ``Vs
+J/Kp`` by default, and less: it changes little within so little way. With 0.3 for these as well, 1e5 N m/rad and Maxwell
+elements of 0.75 mrad settle at 5.63 and 5.03 times less than PI on seeds 101 to 110, with 0.5 on seeds 101 to 120 at
+5.71 and 5.34, with 0.6 at 5.78 and 5.62. With 0.86 one joint without bristles at 1 kHz got twice as bad.
 """
 
 RETURN_MARGIN, SHORT_RETURN_MARGIN = 1.5, 1.05
 """The same for one without a presliding distance where the one in use has one, or a short one.
 
-It must stay clearly better: else bristles that a disturbance of the plan has feigned would stay for ever, since where
+It must stay better: else bristles that a disturbance of the plan has feigned would stay for ever, since where
 there are none, both leave the same.
 """
 

@@ -20,9 +20,9 @@ open while the noise is not known:
     g_e = sat(<e_f^2> / (4 s_e^2) - 1),     s_e^2 = s^2 a/(2 - a)                                 (error that there is)
 
 ``<.>`` is a short mean, ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop would make
-of the residual, ``e_f`` the error behind a low-pass with the observer's pole. The two errors differ while the estimates
-move, since what a new estimate feeds is taken out of the integral. No time and no age enters: the gate is open while
-there is something to gain.
+of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which is held where ``d`` is. The two
+errors differ while the estimates move, since what a new estimate feeds is taken out of the integral. No time and no age
+enters: the gate is open while there is something to gain.
 
 The pole is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the gains of
 the PI loop respect and the observer would not. By default it is at most 65 rad/s: a fast loop has no margin to spare.
@@ -48,7 +48,7 @@ STUCK = 0.2
 """Velocity along the plan, as a share of it, below which a joint sticks or has not turned yet ..."""
 
 CLEAR = 9.0
-"""... where the error is clear: its square, over the variance of the noise."""
+"""... where the error is clear: its square, over the variance of the noise; before that is known, any error is."""
 
 TINY = 1e-15
 """Variance that is taken for none: a simulation without noise must not divide by zero."""

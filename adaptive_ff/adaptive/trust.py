@@ -121,7 +121,8 @@ def advance_trust(
     reference : float
         Planned velocity now, rad/s.
     valid : bool
-        Whether the predicted error is one.
+        Whether the predicted error tells of the friction: not while a measurement is doubted, while not all is fed, or
+        while a model that was trusted waits for the cause of a change.
     duration : float
         Length of the period, s.
     """

@@ -2,15 +2,16 @@
 
 Minimized is ``<e^2>/(0.01 s)^2 + w (sum_k ((g_k - <g>)/Fc)^2 + sum_j c_j^2)`` with the errors ``e`` of the simulated
 position, the standard deviation ``s`` of the position, the force ``g_k`` at the knots, the Coulomb friction ``Fc`` that
-the fit starts from, and the coefficients ``c_j`` of a map of friction. The weight ``w`` shrinks what depends on the
-position towards what does not (A. Hoerl, R. Kennard, "Ridge regression", Technometrics 12, 1970), so the number of
-knots is a resolution, not a choice: choosing among subsets of terms is unstable, and shrinkage is not (L. Breiman,
-"Heuristics of instability and stabilization in model selection", Annals of Statistics 24, 1996).
+the fit starts from, at least a tenth of the standard deviation of the torque, and the coefficients ``c_j`` of a map of
+friction. The weight ``w`` shrinks what depends on the position towards what does not (A. Hoerl, R. Kennard, "Ridge
+regression", Technometrics 12, 1970), so the number of knots is a resolution, not a choice: choosing among subsets of
+terms is unstable, and shrinkage is not (L. Breiman, "Heuristics of instability and stabilization in model selection",
+Annals of Statistics 24, 1996).
 
 Each fit starts from that with the next stronger shrinkage and goes towards its minimum by the method of Levenberg and
 Marquardt (J. More, 1978), with exact derivatives: a fit that is cut short depends on where it starts, and on rounding.
 With weak shrinkage it may still end a little above the minimum, where a motion that almost stops bends the error.
-Models whose friction would drive the joint, with a negative Coulomb or viscous friction in either direction, are none.
+Friction that would drive the joint, with a negative Coulomb or viscous friction in either direction, is taken for none.
 """
 
 from collections.abc import Sequence
@@ -103,7 +104,8 @@ def fit_path(begin: OpenLoopModel, training: Training, weights: Sequence[float],
     Parameters
     ----------
     begin : OpenLoopModel
-        Where the first fit starts; its Coulomb friction is the unit of the force.
+        Where the first fit starts; its Coulomb friction, or a tenth of the torque's standard deviation where that is
+        more, is the unit of the force.
     training : Training
         What is fitted.
     weights : sequence of float
@@ -144,7 +146,8 @@ def _minimize(problem: _Problem, parameters: Array) -> tuple[Array, float]:
                 break
             trial = parameters.copy()
             trial[free] += step * problem.scales[free]
-            if _brakes(trial):
+            trial = _braking(trial)
+            if trial[0] > 0.0:
                 next_left, next_slopes = problem.at(trial)
                 better = float(next_left @ next_left) < squares
             if not better:
@@ -159,7 +162,9 @@ def _minimize(problem: _Problem, parameters: Array) -> tuple[Array, float]:
     return parameters, float(np.trace(np.linalg.solve(normal + floor, data)))
 
 
-def _brakes(parameters: Array) -> bool:
-    """Tell whether there is inertia, and no friction that drives the joint in either direction."""
-    inertia, coulomb, viscous, asymmetry = parameters[:4]
-    return bool(inertia > 0.0 and coulomb >= 0.0 and viscous >= abs(asymmetry))
+def _braking(parameters: Array) -> Array:
+    """Return the nearest parameters whose friction does not drive the joint in either direction."""
+    braking = parameters.copy()
+    braking[1:3] = np.maximum(braking[1:3], 0.0)
+    braking[3] = min(max(braking[3], -braking[2]), braking[2])
+    return braking

@@ -273,6 +273,12 @@ def _record(log: Log, *, linear: bool) -> Record:
         reason = prepared.skipped[0].reason if prepared.skipped else "it has several pieces"
         raise InputError(f"{log.name}: an open-loop simulation takes a log without defect; {reason}")
     _, position, torque = uniform(log, prepared.pieces[0], prepared.period)
+    fewest, longest = 2 * SETTLING * BLOCKS, WINDOW / (SETTLING + 1)
+    if position.size < fewest or prepared.period > longest:
+        raise InputError(
+            f"{log.name}: {position.size} samples, {prepared.period:.3g} s apart, are not enough for a score; it takes "
+            f"{fewest} or more, at most {longest:.3g} s apart"
+        )
     smooth = lowpass(position, (min(VELOCITY_BAND, 0.25 / prepared.period),), prepared.period)
     return Record(
         np.ascontiguousarray(position),

@@ -95,6 +95,27 @@ def test_fit_finds_the_model_that_made_the_log_and_shrinkage_takes_detail_away()
     assert fixed.viscous_asymmetry == 0.0
 
 
+@pytest.mark.parametrize("by_direction", [False, True])
+def test_fit_goes_on_where_friction_would_drive_the_joint(by_direction):
+    """A joint without viscous friction: where a step would make it negative, all else still moves."""
+    true = OpenLoopModel(0.5, 1.0, 0.0, 0.0, -1.0, 1.0, np.array([0.3]))
+    record = _record_of(true)
+    begin = true._replace(inertia=0.6, coulomb=1.3, force=np.zeros(1))
+    training = Training(record, np.array([0, 2500]), 2500, 20)
+    fitted = fit_path(begin, training, (0.0,), by_direction=by_direction)[0].model
+    assert fitted.coulomb == pytest.approx(1.0, rel=0.03)
+    assert fitted.inertia == pytest.approx(0.5, rel=0.03)
+    assert fitted.viscous >= abs(fitted.viscous_asymmetry)
+
+
+@pytest.mark.parametrize(("samples", "period"), [(190, 0.01), (400, 0.06)])
+def test_logs_that_are_too_short_or_too_coarse_to_be_simulated_are_refused(samples, period):
+    time = period * np.arange(samples)
+    log = Log("log", time, np.sin(time), position=np.sin(time))
+    with pytest.raises(InputError, match="not enough for a score"):
+        score_log(log, log)
+
+
 def test_fewest_effective_parameters_within_a_standard_error_are_chosen():
     squares = {20.0: (1.0, 1.2, 0.8, 1.1), 10.0: (1.1, 1.0, 1.3, 0.9), 5.0: (2.0, 2.1, 1.9, 2.2)}
     choices = [Choice(65, False, np.sqrt(np.mean(row)), row, 0, 1.0, count) for count, row in squares.items()]
