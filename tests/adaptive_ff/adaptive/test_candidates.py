@@ -155,21 +155,6 @@ def test_distances_that_are_no_grid_are_refused(factors):
 
 
 def test_bristles_must_be_clearly_better_and_stay_so():
-    assert margin_of(0.0, 0.0, 0.001) == 0.75
-    assert margin_of(0.0, 0.01, 0.001) == margin_of(0.02, 0.01, 0.001) == 0.3
-    assert margin_of(0.01, 0.0, 0.001) == 1.5
-
-
-def test_short_bristles_need_not_be_as_much_better_and_are_given_up_where_they_are_no_better():
-    """A load changes little within so little way."""
-    assert margin_of(0.0, 0.001, 0.001) == margin_of(0.02, 0.001, 0.001) == 0.6
-    assert margin_of(0.001, 0.0, 0.001) == 1.05
-    assert 0.6 * margin_of(0.001, 0.0, 0.001) < 1.0, "or the choice would toggle"
-
-
-def test_bristles_of_a_stiff_joint_are_chosen_where_they_show():
-    """They do on a fifth of all references; on the others they leave about what a lag in time leaves."""
-    scenario = load_scenario(SCENARIOS / "lugre_1e4.toml").modified(seed=102)
-    scenario = scenario.modified(joint=scenario.joint.model_copy(update={"stiffness": 1e5}))
-    run = simulate(scenario, "adaptive")
-    assert run.final_estimates["presliding"] == pytest.approx(0.05 * 20.0 / scenario.feedback.gains[0], rel=1e-9)
+    assert margin_of(0.0, 0.0) == 0.75
+    assert margin_of(0.0, 0.01) == margin_of(0.02, 0.01) == 0.3
+    assert margin_of(0.01, 0.0) == 1.5

@@ -77,8 +77,9 @@ def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
 @settings(max_examples=20, **BRIEF)
 @given(bursts=BURSTS)
 @example(bursts=[("reference", 79, 200, [1e-9]), ("next_reference", 79, 1, [1e-9])])
+@example(bursts=[("next_reference", 38, 20, [-3.4e-16]), ("feedforward", 154, 200, [1.9e41, -2.1e16, -3.2e26])])
 def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
-    """The example is a plan that stands still for 2 s: what the joint does then looks like bristles."""
+    """Examples: what a joint does while its plan stands still for 2 s, or is not known ahead, looks like bristles."""
     case = learnt(name)
     error, finite = case.go_on(replaced(bursts))
     assert finite
