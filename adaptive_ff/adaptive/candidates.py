@@ -87,6 +87,13 @@ RETURN_MARGIN = 1.5
 Else bristles that a disturbance of the plan has feigned would stay for ever: where there are none, both leave the same.
 """
 
+SHORT_RETURN_MARGIN = 2.0
+"""The same where the one in use has a short one, of ``Vs`` by the pole of the filters, ``Vs J/Kp`` by default.
+
+That can stand for a lag in time: a lagged joint that had taken it after 2 s of garbage for a plan had no lag left to be
+identified, and kept it, with 1.35 times the error.
+"""
+
 FIRST = 1.0
 """Time for which there must have been moments before that, in memories of the estimator."""
 
@@ -277,8 +284,11 @@ def fit_in_place(
     for i in range(size):
         gain[i] *= estimator.fit_scale[i] / (unit * unit)
         factor[i, i] += prior
+    # short bristles stand for a lag in time: a candidate of the other kind has a lag of its own
+    alike = (candidates.chosen < estimator.candidates.size) == (candidates.turn < estimator.candidates.size)
     for i in range(size - 1):  # the last is not among what the estimator in use knows
-        gain[i] += prior * (recursion.estimate[i] - estimate[i]) / estimator.fit_scale[i]
+        if alike or i != FRICTION_LAG:
+            gain[i] += prior * (recursion.estimate[i] - estimate[i]) / estimator.fit_scale[i]
         candidates.ranges[i, 0], candidates.ranges[i, 1] = ranges[i, 0], ranges[i, 1]
     candidates.ranges[size - 1, 1] = ranges[COULOMB, 1]
     factor_in_place(factor)
@@ -298,11 +308,21 @@ def least_error(errors: NDArray[np.float64], count: int) -> float:
 
 
 @register_jitable(forceinline=True)
-def margin_of(present: float, tried: float) -> float:
-    """Return the share of the error in use below which another candidate is taken; presliding distances in rad."""
+def margin_of(present: float, tried: float, short: float) -> float:
+    """Return the share of the error in use below which another candidate is taken.
+
+    Parameters
+    ----------
+    present, tried : float
+        Presliding distance of the candidate in use and of the other one, rad, zero where there is none.
+    short : float
+        Longest distance that a lag in time may be taken for, rad.
+    """
     if tried > 0.0:
         return BENT_MARGIN
-    return RETURN_MARGIN if present > 0.0 else MARGIN
+    if present > short:
+        return RETURN_MARGIN
+    return SHORT_RETURN_MARGIN if present > 0.0 else MARGIN
 
 
 @register_jitable(forceinline=True)
@@ -462,7 +482,8 @@ def compare_candidates_in_place(
     # errors on the same moments: one bad sample must not count for the one and not yet for the other
     complete_in_place(candidates.moments[chosen])
     usual = residual_moments_in_place(candidates.moments[chosen], candidates.estimates[chosen], candidates.row)
-    if not error < margin_of(present, distance) * usual:
+    short = estimator.form.stribeck_velocity / estimator.form.pole
+    if not error < margin_of(present, distance, short) * usual:
         return candidates
     take_candidate_in_place(estimator, state, tried, measured, model)
     return with_choice(candidates, tried, candidate_velocity(estimator, tried), distance)
