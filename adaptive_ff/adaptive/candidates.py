@@ -87,7 +87,7 @@ RETURN_MARGIN = 1.5
 Else bristles that a disturbance of the plan has feigned would stay for ever: where there are none, both leave the same.
 """
 
-SHORT_RETURN_MARGIN = 2.0
+SHORT_RETURN_MARGIN = 3.0
 """The same where the one in use has a short one, of ``Vs`` by the pole of the filters, ``Vs J/Kp`` by default.
 
 That can stand for a lag in time: a lagged joint that had taken it after 2 s of garbage for a plan had no lag left to be
@@ -285,7 +285,8 @@ def fit_in_place(
         gain[i] *= estimator.fit_scale[i] / (unit * unit)
         factor[i, i] += prior
     # short bristles stand for a lag in time: a candidate of the other kind has a lag of its own
-    alike = (candidates.chosen < estimator.candidates.size) == (candidates.turn < estimator.candidates.size)
+    slides, slid = candidates.turn < estimator.candidates.size, candidates.chosen < estimator.candidates.size
+    alike = slides == slid
     for i in range(size - 1):  # the last is not among what the estimator in use knows
         if alike or i != FRICTION_LAG:
             gain[i] += prior * (recursion.estimate[i] - estimate[i]) / estimator.fit_scale[i]

@@ -158,5 +158,5 @@ def test_bristles_must_be_clearly_better_and_stay_so():
     assert margin_of(0.0, 0.0, 0.001) == 0.75
     assert margin_of(0.0, 0.01, 0.001) == margin_of(0.02, 0.01, 0.001) == margin_of(0.0, 0.001, 0.001) == 0.3
     assert margin_of(0.01, 0.0, 0.001) == 1.5
-    assert margin_of(0.001, 0.0, 0.001) == 2.0
+    assert margin_of(0.001, 0.0, 0.001) == 3.0
     assert 0.3 * margin_of(0.001, 0.0, 0.001) < 1.0, "or the choice would toggle"

@@ -86,6 +86,7 @@ def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
 @given(bursts=BURSTS)
 @example(bursts=[("reference", 79, 200, [1e-9]), ("next_reference", 79, 1, [1e-9])])
 @example(bursts=WRONG_PLAN)
+@example(bursts=[("next_reference", 102, 3, [9.6e-283]), ("realised_torque", 169, 1, [1.2e294])])
 def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
     """Examples: what a joint does while its plan stands still for 2 s, or is not known ahead, looks like bristles."""
     case = learnt(name)
