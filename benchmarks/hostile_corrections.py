@@ -14,11 +14,13 @@ from typing import Annotated
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
-from adaptive_ff import WITH_GRAVITY, AdaptiveController, load_scenario
+from adaptive_ff import WITH_GRAVITY, load_scenario
+from adaptive_ff.comparison.registry import make_adaptive
+from benchmarks.wide import wide_console
 from controllers import PI, Controller
 from plant import Joint
 
@@ -26,6 +28,7 @@ CORRECTION, LIMIT = 0.2, 400.0  # rad/s, N m
 LEARNING, HOSTILE = 12.0, 12.0  # s
 
 Rule = Callable[[int, float], float]
+Array = NDArray[np.float64]
 
 
 def rules(period: float, seed: int) -> dict[str, Rule]:
@@ -40,15 +43,10 @@ def rules(period: float, seed: int) -> dict[str, Rule]:
     }
 
 
-def squared_error(controller: Controller, rule: Rule, seed: int) -> float:
-    """Return the mean squared error (rad^2/s^2) under a correction, for one plan and noise."""
-    scenario = load_scenario().modified(seed=seed, duration=LEARNING + HOSTILE)
-    period, fine = scenario.sampling.period, scenario.joint.solver_period
-    steps, samples = round(period / fine), round((LEARNING + HOSTILE) / period)
-    plan = scenario.reference_velocity()[::steps]
-    noise = scenario.sensor.velocity_noise * np.random.default_rng([seed, 6]).standard_normal(samples)
-    joint, errors = Joint(scenario.joint), []
-    for sample in range(samples):
+def squared_error(controller: Controller, rule: Rule, joint: Joint, plan: Array, noise: Array, period: float) -> float:
+    """Return the mean squared error (rad^2/s^2) under a correction, for one plan and noise by sample."""
+    steps, errors = round(period / joint.model.solver_period), []
+    for sample in range(noise.size):
         state, begun = joint.state, sample * period >= LEARNING
         correction = CORRECTION * rule(sample, state.position) if begun else 0.0
         if begun:
@@ -60,27 +58,24 @@ def squared_error(controller: Controller, rule: Rule, seed: int) -> float:
             correction=correction,
             position=state.position,
         )
-        torque = min(max(torque, -LIMIT), LIMIT)
         for _ in range(steps):
-            joint.step(torque, fine)
+            joint.step(min(max(torque, -LIMIT), LIMIT), period / steps)
     return float(np.mean(np.square(errors)))
 
 
-def measure(seed: int) -> dict[str, tuple[float, float]]:
+def measure(seed: int) -> dict[str, list[float]]:
     """Return the mean squared errors of PI and adaptive by the name of the correction."""
-    scenario = load_scenario()
-    gains, period = scenario.feedback.gains, scenario.sampling.period
+    scenario = load_scenario().modified(seed=seed, duration=LEARNING + HOSTILE)
+    period = scenario.sampling.period
+    plan = scenario.reference_velocity()[:: round(period / scenario.joint.solver_period)]
+    noise = scenario.sensor.velocity_noise * np.random.default_rng([seed, 6]).standard_normal(plan.size - 1)
     found = {}
     for name, rule in rules(period, seed).items():
-        adaptive = AdaptiveController(
-            *gains,
-            period=period,
-            inertia=scenario.feedback.inertia,
-            stribeck_velocity=scenario.joint.stribeck_velocity,
-            parameters=WITH_GRAVITY,
-            torque_limit=LIMIT,
-        )
-        found[name] = squared_error(PI(*gains, period), rule, seed), squared_error(adaptive, rule, seed)
+        own = make_adaptive(scenario, parameters=WITH_GRAVITY, torque_limit=LIMIT)
+        found[name] = [
+            squared_error(controller, rule, Joint(scenario.joint), plan, noise, period)
+            for controller in (PI(*scenario.feedback.gains, period), own)
+        ]
     return found
 
 
@@ -98,7 +93,7 @@ def main(
         pi, own = 1e3 * np.sqrt(np.mean(squares, axis=0))
         worst = float(np.sqrt(np.max(squares[:, 1] / squares[:, 0])))
         table.add_row(name, f"{pi:.3g}", f"{own:.3g}", f"{own / pi:.2f}", f"{worst:.2f}")
-    Console().print(table)
+    wide_console().print(table)
 
 
 if __name__ == "__main__":

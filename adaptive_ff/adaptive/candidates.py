@@ -35,7 +35,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.candidate_state import CandidateState, forgetful, with_choice, with_turn
+from adaptive_ff.adaptive.candidate_state import CandidateState, forgetful, slides, with_choice, with_turn
 from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator import add_loads, scale_inertia_in_place
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
@@ -285,8 +285,8 @@ def fit_in_place(
         gain[i] *= estimator.fit_scale[i] / (unit * unit)
         factor[i, i] += prior
     # short bristles stand for a lag in time: a candidate of the other kind has a lag of its own
-    slides, slid = candidates.turn < estimator.candidates.size, candidates.chosen < estimator.candidates.size
-    alike = slides == slid
+    bends = candidate_distance(estimator, candidates.turn) > 0.0
+    alike = bends != slides(candidates)
     for i in range(size - 1):  # the last is not among what the estimator in use knows
         if alike or i != FRICTION_LAG:
             gain[i] += prior * (recursion.estimate[i] - estimate[i]) / estimator.fit_scale[i]

@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.identify.open_loop import OpenLoopModel, Record
-from adaptive_ff.identify.open_loop_slopes import errors_and_slopes, parameters_of, with_parameters
+from adaptive_ff.identify.open_loop import OpenLoopModel
+from adaptive_ff.identify.open_loop_slopes import Training, errors_and_slopes, parameters_of, with_parameters
 from adaptive_ff.logs.derivatives import Array
 
 UNIT = 0.01
@@ -41,27 +41,6 @@ DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-9, 1e6
 
 FLOOR = 1e-9
 """Least entry of this diagonal, over their trace."""
-
-
-class Training(NamedTuple):
-    """What a model is fitted to.
-
-    Attributes
-    ----------
-    record : Record
-        The log.
-    starts : ndarray of int
-        Samples that simulations start at.
-    length : int
-        Samples of each.
-    skipped : int
-        Samples at the start of each that do not count.
-    """
-
-    record: Record
-    starts: NDArray[np.int64]
-    length: int
-    skipped: int
 
 
 class Shrunk(NamedTuple):
@@ -90,9 +69,8 @@ class _Problem(NamedTuple):
 
     def at(self, parameters: Array) -> tuple[Array, Array]:
         """Return what is to be small, and its derivatives by the free parameters over their scales."""
-        model, training = with_parameters(self.begin, parameters), self.training
-        found = errors_and_slopes(model, training.record, training.starts, training.length, training.skipped, STRIDE)
-        unit = UNIT * float(np.std(training.record.position)) * np.sqrt(found[0].size)
+        found = errors_and_slopes(with_parameters(self.begin, parameters), self.training, STRIDE)
+        unit = UNIT * float(np.std(self.training.record.position)) * np.sqrt(found[0].size)
         left = np.concatenate([found[0] / unit, self.weights @ (parameters / self.scales)])
         slopes = np.vstack([found[1] * (self.scales / unit), self.weights])
         return left, slopes[:, self.free]

@@ -12,6 +12,7 @@ direction of motion. It is differentiated exactly. Only the fit uses it: such a 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
@@ -27,6 +28,27 @@ SMOOTH = 0.0005
 
 The larger it is, the further the fit is from the model that is used: with 0.002, blocks held out came out worse.
 """
+
+
+class Training(NamedTuple):
+    """What a model is fitted to: simulations of parts of a log.
+
+    Attributes
+    ----------
+    record : Record
+        The log.
+    starts : ndarray of int
+        Samples that simulations start at.
+    length : int
+        Samples of each.
+    skipped : int
+        Samples at the start of each that do not count.
+    """
+
+    record: Record
+    starts: NDArray[np.int64]
+    length: int
+    skipped: int
 
 
 @register_jitable
@@ -157,23 +179,15 @@ def with_parameters(model: OpenLoopModel, parameters: Array) -> OpenLoopModel:
     )
 
 
-def errors_and_slopes(
-    model: OpenLoopModel, record: Record, starts: NDArray[np.int64], length: int, skipped: int, stride: int
-) -> tuple[Array, Array]:
+def errors_and_slopes(model: OpenLoopModel, training: Training, stride: int) -> tuple[Array, Array]:
     """Simulate from each start, and return errors of position with their derivatives.
 
     Parameters
     ----------
     model : OpenLoopModel
         The model.
-    record : Record
-        The log.
-    starts : ndarray of int
-        Samples that simulations start at.
-    length : int
-        Samples of each.
-    skipped : int
-        Samples at the start of each that do not count.
+    training : Training
+        What is simulated.
     stride : int
         Every so many samples count; the error is an integral, and changes little from one to the next.
 
@@ -184,11 +198,11 @@ def errors_and_slopes(
     ndarray, shape (n, parameters)
         Its derivatives, in the order of :func:`parameters_of`.
     """
-    parameters = parameters_of(model)
-    errors = np.empty(starts.size * (length // stride + 1))
+    parameters, record = parameters_of(model), training.record
+    errors = np.empty(training.starts.size * (training.length // stride + 1))
     slopes = np.empty((errors.size, parameters.size))
     width = (model.high - model.low) / max(1, model.force.size - 1)
     place = model.force.size, model.low, width, model.variation
     smooth = SMOOTH * float(np.sqrt(np.mean(record.velocity**2)))
-    count = follow_with_slopes(parameters, *place, record, starts, length, skipped, stride, smooth, errors, slopes)
+    count = follow_with_slopes(parameters, *place, *training, stride, smooth, errors, slopes)
     return errors[:count], slopes[:count]

@@ -26,7 +26,8 @@ from adaptive_ff.identify.filtering import uniform
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.map_columns import MapAsked, check_asked
 from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
-from adaptive_ff.identify.open_loop_fit import Training, fit_path
+from adaptive_ff.identify.open_loop_fit import fit_path
+from adaptive_ff.identify.open_loop_slopes import Training
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.logs.derivatives import Array, lowpass
 from adaptive_ff.logs.log import Log

@@ -7,8 +7,8 @@ from adaptive_ff import InputError
 from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.identify import score
 from adaptive_ff.identify.open_loop import OpenLoopModel, Record
-from adaptive_ff.identify.open_loop_fit import Training, fit_path
-from adaptive_ff.identify.open_loop_slopes import errors_and_slopes, parameters_of, with_parameters
+from adaptive_ff.identify.open_loop_fit import fit_path
+from adaptive_ff.identify.open_loop_slopes import Training, errors_and_slopes, parameters_of, with_parameters
 from adaptive_ff.identify.score import Choice, choose_structure, score_log
 from adaptive_ff.logs.log import Log
 
@@ -61,8 +61,8 @@ def test_a_map_is_chosen_where_the_other_record_needs_it(monkeypatch):
 
 def test_slopes_are_those_of_difference_quotients():
     model, record = _wavy(), _record_of(_wavy())
-    starts = np.array([100, 2000])
-    slopes = errors_and_slopes(model, record, starts, 1500, 20, 10)[1]
+    training = Training(record, np.array([100, 2000]), 1500, 20)
+    slopes = errors_and_slopes(model, training, 10)[1]
     parameters = parameters_of(model)
     for place, value in enumerate(parameters):
         step = 1e-5 * max(abs(value), 0.1)
@@ -70,14 +70,14 @@ def test_slopes_are_those_of_difference_quotients():
         for side in (step, -step):
             moved = parameters.copy()
             moved[place] += side
-            sides.append(errors_and_slopes(with_parameters(model, moved), record, starts, 1500, 20, 10)[0])
+            sides.append(errors_and_slopes(with_parameters(model, moved), training, 10)[0])
         quotient = (sides[0] - sides[1]) / (2.0 * step)
         assert slopes[:, place] == pytest.approx(quotient, abs=1e-3 * np.max(np.abs(quotient)))
 
 
 def test_motion_that_is_fitted_is_nearly_that_of_the_model():
     record = _record_of(_wavy())
-    fitted = errors_and_slopes(_wavy(), record, np.array([0]), 5000, 20, 10)[0]
+    fitted = errors_and_slopes(_wavy(), Training(record, np.array([0]), 5000, 20), 10)[0]
     assert np.max(np.abs(fitted)) < 0.01 * np.std(record.position)
 
 
