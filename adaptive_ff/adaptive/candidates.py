@@ -6,11 +6,12 @@ micro-damping, ``exp(-(w/Vs)^2) s (dU/dt)/Vs`` with ``U = g + h``. A few candida
 run beside what is in use. Candidate ``i`` has filters of its own for these columns over the reference, which are free
 of noise, and fading second moments of its row ``x_i``, which are the normal equations of least squares:
 
-    S_i <- S_i + (1 - lambda) (x_i x_i' - S_i),    x_i = (w''_f, w'_f, g_f, h_f, w_f, -u'_f, 1, .., micro; u_f)
+    S_i <- S_i + v (1 - lambda) (x_i x_i' - S_i),    x_i = (w''_f, w'_f, g_f, h_f, w_f, -u'_f, 1, .., micro; u_f)
 
-All else is common to the candidates; ``u_f`` is measured, less the known loads. Its estimate ``P_i`` is fitted to these
-moments by Gauss-Newton, one step of one candidate at a time, so that the time of a sample hardly grows with their
-number. The prior is the estimate in use, ``P``, which holds what the motion does not excite:
+All else is common to the candidates; ``u_f`` is measured, less the known loads. The weight ``v`` is one, and less
+where the candidate in use leaves an error that is out of proportion. The estimate ``P_i`` is fitted to these moments by
+Gauss-Newton, one step of one candidate at a time, so that the time of a sample hardly grows with their number. The
+prior is the estimate in use, ``P``, which holds what the motion does not excite:
 
     P_i <- P_i + (A_i + rho I)^-1 (b_i + rho (P - P_i))
 
@@ -35,6 +36,12 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_moments import (
+    complete_in_place,
+    note_moments_in_place,
+    residual_moments_in_place,
+    write_information,
+)
 from adaptive_ff.adaptive.candidate_state import CandidateState, forgetful, slides, with_choice, with_turn
 from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator import add_loads, scale_inertia_in_place
@@ -44,8 +51,6 @@ from adaptive_ff.model.bounds import (
     COULOMB,
     FRICTION_LAG,
     INERTIA,
-    STICTION,
-    STICTION_ASYMMETRY,
     VISCOUS,
     VISCOUS_ASYMMETRY,
 )
@@ -53,7 +58,6 @@ from adaptive_ff.model.friction import adhesion_share
 from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay
 from adaptive_ff.regression.torque_form import (
     BENT,
-    DAMPING,
     FILTER_ADHESION,
     FILTER_COULOMB,
     FILTER_SHARE,
@@ -74,11 +78,12 @@ MARGIN = 0.75
 """Mean squared error of a candidate over that of the one in use, below which it takes its place."""
 
 BENT_MARGIN = 0.3
-"""The same where the candidate has a presliding distance: a load that depends on position looks like bristles.
+"""The same where the candidate has a presliding distance: a load that depends on position looks like bristles."""
 
-Short ones, too: at 0.6 for the shortest 1e5 N m/rad would settle at 5.74 instead of 5.31 times less than PI and an
-elasto-plastic joint at 5.6 instead of 4.4, but a lagged joint whose plan was lost for 2 s took bristles for its lag and
-kept them, with 1.35 times the error.
+SHORT_MARGIN = 0.7
+"""The same where that is a short one, up to ``Vs`` by the pole of the filters, ``Vs J/Kp`` by default.
+
+It, or a lag in time, whichever is in use first, makes the joint move so that it fits: what stays has to be taken early.
 """
 
 RETURN_MARGIN = 1.5
@@ -87,12 +92,8 @@ RETURN_MARGIN = 1.5
 Else bristles that a disturbance of the plan has feigned would stay for ever: where there are none, both leave the same.
 """
 
-SHORT_RETURN_MARGIN = 3.0
-"""The same where the one in use has a short one, of ``Vs`` by the pole of the filters, ``Vs J/Kp`` by default.
-
-That can stand for a lag in time: a lagged joint that had taken it after 2 s of garbage for a plan had no lag left to be
-identified, and kept it, with 1.35 times the error.
-"""
+SHORT_RETURN_MARGIN = 1.3
+"""The same where the one in use has a short one."""
 
 FIRST = 1.0
 """Time for which there must have been moments before that, in memories of the estimator."""
@@ -191,80 +192,6 @@ def follow_candidates_in_place(
 
 
 @register_jitable(forceinline=True)
-def note_moments_in_place(candidates: CandidateState, share: float, first: int, last: int, factor: float) -> None:
-    """Take the row into account with a share, for candidates from one place to before another.
-
-    Its columns ``g``, ``h`` and micro-damping are each candidate's own; friction is multiplied by a factor.
-    """
-    row, size = candidates.row, candidates.row.size
-    for i in range(first, last):
-        filters, moments = candidates.filters[i], candidates.moments[i]
-        row[COULOMB + 1] = factor * filters[0, 0]
-        row[STICTION + 1] = factor * filters[1, 0]
-        if filters.shape[0] > 2:
-            row[STICTION_ASYMMETRY + 1] = factor * filters[2, 0]
-        row[size - 2] = 0.0
-        if candidates.bent.shape[0] > 0:
-            bent = i - (candidates.errors.size - candidates.bent.shape[0])
-            if bent >= 0:
-                row[size - 2] = candidates.bent[bent, DAMPING, 0]
-        for j in range(size):
-            for k in range(j + 1):
-                moments[j, k] += share * (row[j] * row[k] - moments[j, k])
-
-
-@register_jitable(forceinline=True)
-def complete_in_place(matrix: NDArray[np.float64]) -> None:
-    """Write the upper triangle of a symmetric matrix, of which the lower one is given."""
-    for i in range(matrix.shape[0]):
-        for j in range(i):
-            matrix[j, i] = matrix[i, j]
-
-
-@register_jitable(forceinline=True)
-def residual_moments_in_place(
-    moments: NDArray[np.float64], estimate: NDArray[np.float64], correlation: NDArray[np.float64]
-) -> float:
-    """Return the mean squared error that an estimate leaves, and write its mean products with the regressors."""
-    inertia, lag, last = estimate[INERTIA], estimate[FRICTION_LAG], estimate.size + 1
-    for j in range(last + 1):
-        predicted = inertia * (moments[1, j] + lag * moments[0, j])
-        for i in range(COULOMB, estimate.size):
-            predicted += estimate[i] * moments[i + 1, j]
-        correlation[j] = moments[last, j] - predicted
-    squared = correlation[last] - inertia * (correlation[1] + lag * correlation[0])
-    for i in range(COULOMB, estimate.size):
-        squared -= estimate[i] * correlation[i + 1]
-    return max(float(squared), 0.0)
-
-
-@register_jitable(forceinline=True)
-def write_information(
-    estimator: EstimatorParameters,
-    moments: NDArray[np.float64],
-    estimate: NDArray[np.float64],
-    products: NDArray[np.float64],
-    information: NDArray[np.float64],
-) -> None:
-    """Write the moments of the scaled gradient into the first places of a matrix; ``products`` is scratch."""
-    inertia, lag, size = estimate[INERTIA], estimate[FRICTION_LAG], estimate.size
-    for j in range(size + 2):
-        for i in range(size):
-            products[i, j] = moments[i + 1, j]
-        products[INERTIA, j] += lag * moments[0, j]
-        products[FRICTION_LAG, j] += inertia * moments[0, j]
-    unit = estimator.torque_scale * estimator.torque_scale
-    for i in range(size):
-        for j in range(size):
-            product = products[i, j + 1]
-            if j == INERTIA:
-                product += lag * products[i, 0]
-            elif j == FRICTION_LAG:
-                product += inertia * products[i, 0]
-            information[i, j] = estimator.fit_scale[i] * estimator.fit_scale[j] / unit * product
-
-
-@register_jitable(forceinline=True)
 def fit_in_place(
     estimator: EstimatorParameters, recursion: ResettingState, candidates: CandidateState, ranges: NDArray[np.float64]
 ) -> bool:
@@ -320,7 +247,7 @@ def margin_of(present: float, tried: float, short: float) -> float:
         Longest distance that a lag in time may be taken for, rad.
     """
     if tried > 0.0:
-        return BENT_MARGIN
+        return SHORT_MARGIN if tried <= short else BENT_MARGIN
     if present > short:
         return RETURN_MARGIN
     return SHORT_RETURN_MARGIN if present > 0.0 else MARGIN

@@ -8,7 +8,8 @@ from closed_loops import drive, lay_course, make
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_choice
-from adaptive_ff.adaptive.candidates import margin_of, residual_moments_in_place
+from adaptive_ff.adaptive.candidate_moments import OUTLIER, residual_moments_in_place, robust_share
+from adaptive_ff.adaptive.candidates import margin_of
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import predict_torque
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
@@ -156,7 +157,20 @@ def test_distances_that_are_no_grid_are_refused(factors):
 
 def test_bristles_must_be_clearly_better_and_stay_so():
     assert margin_of(0.0, 0.0, 0.001) == 0.75
-    assert margin_of(0.0, 0.01, 0.001) == margin_of(0.02, 0.01, 0.001) == margin_of(0.0, 0.001, 0.001) == 0.3
+    assert margin_of(0.0, 0.01, 0.001) == margin_of(0.02, 0.01, 0.001) == margin_of(0.001, 0.01, 0.001) == 0.3
     assert margin_of(0.01, 0.0, 0.001) == 1.5
-    assert margin_of(0.001, 0.0, 0.001) == 3.0
-    assert 0.3 * margin_of(0.001, 0.0, 0.001) < 1.0, "or the choice would toggle"
+    assert margin_of(0.0, 0.001, 0.001) == margin_of(0.01, 0.001, 0.001) == 0.7
+    assert margin_of(0.001, 0.0, 0.001) == 1.3
+    for distance in (0.001, 0.01):
+        once, back = margin_of(0.0, distance, 0.001), margin_of(distance, 0.0, 0.001)
+        assert once * back < 1.0, "or the choice would toggle"
+
+
+@pytest.mark.parametrize(("torque", "weight"), [(0.0, 1.0), (12.0, 1.0), (40.0, 0.1), (-40.0, 0.1)])
+def test_a_row_whose_error_is_out_of_proportion_counts_for_less(torque, weight):
+    candidates = AdaptiveController(100.0, 500.0, **SETTINGS).state.estimator.candidates
+    candidates.row[:] = 0.0
+    candidates.row[-1] = torque
+    assert robust_share(candidates, 0.5, 1.0) == 0.5, "before an error is known"
+    candidates.errors[candidates.chosen] = 160.0 / OUTLIER
+    assert robust_share(candidates, 0.5, 1.0) == pytest.approx(0.5 * weight)
