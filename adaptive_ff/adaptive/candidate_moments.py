@@ -39,13 +39,19 @@ def write_own_columns_in_place(candidates: CandidateState, place: int, factor: f
 
 
 @register_jitable(forceinline=True)
+def left_of(row: NDArray[np.float64], estimate: NDArray[np.float64]) -> float:
+    """Return what an estimate leaves of the last element of a row, the torque, or of its products with the others."""
+    left = row[estimate.size + 1] - estimate[INERTIA] * (row[1] + estimate[FRICTION_LAG] * row[0])
+    for i in range(COULOMB, estimate.size):
+        left -= estimate[i] * row[i + 1]
+    return left  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
 def robust_share(candidates: CandidateState, share: float, factor: float) -> float:
     """Return the share of the row: less of it where the candidate in use leaves an error that is out of proportion."""
     write_own_columns_in_place(candidates, candidates.chosen, factor)
-    row, estimate = candidates.row, candidates.estimates[candidates.chosen]
-    left = row[row.size - 1] - estimate[INERTIA] * (row[1] + estimate[FRICTION_LAG] * row[0])
-    for i in range(COULOMB, estimate.size):
-        left -= estimate[i] * row[i + 1]
+    left = left_of(candidates.row, candidates.estimates[candidates.chosen])
     most = OUTLIER * candidates.errors[candidates.chosen]
     return share * most / (left * left) if 0.0 < most < left * left else share
 
@@ -81,10 +87,7 @@ def residual_moments_in_place(
         for i in range(COULOMB, estimate.size):
             predicted += estimate[i] * moments[i + 1, j]
         correlation[j] = moments[last, j] - predicted
-    squared = correlation[last] - inertia * (correlation[1] + lag * correlation[0])
-    for i in range(COULOMB, estimate.size):
-        squared -= estimate[i] * correlation[i + 1]
-    return max(float(squared), 0.0)
+    return max(left_of(correlation, estimate), 0.0)
 
 
 @register_jitable(forceinline=True)
