@@ -54,8 +54,10 @@ class Memory:
     @value.setter
     def value(self, value: Any) -> None:
         self._template = value  # keeps the arrays alive, too
-        self._arrays = {array.ctypes.data: array for array in _arrays(value)}
-        self._format.pack_into(self._buffer, 0, *_leaves(value))
+        words: list[Any] = []
+        self._arrays: dict[int, np.ndarray[Any, Any]] = {}
+        _spread(value, words, self._arrays)
+        self._format.pack_into(self._buffer, 0, *words)
 
 
 def structure(value: Any) -> Hashable:
@@ -118,22 +120,17 @@ def _format(places: list[tuple[str, int]]) -> str:
     return "".join(parts)
 
 
-def _leaves(value: Any) -> Iterator[Any]:
+def _spread(value: Any, words: list[Any], arrays: dict[int, np.ndarray[Any, Any]]) -> None:
+    """Append the numbers of a value and the descriptors of its arrays, in order; collect the arrays by address."""
     if isinstance(value, tuple):
         for item in value:
-            yield from _leaves(item)
+            _spread(item, words, arrays)
     elif isinstance(value, np.ndarray):
-        yield from (0, 0, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
+        address = value.ctypes.data
+        words += (0, 0, value.size, value.itemsize, address, *value.shape, *value.strides)
+        arrays[address] = value
     else:
-        yield value
-
-
-def _arrays(value: Any) -> Iterator[np.ndarray[Any, Any]]:
-    if isinstance(value, tuple):
-        for item in value:
-            yield from _arrays(item)
-    elif isinstance(value, np.ndarray):
-        yield value
+        words.append(value)
 
 
 def _rebuilt(template: Any, words: Iterator[Any], arrays: dict[int, Any]) -> Any:

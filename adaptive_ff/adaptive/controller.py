@@ -132,6 +132,8 @@ class AdaptiveBase(IdentifyingController):
     @property
     def learnt_map(self) -> LearntMap | None:
         """Friction over position and load as it is learnt and fed; None for a controller without a map."""
+        if self._state.estimator.friction_map.coefficients.size == 0:  # known without reading the state from memory
+            return None
         return read_map(self.parameters.estimator.friction_map, self.state.estimator.friction_map)
 
     def diagnose(self, run: "Recorded | None" = None) -> "Diagnosis":

@@ -18,9 +18,10 @@ from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.scenario.series import largest_size
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.workers import pool_of_workers
-from plant import check_factor, schedule, steepest_fall
+from plant import AnyJoint, check_factor, schedule, steepest_fall
 
 CONTROLLERS = ("pi", "oracle", "adaptive")
 
@@ -87,23 +88,29 @@ def draw_scenario(scenario: Scenario, seed: int, draw: int) -> Scenario:
         feedback = {"inertia": assumed_inertia, "proportional": proportional, "integral": integral}
     else:
         feedback = {"inertia": assumed_inertia, "bandwidth": scenario.feedback.hertz}
-    table["solver_period"] = longest_period(scenario, table)
-    drawn = scenario.modified(
-        seed=int(generator.integers(2**31)),
+    own_seed, limit = int(generator.integers(2**31)), scenario.actuator.torque_limit
+    drawn = drawn_joint(scenario, table)
+    table["solver_period"] = scenario.joint.solver_period if drawn is None else drawn.solver_period
+    drive = {}
+    if drawn is not None and limit is not None:  # a copy without checks: of it only the needed torque is asked for
+        alike = scenario.model_copy(update={"seed": own_seed, "joint": drawn})
+        drive = {"actuator": {"torque_limit": limit * needed_torque(alike) / needed_torque(scenario)}}
+    return scenario.modified(
+        seed=own_seed,
         controllers=list(CONTROLLERS),
         joint=table,
         sensor={"velocity_noise": noise},
         feedback=feedback,
         adaptation={"stribeck_velocity": assumed_velocity},
+        **drive,
     )
-    limit = scenario.actuator.torque_limit
-    if limit is None:
-        return drawn
-    return drawn.modified(actuator={"torque_limit": limit * needed_torque(drawn) / needed_torque(scenario)})
 
 
-def longest_period(scenario: Scenario, table: dict[str, float]) -> float:
-    """Return the longest part of the solver period (s) for which the step of a joint with other fields is unique."""
+def drawn_joint(scenario: Scenario, table: dict[str, float]) -> AnyJoint | None:
+    """Return a scenario's joint with other fields, and the longest part of its solver period that leaves one solution.
+
+    None where the step of the joint is ambiguous even with the shortest part; what makes a scenario of it says why.
+    """
     period: float = scenario.joint.solver_period
     fields = {**scenario.joint.model_dump(exclude_unset=True), **table}
     for parts in (2**power for power in range(FINEST.bit_length())):
@@ -113,8 +120,8 @@ def longest_period(scenario: Scenario, table: dict[str, float]) -> float:
             check_factor(joint.parameters, plan, period / parts, joint.weight.amplitude)
         except ValueError:
             continue
-        return float(period / parts)
-    return period  # refused with a reason where the scenario is made
+        return joint
+    return None
 
 
 def fall_over_gain(scenario: Scenario) -> float:
@@ -131,8 +138,8 @@ def class_of(fall: float) -> str:
 def needed_torque(scenario: Scenario) -> float:
     """Return a bound on the torque that the reference needs, N m."""
     joint, reference = scenario.joint, scenario.reference_velocity()
-    fastest = float(np.max(np.abs(np.diff(reference)))) / joint.solver_period
-    friction = max(joint.stiction, joint.coulomb + joint.viscous * float(np.max(np.abs(reference))))
+    fastest = largest_size(np.diff(reference)) / joint.solver_period
+    friction = max(joint.stiction, joint.coulomb + joint.viscous * largest_size(reference))
     return joint.inertia * fastest + friction
 
 

@@ -43,7 +43,7 @@ class Run:
     time : ndarray, shape (samples,)
         Times of the samples, s.
     solver_time : ndarray, shape (steps + 1,)
-        The solver's grid, s.
+        The solver's grid, s, read-only: runs share it.
     reference, velocity : ndarray, shape (steps + 1,)
         Reference and true velocity on the solver's grid, rad/s. Of a thinned run there is no such grid: these, their
         times and the position error are at the samples that are kept, as all series are.
@@ -258,7 +258,7 @@ def _finished(
     with np.errstate(over="ignore", invalid="ignore"):
         metrics = evaluate(time, course.reference, record.velocity, record.torque, scenario.last_change)
     _check_finite(name, metrics)
-    grid = time[course.samples[:-1]], time
+    grid = _times(course, slice(-1)), time
     run = _recorded(name, scenario, grid, course.reference, record, metrics, names, watched)
     if scenario.position is None:
         return run

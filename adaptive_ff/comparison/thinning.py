@@ -8,8 +8,9 @@ import numpy as np
 from adaptive_ff.comparison.running import Drive, ends_of_parts, report
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, Record, empty_record
 from adaptive_ff.simulation.loop import start_position
+from adaptive_ff.simulation.metrics import first_motion
 from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
-from adaptive_ff.simulation.running_metrics import RunningMetrics, first_motion
+from adaptive_ff.simulation.running_metrics import RunningMetrics
 from controllers.arrays import NDArray
 
 

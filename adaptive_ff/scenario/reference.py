@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.text_tables import read_complete_table
 from adaptive_ff.scenario.series import blocks, largest_size
+from adaptive_ff.scenario.sines import sum_of_sines
 from plant.fields import Finite, NonNegative, Positive, Table
 
 SHORTEST = 60.0
@@ -64,17 +65,18 @@ class Multisine(Table):
     def velocity(self, time: NDArray[np.float64], generator: np.random.Generator) -> NDArray[np.float64]:
         """Return the velocity (rad/s) on an even grid of times (s) from zero; without a peak one of 1 rad/s."""
         phases = generator.uniform(0.0, 2.0 * math.pi, len(self.frequencies))
-        velocity = np.zeros_like(time)
-        largest = max(abs(amplitude) for amplitude in self.amplitudes)
-        for part in blocks(time.size):
-            for frequency, amplitude, phase in zip(self.frequencies, self.amplitudes, phases, strict=True):
-                sine = sine_on_grid(2.0 * math.pi * frequency, float(phase), time[part])
-                velocity[part] += amplitude / largest * sine
+        amplitudes = np.array(self.amplitudes)
+        weights = amplitudes / np.max(np.abs(amplitudes))
+        velocity = sum_of_sines(2.0 * math.pi * np.array(self.frequencies), phases, weights, time)
         peak = 1.0 if self.peak is None else self.peak
         velocity *= peak / max(largest_size(velocity), np.finfo(float).tiny)
-        for part in blocks(time.size):
+        for part in blocks(self._end_of_fades(time)):
             velocity[part] *= self._share(time[part])
         return velocity
+
+    def _end_of_fades(self, time: NDArray[np.float64]) -> int:
+        """Return the place in a grid of times (s) from which on nothing fades; with a pause, its end."""
+        return time.size if self.pause is not None else int(np.searchsorted(time, self.fade_in))
 
     def _share(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return by how much the motion is faded in, and out and in about its pause."""
@@ -90,18 +92,6 @@ class Multisine(Table):
             return np.where(time >= 0.0, 1.0, 0.0)
         share = np.clip(time / self.fade_in, 0.0, 1.0)
         return share * share * (3.0 - 2.0 * share)
-
-
-def sine_on_grid(omega: float, phase: float, time: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``sin(omega t + phase)`` on an even grid of times, right to some units in the last place of 1.
-
-    By the sine of a sum, ``t`` being the begin of a block and the time in it: a tenth of the time of as many sines.
-    """
-    length = math.isqrt(time.size) + 1
-    inside, begins = omega * (time[:length] - time[0]), omega * time[::length] + phase
-    table = np.outer(np.sin(begins), np.cos(inside))
-    table += np.outer(np.cos(begins), np.sin(inside))
-    return table.ravel()[: time.size]
 
 
 class Recorded(Table):

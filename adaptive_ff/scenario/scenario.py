@@ -15,7 +15,7 @@ from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
-from adaptive_ff.scenario.series import blocks
+from adaptive_ff.scenario.series import size_and_lost_share
 from adaptive_ff.scenario.shared_series import SharedSeries
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
@@ -47,6 +47,9 @@ LOST_BETWEEN_SAMPLES = 0.2
 
 MOTIONS = SharedSeries()
 """Motions, by all that they depend on."""
+
+GRIDS = SharedSeries()
+"""Times of the solver's steps, by their number and period."""
 
 BUILT_IN = Path(__file__).with_name("reference_joint.toml")
 """The built-in scenario."""
@@ -222,8 +225,9 @@ class Scenario(Table):
         return self.delay if self.feedback.delay is None else self.feedback.delay / self.sampling.period
 
     def times(self) -> NDArray[np.float64]:
-        """Return the solver's grid, s, shape (steps + 1,)."""
-        return np.arange(self.sample_steps[-1] + 1, dtype=float) * self.joint.solver_period
+        """Return the solver's grid, s, shape (steps + 1,), read-only: scenarios share it."""
+        steps, period = int(self.sample_steps[-1]), self.joint.solver_period
+        return GRIDS.get((steps, period), lambda: np.arange(steps + 1, dtype=float) * period)
 
     @property
     def velocity_estimator(self) -> Any:
@@ -271,59 +275,53 @@ class Scenario(Table):
         InputError
             The reference changes faster than the controller samples.
         """
-        unit = self._unit_motion()
-        size, lost = self._size_and_lost_share(unit)
+        unit, factor = self._checked_motion()
         with np.errstate(over="ignore", invalid="ignore"):
-            velocity = unit.copy()
-            if isinstance(self.reference, Multisine) and self.reference.peak is None:
-                limit, period = self.actuator.torque_limit, self.joint.solver_period
-                peak = default_peak(self.joint, limit, velocity, period)
-                velocity *= peak
-                size *= peak
+            return unit * factor
+
+    def check_reference(self) -> None:
+        """Raise where :meth:`reference_velocity` does, without a copy of the reference."""
+        self._checked_motion()
+
+    def _checked_motion(self) -> tuple[NDArray[np.float64], float]:
+        """Return the reference before its peak is chosen where none is given, read-only, and its factor."""
+        unit, size, lost = self._unit_motion()
+        factor = 1.0
+        if isinstance(self.reference, Multisine) and self.reference.peak is None:
+            with np.errstate(over="ignore", invalid="ignore"):
+                factor = default_peak(self.joint, self.actuator.torque_limit, unit, self.joint.solver_period)
+                size *= factor
         if not math.isfinite(size):
             raise InputError("reference: its velocity does not stay finite; its values must be smaller")
-        if self.samples > 1 and lost > LOST_BETWEEN_SAMPLES:
+        if lost > LOST_BETWEEN_SAMPLES and self.samples > 1:
             raise InputError(
                 f"reference: {lost * size:.3g} of {size:.3g} rad/s (rms) lie between the samples; the reference must "
                 f"be slow against sampling.period = {self.sampling.period:g} s"
             )
-        return velocity
+        return unit, factor
 
-    def _unit_motion(self) -> NDArray[np.float64]:
-        """Return the reference before its peak is chosen where none is given, read-only; computed once for a seed."""
-        if isinstance(self.reference, Recorded):  # its file may change from one reading to the next
-            assert self.motion is not None
-            return self.motion.velocity(self.times())
-        reference = self.reference
-        key = (*self._motion_key, int(self.sample_steps[-1]))
-        return MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([self.seed, 0])))
+    def _unit_motion(self) -> tuple[NDArray[np.float64], float, float]:
+        """Return the reference before its peak is chosen where none is given, read-only, its size and the share lost.
 
-    @property
-    def _motion_key(self) -> tuple[str, int, float]:
-        """What decides the reference but for its length; the seed does where something of it is drawn."""
-        seed = self.seed if isinstance(self.reference, Multisine) else 0
-        return self.reference.model_dump_json(), seed, self.joint.solver_period
+        The size is a root mean square, and so is the share of it that is lost between samples. Computed once for what
+        decides them: the seed does where something of the reference is drawn.
+        """
+        reference, steps = self.reference, self.sample_steps
 
-    def _size_and_lost_share(self, unit: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the size (rms) of the reference before its peak is chosen, and the share lost between samples."""
-
-        def compute() -> NDArray[np.float64]:
-            steps, period = self.sample_steps, self.joint.solver_period
-            total = missing = 0.0
+        def measure() -> NDArray[np.float64]:
             with np.errstate(over="ignore", invalid="ignore"):
-                for part in blocks(unit.size):
-                    seen = np.interp(period * np.arange(part.start, part.stop), period * steps, unit[steps])
-                    total += float(np.sum(np.square(unit[part])))
-                    missing += float(np.sum(np.square(unit[part] - seen)))
-            size, lost = math.sqrt(total / unit.size), math.sqrt(missing / unit.size)
-            return np.array([size, lost / size if size > 0.0 else 0.0])
+                return np.array(size_and_lost_share(unit, steps))
 
-        if isinstance(self.reference, Recorded):
-            size, share = compute().tolist()
-        else:
-            key = (*self._motion_key, self.length, self.sampling.model_dump_json())
-            size, share = MOTIONS.get(key, compute).tolist()
-        return size, share
+        if isinstance(reference, Recorded):  # its file may change from one reading to the next
+            assert self.motion is not None
+            unit = self.motion.velocity(self.times())
+            size, lost = measure().tolist()
+            return unit, size, lost
+        seed = self.seed if isinstance(reference, Multisine) else 0
+        key = (reference.model_dump_json(), seed, self.joint.solver_period, int(steps[-1]))
+        unit = MOTIONS.get(key, lambda: reference.velocity(self.times(), np.random.default_rng([self.seed, 0])))
+        size, lost = MOTIONS.get((*key, self.sampling), measure).tolist()
+        return unit, size, lost
 
     def noise(self) -> NDArray[np.float64]:
         """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""
@@ -401,7 +399,7 @@ def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = Non
     try:
         scenario = Scenario.model_validate(content)
         scenario.__dict__["name"] = name  # in the place of the cached property: no field, so that it is no setting
-        scenario.reference_velocity()
+        scenario.check_reference()
     except ValidationError as error:
         raise InputError(f"{name}: {explain(error, Scenario)}") from error
     except InputError as error:

@@ -1,5 +1,6 @@
-"""Long series: in blocks, and their largest size without a copy of them."""
+"""Long series: in blocks, their largest size without a copy of them, and what is lost between their samples."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,12 +10,42 @@ BLOCK = 2**18
 """Values of a series that are computed at a time."""
 
 
-def blocks(size: int) -> Iterator[slice]:
+def blocks(size: int, length: int = BLOCK) -> Iterator[slice]:
     """Yield a series in blocks, so that what is computed on the way takes no room that grows with its length."""
-    for begin in range(0, size, BLOCK):
-        yield slice(begin, min(begin + BLOCK, size))
+    for begin in range(0, size, length):
+        yield slice(begin, min(begin + length, size))
 
 
 def largest_size(values: NDArray[np.float64]) -> float:
     """Return the largest absolute value."""
     return max(float(np.max(values)), -float(np.min(values)))
+
+
+def size_and_lost_share(series: NDArray[np.float64], steps: NDArray[np.int64]) -> tuple[float, float]:
+    """Return the root mean square of a series, and the share of it that straight lines through its samples lose.
+
+    Parameters
+    ----------
+    series : ndarray, shape (n + 1,)
+        The series on an even grid.
+    steps : ndarray of int64, shape (m + 1,)
+        Places of the samples, from 0 to n, ascending.
+    """
+    samples, lost = steps.size - 1, 0.0
+    for part in blocks(samples, max(1, BLOCK * samples // series.size)):
+        ends = steps[part.start : part.stop + 1]
+        lost += _squares_off_the_lines(series[ends[0] : ends[-1] + 1], ends - ends[0])
+    size = math.sqrt(float(np.einsum("i,i->", series, series)) / series.size)
+    return size, math.sqrt(lost / series.size) / size if size > 0.0 else 0.0
+
+
+def _squares_off_the_lines(series: NDArray[np.float64], steps: NDArray[np.int64]) -> float:
+    """Return the sum of squares of what a series has beyond the straight lines through its samples."""
+    period = int(steps[1])
+    if np.any(np.diff(steps) != period):
+        return float(np.sum(np.square(series - np.interp(np.arange(series.size), steps, series[steps]))))
+    samples = series[::period]
+    first, rise = samples[:-1], np.diff(samples)
+    return sum(  # a quarter of the time of the interpolation
+        float(np.sum(np.square(series[place::period] - first - place / period * rise))) for place in range(1, period)
+    )

@@ -29,6 +29,7 @@ class SharedSeries:
 
     def __init__(self, room: int = ROOM) -> None:
         self._room = room
+        self._filled = 0
         self._kept: OrderedDict[Hashable, Array] = OrderedDict()
         self._lock = Lock()
 
@@ -42,12 +43,15 @@ class SharedSeries:
         series.flags.writeable = False
         if series.nbytes <= self._room:
             with self._lock:
-                self._kept[key] = series
-                while sum(kept.nbytes for kept in self._kept.values()) > self._room:
-                    self._kept.popitem(last=False)
+                if key not in self._kept:  # another thread may have been faster
+                    self._kept[key] = series
+                    self._filled += series.nbytes
+                while self._filled > self._room:
+                    self._filled -= self._kept.popitem(last=False)[1].nbytes
         return series
 
     def clear(self) -> None:
         """Keep nothing of what is kept now."""
         with self._lock:
             self._kept.clear()
+            self._filled = 0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.scenario.series import largest_size
+from adaptive_ff.scenario.series import blocks, largest_size
 
 START = 5.0
 """Length of the start, s of motion."""
@@ -14,6 +14,8 @@ START = 5.0
 CALM = 2.0
 """Time after which a joint whose reference stands still is expected to stand still, s."""
 
+FEW = 4096
+"""Steps of a reference that are searched for its first motion at a time; most begin to move at once."""
 
 METRIC_UNITS = {
     "rms_error": "rad/s",
@@ -93,16 +95,17 @@ def evaluate(
         Time of the last change of friction, s; zero without one.
     """
     error = reference - velocity
-    squares = np.square(error)
-    begin = int(np.argmax(reference != 0.0))
+    begin = first_motion(reference)
     start = slice(begin, int(np.searchsorted(time, time[begin] + START, side="right")))
     settled = slice(int(np.searchsorted(time, settled_start(last_change, float(time[-1])))), None)
+    largest, largest_settled = largest_size(error), largest_size(error[settled])
+    squares = np.square(error, out=error)
     return Metrics(
         root_of_mean(squares),
-        largest_size(error),
+        largest,
         root_of_mean(squares[start]),
         root_of_mean(squares[settled]),
-        largest_size(error[settled]),
+        largest_settled,
         float(np.sum(np.abs(np.diff(torque)))),
     )
 
@@ -117,6 +120,15 @@ def standstill_range(
     last_motion = np.maximum.accumulate(np.where(reference != 0.0, time, -np.inf))
     calm = (reference == 0.0) & (time - np.maximum(last_motion, time[0]) > CALM)
     return float(np.ptp(velocity[calm])) if np.any(calm) else None
+
+
+def first_motion(reference: NDArray[np.float64]) -> int:
+    """Return the first place at which a reference is not zero; zero where it never moves."""
+    for part in blocks(reference.size, FEW):
+        moving = reference[part] != 0.0
+        if np.any(moving):
+            return int(part.start + np.argmax(moving))
+    return 0
 
 
 def settled_start(last_change: float, end: float) -> float:

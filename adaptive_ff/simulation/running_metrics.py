@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.scenario.series import blocks, largest_size
+from adaptive_ff.scenario.series import largest_size
 from adaptive_ff.simulation.metrics import START, Metrics, PositionMetrics, settled_start
 
 
@@ -92,15 +92,6 @@ class RunningMetrics:
         """Figures of merit of the position."""
         whole, settled = self._position, self._settled_position
         return PositionMetrics(whole.rms, whole.largest, settled.rms, settled.largest)
-
-
-def first_motion(reference: NDArray[np.float64]) -> int:
-    """Return the first place at which a reference is not zero; zero where it never moves."""
-    for part in blocks(reference.size):
-        moving = reference[part] != 0.0
-        if np.any(moving):
-            return int(part.start + np.argmax(moving))
-    return 0
 
 
 def _step_from(period: float, time: float) -> int:

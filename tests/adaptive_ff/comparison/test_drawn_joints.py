@@ -16,8 +16,8 @@ from adaptive_ff.comparison.drawn_joints import (
     QUANTITIES,
     class_of,
     draw_scenario,
+    drawn_joint,
     fall_over_gain,
-    longest_period,
     needed_torque,
     quantities,
     run_draw,
@@ -27,6 +27,7 @@ from adaptive_ff.comparison.drawn_joints import (
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.scenario.file import to_toml
+from adaptive_ff.scenario.scenario import parse_scenario
 from plant import JointModel, whole_multiple
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})
@@ -55,14 +56,22 @@ def test_draws_lie_in_their_ranges_and_none_is_refused(draw):
     assert same_share == pytest.approx(SHORT.actuator.torque_limit / needed_torque(SHORT), rel=1e-3)
 
 
+def test_drive_without_a_limit_keeps_none():
+    free = SHORT.model_dump(exclude_unset=True)
+    del free["actuator"]["torque_limit"]
+    drawn = draw_scenario(parse_scenario(free, "free"), 3, 1)
+    assert drawn.actuator.torque_limit is None
+    assert drawn.joint == draw_scenario(SHORT, 3, 1).joint
+
+
 def test_joint_that_the_solver_period_is_too_long_for_gets_the_longest_that_is_not():
     light = {"inertia": 2.0, "coulomb": 600.0, "stiction": 1200.0, "friction_lag": 0.0}
-    period = longest_period(SHORT, light)
+    period = drawn_joint(SHORT, light).solver_period
     fields = {**light, "viscous": 80.0, "stribeck_velocity": 0.05}
     assert JointModel(**fields, solver_period=period).solver_period < 0.001
     with pytest.raises(ValueError, match="too long for this joint"):
         JointModel(**fields, solver_period=2.0 * period)
-    assert longest_period(SHORT, {}) == SHORT.joint.solver_period
+    assert drawn_joint(SHORT, {}) == SHORT.joint
 
 
 def test_classes_by_the_fall_of_friction_over_the_proportional_gain():

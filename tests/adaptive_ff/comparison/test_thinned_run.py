@@ -71,7 +71,7 @@ def test_series_take_no_memory_that_grows_with_the_run(monkeypatch):
 
     taken(1.0, 100)
     assert taken(600.0, 2000) < 1.2 * taken(150.0, 500)
-    assert taken(600.0, 1) > 20.0 * taken(600.0, 2000)
+    assert taken(600.0, 1) > 15.0 * taken(600.0, 2000)
 
 
 def test_a_long_run_is_thinned_unless_all_is_asked_for(monkeypatch):

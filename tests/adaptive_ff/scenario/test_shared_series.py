@@ -64,3 +64,12 @@ def test_reference_too_fast_for_one_sampling_is_still_refused_after_another():
     scenario = load_scenario().modified(duration=3.0, reference=wave, feedback={"bandwidth": 1.0})
     with pytest.raises(InputError, match="lie between the samples"):
         scenario.modified(sampling={"period": 0.1})
+
+
+def test_grid_of_times_is_shared_and_read_only():
+    scenario = load_scenario().modified(duration=3.0)
+    times = scenario.times()
+    np.testing.assert_array_equal(times, 0.001 * np.arange(3001))
+    assert scenario.modified(seed=5).times() is times
+    assert not times.flags.writeable
+    assert scenario.modified(joint={"solver_period": 0.0005}).times().size == 6001
