@@ -5,12 +5,18 @@ What moved the joint beyond what was fed forward, less what the change of the er
     res = u_act - u_fed - J_o ((w - w-) - (r - r-))/dt
     d(k) = d(k-1) + (1 - exp(-p dt)) (res - d(k-1))
 
-with the fed torque behind the drive's delay, torque and reference behind the low-pass of the measured velocity, and
-``J_o`` the smaller of identified and assumed inertia: with the identified one alone a Stribeck curve that falls
-steeply, which looks like a negative inertia, lets the observer grow. Fed back with a gain, ``u = u_ff + g d + PI``, it
-is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata, T. Murakami, "Motion control for advanced
-mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within ``1/p`` to what no identification can know yet:
-a start, a jump of friction, a load, a bristle that bends.
+with the fed torque behind the drive's delay, torque and reference behind the low-pass of the measured velocity. Fed
+back with a gain, ``u = u_ff + g d + PI``, it is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata,
+T. Murakami, "Motion control for advanced mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within
+``1/p`` to what no identification can know yet: a start, a jump of friction, a load, a bristle that bends.
+
+Its inertia ``J_o`` is the one ``J_n`` that the feedback was designed for, or the identified one ``J`` where that is
+smaller and the model fits, which its mean squared error ``<eps^2>`` (N m) tells:
+
+    J_o = J + q (J_n - J),    q = sat(<eps^2> / (4 (Kp s)^2) - 1)
+
+With half the load and the old inertia it would oscillate. But a Stribeck curve that falls steeply looks like a smaller
+inertia than there is, and with that the observer feeds back what accelerates the joint, which hunts.
 
 Where the feedforward leaves nothing, an observer feeds back noise. So ``g = min(g_d, max(g_r, g_e))``, gates that are
 open while the noise is not known:
@@ -185,7 +191,7 @@ def observe(
     torque : float
         Torque that the drive gave over the period, all of it, N m.
     inertia : float
-        Identified inertia, kg m^2.
+        Inertia ``J_o``, kg m^2.
     reference, correction, velocity : float
         Plan, what an outer loop adds to it for the feedback, and measured velocity, now, rad/s.
     held : bool
@@ -199,7 +205,7 @@ def observe(
         seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
     change = (velocity - state.velocity) - (seen - state.reference)
-    residual = lacking - min(inertia, observer.inertia) * change / duration
+    residual = lacking - inertia * change / duration
     now = seen + correction - velocity
     sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
     share = -math.expm1(-observer.pole * duration)
@@ -234,6 +240,39 @@ def observe(
 def saturated(value: float) -> float:
     """Return a value cut off at 0 and 1."""
     return min(1.0, max(0.0, value))
+
+
+@register_jitable(forceinline=True)
+def misfit(noise: NoiseState, feedback: PIParameters, squared_error: float) -> float:
+    """Return how badly the identified model fits, ``q``: 0 where noise explains its error, up to 1.
+
+    Parameters
+    ----------
+    noise : NoiseState
+        Noise of the measured velocity.
+    feedback : PIParameters
+        The PI loop; its gain makes a torque of the noise.
+    squared_error : float
+        Mean squared error of the identification, N^2 m^2.
+    """
+    if not noise_known(noise):
+        return 1.0
+    explained = feedback.proportional * feedback.proportional * noise.variance
+    return saturated(squared_error / (LOUDER * explained + TINY) - 1.0)
+
+
+@register_jitable(forceinline=True)
+def observed_inertia(observer: ObserverParameters, identified: float, unfit: float) -> float:
+    """Return the inertia ``J_o`` (kg m^2) for an identified one (kg m^2) of a model that is unfit to a share."""
+    least = min(identified, observer.inertia)
+    return least + unfit * (observer.inertia - least)
+
+
+@register_jitable(forceinline=True)
+def error_beyond_noise(observer: ObserverParameters, state: ObserverState) -> float:
+    """Return by how much the mean squared error that the feedback sees is more than noise explains, rad^2/s^2."""
+    share = -math.expm1(-observer.pole * observer.period)
+    return state.error_squared - OBSERVED_NOISE * state.noise.variance * share / (2.0 - share)
 
 
 @register_jitable(forceinline=True)

@@ -24,9 +24,12 @@ from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.observer import (
     ObserverParameters,
     ObserverState,
+    error_beyond_noise,
     hand_over_to_observer,
     initial_observer,
+    misfit,
     observe,
+    observed_inertia,
     observer_gain,
     saturated,
     start_observer,
@@ -190,7 +193,9 @@ def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt
 ) -> tuple[ObserverState, TrustState]:
     """Return observer and trust after the period that has ended."""
-    feedback, observer = block.feedback, state.observer
+    feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
+    unit = block.estimator.torque_scale
+    unfit = misfit(observer.noise, feedback, levels.squared_error * unit * unit)
     valid = math.isfinite(inputs.velocity)
     started = state.feedback.samples > state.feedback.rejected
     if valid and started and state.feedback.guard.lost == 0.0 and not state.doubt.doubted:
@@ -202,7 +207,7 @@ def watch(
             observer,
             feedback,
             torque,
-            state.estimator.recursion.estimate[INERTIA],
+            observed_inertia(block.observer, state.estimator.recursion.estimate[INERTIA], unfit),
             inputs.reference,
             inputs.correction,
             inputs.velocity,
@@ -220,6 +225,7 @@ def watch(
         block.observer.inertia,
         block.velocity_lag,
         observer.response.velocity,
+        unfit * error_beyond_noise(block.observer, observer) if levels.learnt >= block.estimator.memory else 0.0,
         inputs.reference,
         valid and fed and doubt.left <= 0.0 and known,
         inputs.dt,

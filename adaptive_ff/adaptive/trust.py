@@ -15,6 +15,15 @@ drawn towards 1 by a prior. It is used to the extent that all of the friction wo
 
     q = S(y - x)^2 / Syy,    gamma = 1 + sat((q - 1/4)/(1/4)) (gamma_LS - 1),    0 <= gamma <= 1
 
+The predicted error is that of a linear loop. Where friction falls steeply with the velocity a joint hunts, and the
+error that there is tells more: with ``m`` its square beyond what noise explains, times the misfit ``q`` of the model
+(:mod:`adaptive_ff.adaptive.observer`), while the plan moves,
+
+    gamma <= sat(2 - S(gamma m)/(0.16^2 Sxx))
+
+Where what is fed leaves more than 0.16 of the error that all friction would make, the observer does better without it.
+What speaks against the friction fades while little of it is fed, so that it is tried again.
+
 It falls at once and rises slowly. ``ehat`` is the observer's, so what the observer takes away counts as left by the
 model. Instruments of the identification keep the unscaled friction.
 
@@ -41,6 +50,13 @@ PRIOR = 0.05
 
 ENOUGH = 0.25
 """Share of the squared error that the whole friction may leave before it is distrusted; at twice that, fully."""
+
+MISSED = 0.16
+"""Error that there is, over the one that all of the friction would make, from which it is distrusted (rms values).
+
+Of 214 joints of seed 101 whose friction falls by two gains or more, 56 had more before, 50 of which a disturbance
+observer without a model tracked better.
+"""
 
 RISE = 10.0
 """Time in which trust rises from 0 to 1, s."""
@@ -74,6 +90,8 @@ class TrustState(NamedTuple):
         That friction, N m, the newest first, as far back as the drive may still apply it.
     xx, xy, yy : float
         Fading sums over the last seconds, rad^2/s.
+    missed : float
+        The same of the squared error that there is, by trust and misfit of the model.
     peak : float
         Largest speed of the plan of late, rad/s.
     """
@@ -84,13 +102,14 @@ class TrustState(NamedTuple):
     xx: float
     xy: float
     yy: float
+    missed: float
     peak: float
 
 
 def initial_trust(feedback: PIParameters) -> TrustState:
     """Return full trust."""
     line = delay_line(feedback.delay)
-    return TrustState(1.0, initial_loop_response(feedback), line, 0.0, 0.0, 0.0, 0.0)
+    return TrustState(1.0, initial_loop_response(feedback), line, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -100,6 +119,7 @@ def advance_trust(
     inertia: float,
     velocity_lag: float,
     predicted: float,
+    missed: float,
     reference: float,
     valid: bool,
     duration: float,
@@ -118,6 +138,8 @@ def advance_trust(
         Time by which the measured velocity lags, s.
     predicted : float
         Error ``ehat`` that the loop would be left with, rad/s.
+    missed : float
+        Mean square ``m`` of the error that there is, as far as it tells of the model, rad^2/s^2.
     reference : float
         Planned velocity now, rad/s.
     valid : bool
@@ -130,18 +152,27 @@ def advance_trust(
     response = advance_loop_response(state.response, feedback, inertia, velocity_lag, friction, duration)
     peak = max(abs(reference), state.peak * math.exp(-duration / PEAK_MEMORY))
     if not valid:
-        return TrustState(state.trust, response, state.frictions, state.xx, state.xy, state.yy, peak)
+        return TrustState(state.trust, response, state.frictions, state.xx, state.xy, state.yy, state.missed, peak)
     x = response.measured
     y = predicted + state.trust * x
     keep = math.exp(-duration / MEMORY)
     xx, xy = keep * state.xx + duration * x * x, keep * state.xy + duration * x * y
-    yy = keep * state.yy + duration * y * y
+    yy, against = keep * state.yy + duration * y * y, keep * state.missed
+    if reference != 0.0:
+        against += duration * state.trust * missed
     prior = PRIOR * yy + LEAST_ENERGY
     best = (xy + prior) / (xx + prior)
     left = (yy - 2.0 * xy + xx) / (yy + LEAST_ENERGY)
     trust = saturated(1.0 + saturated((left - ENOUGH) / ENOUGH) * (best - 1.0))
+    trust = min(trust, trust_by_error(against, xx))
     trust = min(trust, state.trust + duration / RISE)
-    return TrustState(trust, response, state.frictions, xx, xy, yy, peak)
+    return TrustState(trust, response, state.frictions, xx, xy, yy, against, peak)
+
+
+@register_jitable(forceinline=True)
+def trust_by_error(missed: float, xx: float) -> float:
+    """Return the bound on trust that the error that there is sets, from the fading sums of :class:`TrustState`."""
+    return saturated(2.0 - missed / (MISSED * MISSED * xx + LEAST_ENERGY))
 
 
 @register_jitable(forceinline=True)
@@ -168,5 +199,12 @@ def caution(state: TrustState, slowest: float, learnt: float, memory: float, tim
 def with_friction(state: TrustState, trust: float, friction: float) -> TrustState:
     """Return the state with the trust in force over the coming period and the model's friction (N m) for it."""
     return TrustState(
-        trust, state.response, remember(state.frictions, friction), state.xx, state.xy, state.yy, state.peak
+        trust,
+        state.response,
+        remember(state.frictions, friction),
+        state.xx,
+        state.xy,
+        state.yy,
+        state.missed,
+        state.peak,
     )

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
 from adaptive_ff.adaptive.noise_level import noise_known
-from adaptive_ff.adaptive.trust import MEMORY, caution
+from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, trust_by_error
 
 SHOWN = 0.995
 """Trust below which it is worth a sentence."""
@@ -40,6 +40,13 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
         yield (
             f"Motion up to {state.trust.peak:.2g} rad/s is too slow to learn from, which takes more than "
             f"{block.slowest:.2g} rad/s: at most {100.0 * bound:.0f} % of friction and observed torque are used."
+        )
+    elif controller.trust < SHOWN and trust_by_error(state.trust.missed, state.trust.xx) <= controller.trust:
+        yield (
+            f"Only {100.0 * controller.trust:.0f} % of the identified friction is fed forward: the error of the last "
+            f"{MEMORY:g} s is more than {100.0 * MISSED:g} % of the one that all of it would make, and the model does "
+            "not fit. The joint hunts, or behaves as the model does not say: friction that falls steeply with speed, "
+            "bristles, gravity."
         )
     elif controller.trust < SHOWN:
         yield (

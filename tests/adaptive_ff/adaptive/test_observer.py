@@ -13,7 +13,9 @@ from adaptive_ff.adaptive.observer import (
     ObserverParameters,
     hand_over_to_observer,
     initial_observer,
+    misfit,
     observe,
+    observed_inertia,
     observer_gain,
     start_observer,
 )
@@ -81,6 +83,19 @@ def test_an_error_as_small_as_noise_does_not_tell_that_the_joint_sticks():
         noisy = state._replace(noise=state.noise._replace(variance=deviation**2))
         following = observe(OBSERVER, noisy, FEEDBACK, -50.0, INERTIA, 0.1, 0.0, 0.0, False, PERIOD)
         assert (following.disturbance != 0.0) == moves
+
+
+@pytest.mark.parametrize(
+    ("identified", "squared", "inertia"),
+    [(0.5, 4.0, 0.5), (0.5, 6.0, 0.75), (0.5, 8.0, 1.0), (0.5, 100.0, 1.0), (2.0, 0.0, 1.0), (2.0, 8.0, 1.0)],
+)
+def test_a_smaller_inertia_is_believed_where_noise_explains_what_the_model_leaves(identified, squared, inertia):
+    """The error of the identification is squared, over what the noise makes of the gain; both times their inertia."""
+    noise = initial_observer(FEEDBACK).noise
+    assert misfit(noise, FEEDBACK, 0.0) == 1.0, "noise is not known"
+    known = observed(np.zeros(300), 0.002 * np.random.default_rng(4).standard_normal(301), np.full(301, 0.1))[-1].noise
+    unfit = misfit(known, FEEDBACK, squared * FEEDBACK.proportional**2 * known.variance)
+    assert observed_inertia(OBSERVER, identified * INERTIA, unfit) == pytest.approx(inertia * INERTIA)
 
 
 def test_joint_at_rest_and_repeated_values_tell_nothing_of_noise():

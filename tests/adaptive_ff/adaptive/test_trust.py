@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from adaptive_ff.adaptive.trust import (
     GRACE,
     LEARNT,
+    MISSED,
     PEAK_MEMORY,
     RISE,
     advance_trust,
@@ -93,7 +94,7 @@ def test_trust_is_a_share_whatever_is_predicted(seed, factor):
     for friction in 60.0 * np.sign(rng.standard_normal(40)):
         state = with_friction(state, state.trust, friction)
         predicted, before = factor * state.response.measured + 1e-3 * rng.standard_normal(), state.trust
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, predicted, 0.1, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, predicted, 0.0, 0.1, True, PERIOD)
         assert 0.0 <= state.trust <= min(1.0, before + PERIOD / RISE)
 
 
@@ -106,9 +107,21 @@ def test_trust_is_the_share_of_the_friction_that_is_there(there):
         # what the loop would be left with: the friction that is there less the share that is fed; delay zero
         response = state.response
         predicted = (there - state.trust) * advance_response(response, state.frictions[0])
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, predicted, 0.1, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, predicted, 0.0, 0.1, True, PERIOD)
     expected = (there + 0.05 * there**2) / (1.0 + 0.05 * there**2)
     assert state.trust == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(("reference", "trust"), [(0.1, 0.5), (0.0, 1.0)])
+def test_error_that_is_there_lowers_trust_in_friction_that_is_there(reference, trust):
+    """Oracle: an error of ``sqrt(3) 0.16 x`` leaves ``gamma = 2 - 3 gamma``; at rest an error tells nothing."""
+    state = initial_trust(FEEDBACK)
+    for k in range(9000):
+        state = with_friction(state, state.trust, 60.0 * math.copysign(1.0, math.sin(0.05 * k)))
+        whole = advance_response(state.response, state.frictions[0])
+        predicted, missed = (1.0 - state.trust) * whole, 3.0 * (MISSED * whole) ** 2
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, predicted, missed, reference, True, PERIOD)
+    assert state.trust == pytest.approx(trust, abs=0.02)
 
 
 def advance_response(response, friction):
@@ -119,7 +132,7 @@ def advance_response(response, friction):
 def test_invalid_samples_and_a_joint_at_rest_leave_the_trust():
     state = initial_trust(FEEDBACK)._replace(trust=0.4)
     for _ in range(100):
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, math.nan, 0.1, False, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, math.nan, 0.0, 0.1, False, PERIOD)
     assert (state.trust, state.xx, state.yy) == (0.4, 0.0, 0.0)
 
 
@@ -127,7 +140,7 @@ def test_little_learnt_and_slow_motion_hold_it_back():
     def after(speed, seconds):
         state = initial_trust(FEEDBACK)
         for _ in range(round(seconds / PERIOD)):
-            state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, speed, True, PERIOD)
+            state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, speed, True, PERIOD)
         return state
 
     fast, slow, medium = after(-0.1, 1.0), after(0.5 * SLOWEST, 1.0), after(0.625 * SLOWEST, 1.0)
@@ -137,7 +150,7 @@ def test_little_learnt_and_slow_motion_hold_it_back():
     assert caution(slow, SLOWEST, LEARNT * 5.0, 5.0, GRACE) == 1.0
     rested = fast
     for _ in range(round(PEAK_MEMORY / PERIOD)):
-        rested = advance_trust(rested, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, True, PERIOD)
+        rested = advance_trust(rested, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, True, PERIOD)
     assert rested.peak == pytest.approx(0.1 / math.e, rel=1e-6)
 
 

@@ -224,3 +224,14 @@ def test_it_can_be_saved_as_json():
     controller, run = worked()
     saved = json.loads(json.dumps(asdict(controller.diagnose(run))))
     assert saved["parameters"][1]["name"] == "coulomb"
+
+
+@pytest.mark.parametrize(("missed", "reason"), [(0.0, "would have left more error"), (1.0, "the model does not fit")])
+def test_it_says_why_friction_is_distrusted(missed, reason):
+    """By the prediction, or, where the bound by the error that there is is the lower one, by that."""
+    controller, _ = worked(SCENARIO.modified(duration=20.0))
+    state = controller.state
+    controller.state = state._replace(trust=state.trust._replace(trust=0.4, missed=missed * state.trust.xx))
+    (said,) = (line for line in controller.diagnose().supervision if "is fed forward" in line)
+    assert said.startswith("Only 40 % of the identified friction is fed forward")
+    assert reason in said
