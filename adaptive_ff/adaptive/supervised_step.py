@@ -216,6 +216,8 @@ def watch(
         )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
+    # with an outer loop the error is what that asks for as well
+    tells = unfit > 0.0 and levels.learnt >= block.estimator.memory and inputs.correction == 0.0
     fed = started and state.command.share == 1.0  # what is not fed tells nothing of it
     # a model that was trusted is not blamed for a change before its cause is known
     known = state.estimator.alarm.cause != UNDECIDED or state.trust.trust < FULL_TRUST
@@ -225,7 +227,7 @@ def watch(
         block.observer.inertia,
         block.velocity_lag,
         observer.response.velocity,
-        unfit * error_beyond_noise(block.observer, observer) if levels.learnt >= block.estimator.memory else 0.0,
+        unfit * error_beyond_noise(block.observer, observer) if tells else 0.0,
         inputs.reference,
         valid and fed and doubt.left <= 0.0 and known,
         inputs.dt,

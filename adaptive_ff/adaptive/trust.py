@@ -17,7 +17,7 @@ drawn towards 1 by a prior. It is used to the extent that all of the friction wo
 
 The predicted error is that of a linear loop. Where friction falls steeply with the velocity a joint hunts, and the
 error that there is tells more: with ``m`` its square beyond what noise explains, times the misfit ``q`` of the model
-(:mod:`adaptive_ff.adaptive.observer`), while the plan moves,
+(:mod:`adaptive_ff.adaptive.observer`), while the plan moves and no outer loop asks for more,
 
     gamma <= sat(2 - S(gamma m)/(0.16^2 Sxx))
 

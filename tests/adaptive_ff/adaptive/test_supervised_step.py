@@ -106,6 +106,23 @@ def test_trust_waits_for_the_cause_of_a_change_where_it_was_full(states):
         assert (controller.state.trust.xx != state.trust.xx) == moved
 
 
+@pytest.mark.parametrize(
+    ("correction", "unfit", "learnt", "counts"),
+    [(0.0, 1e3, 1e3, True), (0.01, 1e3, 1e3, False), (0.0, 0.0, 1e3, False), (0.0, 1e3, 1.0, False)],
+)
+def test_error_counts_where_the_model_does_not_fit_and_no_outer_loop_asks_for_it(
+    states, correction, unfit, learnt, counts
+):
+    """And where as much has been learnt as the estimator remembers."""
+    controller = restored(states[-1])
+    state = controller.state
+    levels = state.estimator.levels._replace(squared_error=unfit, learnt=learnt)
+    observer = state.observer._replace(error=0.1, error_squared=0.01)
+    controller.state = state._replace(estimator=state.estimator._replace(levels=levels), observer=observer)
+    controller.step(0.2, 0.2, correction=correction, **STEP)
+    assert (controller.state.trust.missed > state.trust.missed) == counts
+
+
 @pytest.mark.parametrize(("fall", "share"), [(0.0, 1.0), (4.9, 1.0), (7.5, 0.5), (10.1, 0.0)])
 def test_error_without_the_observer_is_taken_where_the_loop_is_what_the_prediction_takes_it_for(states, fall, share):
     """Half a gain of the observer takes half of what the prediction takes away, but not on steeply falling friction."""
