@@ -11,7 +11,7 @@ T. Murakami, "Motion control for advanced mechatronics", IEEE/ASME Trans. Mechat
 ``1/p`` to what no identification can know yet: a start, a jump of friction, a load, a bristle that bends.
 
 Its inertia ``J_o`` is the one ``J_n`` that the feedback was designed for, or the identified one ``J`` where that is
-smaller and the model fits, which its mean squared error ``<eps^2>`` (N m) tells:
+smaller and the model fits, which the mean square ``<eps^2>`` (N^2 m^2) of what it leaves of the torque tells:
 
     J_o = J + q (J_n - J),    q = sat(<eps^2> / (4 (Kp s)^2) - 1)
 
@@ -253,7 +253,7 @@ def misfit(noise: NoiseState, feedback: PIParameters, squared_error: float) -> f
     feedback : PIParameters
         The PI loop; its gain makes a torque of the noise.
     squared_error : float
-        Mean squared error of the identification, N^2 m^2.
+        Mean square of the torque that it leaves, N^2 m^2.
     """
     if not noise_known(noise):
         return 1.0

@@ -189,13 +189,23 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
 
 
 @register_jitable(forceinline=True)
+def unexplained(estimator: EstimatorParameters, state: EstimatorState) -> float:
+    """Return the mean squared torque that the model leaves (N^2 m^2), on rows of the reference where there are any.
+
+    Those of the candidate in use are free of the noise of the measured velocity, and of the steps of an encoder.
+    """
+    if estimator.candidates.size > 0:
+        return state.candidates.errors[state.candidates.chosen]  # type: ignore[no-any-return]
+    return state.levels.squared_error * estimator.torque_scale * estimator.torque_scale
+
+
+@register_jitable(forceinline=True)
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt
 ) -> tuple[ObserverState, TrustState]:
     """Return observer and trust after the period that has ended."""
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
-    unit = block.estimator.torque_scale
-    unfit = misfit(observer.noise, feedback, levels.squared_error * unit * unit)
+    unfit = misfit(observer.noise, feedback, unexplained(block.estimator, state.estimator))
     valid = math.isfinite(inputs.velocity)
     started = state.feedback.samples > state.feedback.rejected
     if valid and started and state.feedback.guard.lost == 0.0 and not state.doubt.doubted:

@@ -10,7 +10,7 @@ from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.step import turned_speed
-from adaptive_ff.adaptive.supervised_step import may_stick, unobserved_error
+from adaptive_ff.adaptive.supervised_step import may_stick, unexplained, unobserved_error
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
 from adaptive_ff.model.feedforward import turning_speed
@@ -116,11 +116,29 @@ def test_error_counts_where_the_model_does_not_fit_and_no_outer_loop_asks_for_it
     """And where as much has been learnt as the estimator remembers."""
     controller = restored(states[-1])
     state = controller.state
-    levels = state.estimator.levels._replace(squared_error=unfit, learnt=learnt)
+    state.estimator.candidates.errors[:] = unfit
+    levels = state.estimator.levels._replace(learnt=learnt)
     observer = state.observer._replace(error=0.1, error_squared=0.01)
     controller.state = state._replace(estimator=state.estimator._replace(levels=levels), observer=observer)
     controller.step(0.2, 0.2, correction=correction, **STEP)
     assert (controller.state.trust.missed > state.trust.missed) == counts
+
+
+def test_what_the_model_leaves_is_that_of_the_candidate_in_use_where_there_are_any():
+    for factors, expected in (((), 3.0), ((0.5, 1.0), 7.0)):
+        controller = AdaptiveController(
+            1000.0,
+            1e4,
+            period=0.01,
+            inertia=20.0,
+            stribeck_velocity=0.05,
+            stribeck_factors=factors,
+            presliding_factors=(),
+        )
+        estimator, state = controller.parameters.estimator, controller.state.estimator
+        state.candidates.errors[state.candidates.chosen :] = 7.0
+        levels = state.levels._replace(squared_error=3.0 / estimator.torque_scale**2)
+        assert unexplained(estimator, state._replace(levels=levels)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("fall", "share"), [(0.0, 1.0), (4.9, 1.0), (7.5, 0.5), (10.1, 0.0)])
