@@ -43,12 +43,16 @@ def test_a_joint_that_is_told_a_wrong_velocity_finds_its_own(factor):
     assert distance.value == 0.0
 
 
-def test_told_right_it_is_the_same_controller_to_the_bit():
-    scenario = JOINT.modified(duration=12.0)
-    course = lay_course(scenario)
-    (trying, _), (keeping, _) = drive(make("adaptive", scenario), course), drive(without_candidates(scenario), course)
-    assert np.array_equal(trying.torque, keeping.torque)
-    assert np.array_equal(trying.estimates[:, :-2], keeping.estimates)
+def test_told_right_the_others_are_not_chosen_and_cost_no_more_than_two_percent():
+    """The one in use judges how well the model fits, and so the inertia of the observer; that alone differs."""
+    errors = {True: [], False: []}
+    for seed in (101, 102, 103):
+        scenario = JOINT.modified(seed=seed, duration=40.0)
+        for tries, controller in ((True, make("adaptive", scenario)), (False, without_candidates(scenario))):
+            errors[tries].append(simulate(scenario, controller).metrics.rms_error_settled)
+            assert not tries or controller.estimates["stribeck_velocity"] == TRUE
+            assert not tries or controller.estimates["presliding"] == 0.0
+    assert np.linalg.norm(errors[True]) <= 1.02 * np.linalg.norm(errors[False])
 
 
 def test_what_the_choice_changes_in_the_torque_is_what_the_model_needs():
