@@ -16,8 +16,8 @@ drawn towards 1 by a prior. It is used to the extent that all of the friction wo
     q = S(y - x)^2 / Syy,    gamma = 1 + sat((q - 1/4)/(1/4)) (gamma_LS - 1),    0 <= gamma <= 1
 
 The predicted error is that of a linear loop. Where friction falls steeply with the velocity a joint hunts, and the
-error that there is tells more: with ``m`` its square beyond what noise explains, times the misfit ``q`` of the model
-(:mod:`adaptive_ff.adaptive.observer`), while the plan moves and no outer loop asks for more,
+error that there is tells more: with ``m`` its square beyond what noise explains, times the misfit of the model (see
+:mod:`adaptive_ff.adaptive.observer`), while the plan moves and no outer loop asks for more,
 
     gamma <= sat(2 - S(gamma m)/(0.16^2 Sxx))
 
