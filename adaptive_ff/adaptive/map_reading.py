@@ -41,10 +41,8 @@ class LearntMap(NamedTuple):
     load_share: float
 
 
-def read_map(parameters: MapParameters, state: MapState) -> LearntMap | None:
-    """Return a map as it is fed; None where there is none."""
-    if state.coefficients.size == 0:
-        return None
+def read_map(parameters: MapParameters, state: MapState) -> LearntMap:
+    """Return a map as it is fed."""
     periods = tuple((2.0 * math.pi / parameters.waves).tolist())
     positions = _positions(parameters, state)
     said = [map_value(parameters, state.coefficients, position, 0.0) for position in positions.tolist()]

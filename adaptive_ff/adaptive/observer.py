@@ -62,6 +62,9 @@ TINY = 1e-15
 OBSERVED_NOISE = 2.0
 """Factor on the variance that noise gives the observed torque: two measurements make a difference."""
 
+EXPLAINED = 2.0
+"""Mean squared error that is taken for noise, over what noise explains of it."""
+
 
 class ObserverParameters(NamedTuple):
     """Parameters of the observer.
@@ -269,10 +272,16 @@ def observed_inertia(observer: ObserverParameters, identified: float, unfit: flo
 
 
 @register_jitable(forceinline=True)
+def smoothed_noise(state: ObserverState, share: float) -> float:
+    """Return the variance (rad^2/s^2) of the noise behind a mean that takes a share of each new value."""
+    return state.noise.variance * share / (2.0 - share)
+
+
+@register_jitable(forceinline=True)
 def error_beyond_noise(observer: ObserverParameters, state: ObserverState) -> float:
     """Return by how much the mean squared error that the feedback sees is more than noise explains, rad^2/s^2."""
     share = -math.expm1(-observer.pole * observer.period)
-    return state.error_squared - OBSERVED_NOISE * state.noise.variance * share / (2.0 - share)
+    return state.error_squared - EXPLAINED * smoothed_noise(state, share)
 
 
 @register_jitable(forceinline=True)
@@ -281,14 +290,12 @@ def observer_gain(observer: ObserverParameters, state: ObserverState, feedback: 
     if not noise_known(state.noise):
         return 1.0
     share = -math.expm1(-observer.pole * observer.period)
-    noise = state.noise.variance * share / (2.0 - share)
-    left = state.error_squared / (LOUDER * noise + TINY * TINY) - 1.0
+    left = state.error_squared / (LOUDER * smoothed_noise(state, share) + TINY * TINY) - 1.0
     noise = share * inertia / observer.period
     noise *= noise * 2.0 / (2.0 - share) * state.noise.variance
     observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + TINY) - 1.0
     share = min(1.0, feedback.proportional * observer.period / observer.inertia)
-    noise = state.noise.variance * 2.0 * share / (2.0 - share)
-    predicted = state.predicted_squared / (LOUDER * noise + TINY * TINY) - 1.0
+    predicted = state.predicted_squared / (LOUDER * 2.0 * smoothed_noise(state, share) + TINY * TINY) - 1.0
     return min(saturated(observed), max(saturated(predicted), saturated(left)))
 
 
