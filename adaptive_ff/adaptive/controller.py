@@ -27,6 +27,7 @@ from adaptive_ff.adaptive.state_check import (
     check_candidate_state,
     check_estimator_state,
     check_held_integral,
+    check_outer_loop,
     check_share,
     possible_now,
 )
@@ -361,6 +362,7 @@ class AdaptiveController(AdaptiveBase):
         if min(noise.mean, noise.measured, noise.variance, state.observer.squared) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
         check_held_integral(state.held, self._largest_torque())
+        check_outer_loop(state.outer)
 
     def _prepare(self, reference: float, torque: float) -> None:
         super()._prepare(reference, torque)

@@ -11,6 +11,7 @@ from adaptive_ff.adaptive.candidates import FITS, FLAT_ROWS, candidate_distance,
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
 from adaptive_ff.adaptive.held_integral import HeldIntegral
+from adaptive_ff.adaptive.outer_loop import ENOUGH, OuterLoop
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -167,3 +168,11 @@ def check_held_integral(held: HeldIntegral, largest: float) -> None:
             raise ValueError(
                 f"state.held.{name} = {value} is not allowed: it must be from {least:g} to {largest:g} N m"
             )
+
+
+def check_outer_loop(outer: OuterLoop) -> None:
+    """Raise ``ValueError`` where the step of the correction, or how often it was seen, is none."""
+    if not (math.isfinite(outer.step) and outer.step >= 0.0):
+        raise ValueError(f"state.outer.step = {outer.step} is not allowed: it must be zero or more, rad/s")
+    if outer.seen not in range(ENOUGH + 1):
+        raise ValueError(f"state.outer.seen = {outer.seen} is not allowed: it must be from 0 to {ENOUGH}")

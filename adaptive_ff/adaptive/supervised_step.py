@@ -34,6 +34,7 @@ from adaptive_ff.adaptive.observer import (
     saturated,
     start_observer,
 )
+from adaptive_ff.adaptive.outer_loop import OuterLoop, initial_outer_loop, note_correction, unseen_error
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
@@ -145,6 +146,8 @@ class SupervisedState(NamedTuple):
         State of the trust.
     held : HeldIntegral
         What of the integral is held while the measurement is lost.
+    outer : OuterLoop
+        What an outer loop can tell at rest.
     """
 
     feedback: PIState
@@ -163,6 +166,7 @@ class SupervisedState(NamedTuple):
     observer: ObserverState
     trust: TrustState
     held: HeldIntegral
+    outer: OuterLoop
 
 
 def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
@@ -172,6 +176,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_observer(block.feedback),
         initial_trust(block.feedback),
         initial_held_integral(),
+        initial_outer_loop(),
     )
 
 
@@ -301,6 +306,10 @@ def step_supervised(
     )
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
+    rests = inputs.reference == 0.0 and state.feedforward.reference == 0.0
+    outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests)
+    if math.isfinite(inputs.velocity):
+        leaves += block.feedback.integral * inputs.dt * unseen_error(outer, rests)
     feedback = hand_over(block.feedback, state.feedback, leaves)
     compared = with_reference(checked, seen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
@@ -329,6 +338,7 @@ def step_supervised(
         observer,
         with_friction(trust, share, fed.friction),
         held,
+        outer,
     )
 
 
