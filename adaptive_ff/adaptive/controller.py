@@ -359,7 +359,7 @@ class AdaptiveController(AdaptiveBase):
         check_share("trust.trust", state.trust.trust)
         check_share("observer.gain", state.observer.gain)
         noise = state.observer.noise
-        if min(noise.mean, noise.measured, noise.variance, state.observer.squared) < 0.0:
+        if min(noise.mean, noise.measured, noise.variance, state.observer.squared, state.observer.quiet) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)

@@ -25,6 +25,11 @@ open while the noise is not known:
     g_r = sat(<ehat^2> / (4 s_T^2) - 1),    s_T^2 = s^2 2 b/(2 - b),          b = Kp T/J          (error to come)
     g_e = sat(<e_f^2> / (4 s_e^2) - 1),     s_e^2 = s^2 a/(2 - a)                                 (error that there is)
 
+A velocity out of a filter has noise of another colour, of which ``s_T`` tells too little: in a fast loop behind a
+Kalman filter its square is a fifth of what the noise makes. So it is raised to the slowly rising minimum of
+``<ehat^2>``, at most to 2.5 times, and as far as the model fits, ``1 - q``; where it does not, the least of the error
+is not noise.
+
 ``<.>`` is a short mean, ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop would make
 of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which is held where ``d`` is. The two
 errors differ while the estimates move, since what a new estimate feeds is taken out of the integral. No time and no age
@@ -41,7 +46,7 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import LoopResponse, advance_loop_response, initial_loop_response
-from adaptive_ff.adaptive.noise_level import NoiseState, advance_noise, initial_noise, noise_known
+from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, initial_noise, noise_known
 from controllers import PIParameters, delay_line, delayed, remember
 
 WINDOW = 0.3
@@ -61,6 +66,9 @@ TINY = 1e-15
 
 OBSERVED_NOISE = 2.0
 """Factor on the variance that noise gives the observed torque: two measurements make a difference."""
+
+COLOURED = 2.5
+"""How many times that of white noise the level of the error to come may be: velocities come out of filters."""
 
 EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
@@ -116,6 +124,8 @@ class ObserverState(NamedTuple):
         Error ``e_f`` that the feedback sees, behind a low-pass, rad/s.
     error_squared : float
         Short mean of ``e_f^2``, rad^2/s^2.
+    quiet : float
+        Slowly rising minimum of the short mean of ``ehat^2``, rad^2/s^2.
     """
 
     disturbance: float
@@ -130,12 +140,13 @@ class ObserverState(NamedTuple):
     noise: NoiseState
     error: float
     error_squared: float
+    quiet: float
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
-    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0)
+    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -154,6 +165,7 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.noise,
         state.error,
         state.error_squared,
+        state.quiet,
     )
 
 
@@ -223,6 +235,7 @@ def observe(
     squared = state.squared + weight * (disturbance * disturbance - state.squared)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
     error = state.error + share * (now - state.error)
+    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(
         disturbance,
         state.gain,
@@ -236,6 +249,7 @@ def observe(
         noise,
         error,
         state.error_squared + weight * (error * error - state.error_squared),
+        quiet,
     )
 
 
@@ -285,8 +299,10 @@ def error_beyond_noise(observer: ObserverParameters, state: ObserverState) -> fl
 
 
 @register_jitable(forceinline=True)
-def observer_gain(observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float) -> float:
-    """Return the gain ``g`` that the gates allow, for an identified inertia (kg m^2)."""
+def observer_gain(
+    observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float, unfit: float
+) -> float:
+    """Return the gain ``g`` that the gates allow, for an identified inertia (kg m^2) of a model unfit to a share."""
     if not noise_known(state.noise):
         return 1.0
     share = -math.expm1(-observer.pole * observer.period)
@@ -295,7 +311,9 @@ def observer_gain(observer: ObserverParameters, state: ObserverState, feedback: 
     noise *= noise * 2.0 / (2.0 - share) * state.noise.variance
     observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + TINY) - 1.0
     share = min(1.0, feedback.proportional * observer.period / observer.inertia)
-    predicted = state.predicted_squared / (LOUDER * 2.0 * smoothed_noise(state, share) + TINY * TINY) - 1.0
+    white = 2.0 * smoothed_noise(state, share)
+    level = min(max(white, state.quiet), (unfit + (1.0 - unfit) * COLOURED) * white)
+    predicted = state.predicted_squared / (LOUDER * level + TINY * TINY) - 1.0
     return min(saturated(observed), max(saturated(predicted), saturated(left)))
 
 
@@ -342,6 +360,7 @@ def hand_over_to_observer(
             state.noise,
             state.error,
             state.error_squared,
+            state.quiet,
         ),
         leaves,
     )

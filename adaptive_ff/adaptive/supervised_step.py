@@ -206,11 +206,10 @@ def unexplained(estimator: EstimatorParameters, state: EstimatorState) -> float:
 
 @register_jitable(forceinline=True)
 def watch(
-    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt
+    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt, unfit: float
 ) -> tuple[ObserverState, TrustState]:
-    """Return observer and trust after the period that has ended."""
+    """Return observer and trust after the period that has ended, with a model that is unfit to a share."""
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
-    unfit = misfit(observer.noise, feedback, unexplained(block.estimator, state.estimator))
     valid = math.isfinite(inputs.velocity)
     started = state.feedback.samples > state.feedback.rejected
     if valid and started and state.feedback.guard.lost == 0.0 and not state.doubt.doubted:
@@ -283,7 +282,8 @@ def step_supervised(
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
-    observer, trust = watch(block, state, inputs, doubt)
+    unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
+    observer, trust = watch(block, state, inputs, doubt, unfit)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     seen = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = seen + inputs.correction - inputs.velocity
@@ -294,7 +294,7 @@ def step_supervised(
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
-    gain = observer_gain(block.observer, observer, block.feedback, inertia)
+    gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
     if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
         gain = 1.0  # something is missed now, whichever the cause is
     gain = command.share * min(gain, bound)

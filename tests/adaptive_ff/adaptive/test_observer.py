@@ -103,7 +103,7 @@ def test_joint_at_rest_and_repeated_values_tell_nothing_of_noise():
     rested = observed(np.zeros(300), 0.01 * rng.standard_normal(301), np.zeros(301))[-1]
     repeated = observed(np.zeros(300), np.full(301, 0.1), np.linspace(0.1, 0.3, 301))[-1]
     assert rested.noise.measured == repeated.noise.measured == 0.0
-    assert observer_gain(OBSERVER, rested, FEEDBACK, INERTIA) == 1.0, "while noise is not known all gates are open"
+    assert observer_gain(OBSERVER, rested, FEEDBACK, INERTIA, 0.0) == 1.0, "while noise is not known all gates are open"
 
 
 def gain_at_an_error(error, correction=0.0):
@@ -115,7 +115,7 @@ def gain_at_an_error(error, correction=0.0):
         torque = 60.0 + INERTIA * (velocity - state.velocity) / PERIOD if sample else 60.0
         # a residual that the loop has long made up for: what it would make of it is no error any more
         state = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, correction, velocity, False, PERIOD)
-        gains.append(observer_gain(OBSERVER, state, FEEDBACK, INERTIA))
+        gains.append(observer_gain(OBSERVER, state, FEEDBACK, INERTIA, 0.0))
     return gains[-1]
 
 
@@ -127,6 +127,20 @@ def test_error_that_no_residual_explains_opens_the_gate():
 def test_what_an_outer_loop_asks_for_is_no_error():
     assert gain_at_an_error(0.0, correction=0.05) == 0.0
     assert gain_at_an_error(0.01, correction=0.05) == 1.0
+
+
+def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
+    """Second differences tell too little of it; where the model does not fit, what is left may be an error."""
+    observer, feedback = ObserverParameters(65.0, INERTIA, 0.0, 0.001), check_gains(314.0 * INERTIA, 4000.0 * INERTIA)
+    white, noise = 0.002 * np.random.default_rng(5).standard_normal(20000), 0.0
+    state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
+    for value in white:
+        noise += 0.8 * (value - noise)
+        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001)
+        gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
+    fit, unfit = np.mean(gains[10000:], axis=0)
+    assert unfit > 0.1
+    assert fit == 0.0
 
 
 def run_frozen(reference, load, *, controller, position=None):
