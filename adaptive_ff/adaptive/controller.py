@@ -70,6 +70,8 @@ class AdaptiveBase(IdentifyingController):
         check_share("command.share", state.command.share)
         if not 0.0 <= state.timing.lag <= self.parameters.estimator.ranges[FRICTION_LAG, 1] * (1.0 + 1e-9):
             raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
+        if not state.timing.seen >= 0.0:
+            raise ValueError(f"state.timing.seen = {state.timing.seen} is not allowed: it must be zero or more")
         if state.doubt.left < 0.0 or state.doubt.speed < 0.0:
             raise ValueError("state.doubt is not allowed: left and speed must be zero or more")
 

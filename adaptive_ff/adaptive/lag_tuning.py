@@ -18,6 +18,10 @@ observer takes part of the error away, ``e`` is the error without it (``supervis
 ``L`` is the least-squares fit over a fading memory, an equation counting the more, the smaller the errors are around
 it, with the identified lag as prior, whose standard deviation is a share of the period.
 
+Until the errors have told something, the feedforward is late on purpose, by 10 ms at most. Before the first reversals
+the identified lag is a guess, and a joint whose friction is turned ``dt`` too early is thrown by ``2 Fc dt/J``; too
+late it sticks, and only the plan runs away, by ``dt`` times its acceleration.
+
 It presumes that the torque of this controller moves the joint; a controller that only watches must not do it.
 
 The idea of tuning by the error behind the loop's own response follows the sensitivity approach to adaptive
@@ -34,6 +38,12 @@ from controllers import PIParameters, delay_line, delayed, remember
 
 PRIOR_DEVIATION = 0.3
 """How far the best lag is expected from the identified one, in sampling periods, as a standard deviation."""
+
+LATE = 0.010
+"""Time by which the feedforward is late on purpose at most, while no error has told of the lag, s ..."""
+
+TOLD = 10.0
+"""... and the information about the lag that halves it, times the square of the identified lag."""
 
 LONGEST = 10.0
 """Longest memory of the fit, in memories of the estimator ..."""
@@ -100,6 +110,8 @@ class TimingState(NamedTuple):
         What the errors so far say of the lag.
     lag : float
         Lag of the feedforward, s.
+    seen : float
+        Information about the lag so far, 1/s^2: of the first guess, and of all errors, also of what was dropped since.
     """
 
     sensitivity: float
@@ -110,12 +122,13 @@ class TimingState(NamedTuple):
     commands: tuple[float, ...]
     evidence: Evidence
     lag: float
+    seen: float
 
 
-def initial_timing_state(feedback: PIParameters, lag: float) -> TimingState:
-    """Return the state for a joint at rest, with a lag (s) to begin with."""
+def initial_timing_state(feedback: PIParameters, lag: float, deviation: float) -> TimingState:
+    """Return the state for a joint at rest, with a lag (s) to begin with and its standard deviation (s)."""
     line = delay_line(feedback.delay)
-    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, empty_evidence(lag), lag)
+    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, empty_evidence(lag), lag, 1.0 / deviation**2)
 
 
 @register_jitable(forceinline=True)
@@ -136,6 +149,7 @@ def with_evidence(state: TimingState, evidence: Evidence, lag: float) -> TimingS
         state.commands,
         evidence,
         lag,
+        state.seen,
     )
 
 
@@ -183,6 +197,7 @@ def advance_response(
         response.commands,
         state.evidence,
         state.lag,
+        state.seen,
     )
 
 
@@ -212,14 +227,25 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
     fourth = keep * known.fourth + square * square
     keep = math.exp(-duration / min(LONGEST * memory, GROWTH * learnt))
     information, weighted = keep * known.information, keep * known.weighted
+    seen = state.seen
     if squares > LEAST_SUM and fourth > LEAST_SUM:
         limit = CLIP * math.sqrt(squares / energy)
         left = squares - cross * cross / fourth  # by the lag that would suit these errors best
         weight = energy / max(left, LEAST_LEFT * squares)
         information += weight * square
+        seen += weight * square
         weighted += weight * slope * (min(max(error, -limit), limit) + slope * state.lag)
-    evidence = Evidence(information, weighted, energy, squares, cross, fourth, known.since)
-    return with_evidence(state, evidence, state.lag)
+    return TimingState(
+        state.sensitivity,
+        state.velocity,
+        state.integral,
+        state.slope,
+        state.sensitivities,
+        state.commands,
+        Evidence(information, weighted, energy, squares, cross, fourth, known.since),
+        state.lag,
+        seen,
+    )
 
 
 @register_jitable(forceinline=True)
@@ -269,6 +295,12 @@ def best_lag(state: TimingState, identified: float, largest: float, period: floa
 
 
 @register_jitable(forceinline=True)
+def lateness(state: TimingState, identified: float) -> float:
+    """Return by how much the feedforward is late on purpose, s, while little tells of the identified lag, s."""
+    return min(identified, LATE) / (1.0 + state.seen * identified * identified / TOLD)
+
+
+@register_jitable(forceinline=True)
 def note_friction(state: TimingState, start: float, end: float, lag: float, period: float) -> TimingState:
     """Note what is fed forward over the coming period.
 
@@ -286,5 +318,13 @@ def note_friction(state: TimingState, start: float, end: float, lag: float, peri
     mean, sensitivity = lag_torque(lag, state.sensitivity, (start - end) / period, period)
     sensitivities = remember(state.sensitivities, mean)
     return TimingState(
-        sensitivity, state.velocity, state.integral, state.slope, sensitivities, state.commands, state.evidence, lag
+        sensitivity,
+        state.velocity,
+        state.integral,
+        state.slope,
+        sensitivities,
+        state.commands,
+        state.evidence,
+        lag,
+        state.seen,
     )

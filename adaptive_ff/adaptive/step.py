@@ -60,6 +60,7 @@ from adaptive_ff.adaptive.lag_tuning import (
     empty_evidence,
     initial_timing_state,
     lag_torque,
+    lateness,
     learn_timing,
     note_friction,
     with_evidence,
@@ -219,7 +220,11 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
         0.0,
         delay_line(block.feedback.delay),
         delay_line(block.feedback.delay),
-        initial_timing_state(block.feedback, float(block.estimator.first[FRICTION_LAG])),
+        initial_timing_state(
+            block.feedback,
+            float(block.estimator.first[FRICTION_LAG]),
+            float(block.estimator.deviation[FRICTION_LAG]),
+        ),
         True,
         initial_command_state(),
         initial_doubt(),
@@ -425,7 +430,10 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)
-    timing = with_evidence(timing, timing.evidence, best_lag(timing, identified, largest, block.period))
+    lag = best_lag(timing, identified, largest, block.period)
+    if block.tunes_lag:
+        lag = min(lag + lateness(timing, identified), largest)
+    timing = with_evidence(timing, timing.evidence, lag)
     new = present_model(block, estimator, timing.lag, reference)
     moved = exchange_model(state.feedforward, old, new, start, slip, adhesion)
     torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)

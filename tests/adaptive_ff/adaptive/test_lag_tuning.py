@@ -19,6 +19,7 @@ from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.lag_tuning import (
     CLIP,
     GROWTH,
+    LATE,
     LEAST_LEFT,
     LONGEST,
     MOVED,
@@ -29,6 +30,7 @@ from adaptive_ff.adaptive.lag_tuning import (
     empty_evidence,
     initial_timing_state,
     lag_torque,
+    lateness,
     learn_timing,
     note_friction,
 )
@@ -91,7 +93,7 @@ def measured_error(course, lag, delay):
 def slopes(course, lag, delay, velocity_lag):
     """Slope of the error by the lag at each sample, from the reference alone."""
     feedback = check_gains(*GAINS, delay)
-    state, feedforward, found = initial_timing_state(feedback, lag), initial_feedforward_state(), []
+    state, feedforward, found = initial_timing_state(feedback, lag, lag), initial_feedforward_state(), []
     reference = course.reference[course.samples]
     for now, following in itertools.pairwise(reference):
         state = advance_response(state, feedback, INERTIA, velocity_lag, PERIOD)
@@ -130,7 +132,7 @@ class Samples:
 
     def learn(self):
         """State of the module after all samples."""
-        state = initial_timing_state(check_gains(*GAINS), LAG)
+        state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
         rows = zip(self.slopes, self.lags, self.errors, self.learnt, self.durations, strict=True)
         for slope, lag, error, learnt, duration in rows:
             state = state._replace(slope=float(slope), lag=float(lag))
@@ -207,7 +209,7 @@ def test_the_best_lag_is_a_possible_one():
 
 @pytest.mark.parametrize("young", [True, False])
 def test_without_evidence_what_comes_is_fitted_around_the_lag_identified_now(young):
-    state = initial_timing_state(check_gains(*GAINS), LAG)
+    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
     assert drop_stale_evidence(state, 1.01 * LAG, PERIOD, young) == state._replace(evidence=empty_evidence(1.01 * LAG))
 
 
@@ -220,7 +222,7 @@ def test_evidence_is_kept_at_the_very_limit_of_how_far_the_lag_may_move():
 
 @pytest.mark.parametrize(("squares", "fourth", "learns"), [(1.0, 1e-100, 0), (1e-100, 1.0, 0), (1e-99, 1e-99, 1)])
 def test_sums_of_a_joint_at_rest_for_very_long_are_nothing_to_learn_from(squares, fourth, learns):
-    state = initial_timing_state(check_gains(*GAINS), LAG)._replace(slope=1e-30)
+    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)._replace(slope=1e-30)
     known = empty_evidence(LAG)._replace(energy=1.0, squares=squares, fourth=fourth)
     after = learn_timing(state._replace(evidence=known), 0.0, 1.0, 4.0, 0.0)
     assert (after.evidence.information > 0.0) == learns
@@ -234,7 +236,7 @@ def test_asking_for_the_best_lag_drops_nothing():
 
 @given(identified=st.floats(0.0, LARGEST), period=st.floats(1e-4, 0.1))
 def test_without_evidence_the_best_lag_is_the_identified_one_bit_for_bit(identified, period):
-    state = initial_timing_state(check_gains(*GAINS), LAG)
+    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
     assert best_lag(state, identified, LARGEST, period) == identified
 
 
@@ -244,7 +246,7 @@ def test_without_evidence_the_best_lag_is_the_identified_one_bit_for_bit(identif
     )
 )
 def test_best_lag_is_possible_whatever_slopes_and_errors(samples):
-    state = initial_timing_state(check_gains(*GAINS), LAG)
+    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
     for slope, error, duration in samples:
         state = learn_timing(state._replace(slope=slope), error, 1.0, 4.0, duration)
         assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD) <= LARGEST
@@ -252,7 +254,7 @@ def test_best_lag_is_possible_whatever_slopes_and_errors(samples):
 
 def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
     """Of a joint that exists in a test bench only: the level of the error fades until it is no longer a number."""
-    state = initial_timing_state(check_gains(*GAINS), LAG)._replace(slope=3.0)
+    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)._replace(slope=3.0)
     for k in range(4000):
         state = learn_timing(state, 1e-17 if k == 0 else 0.0, 1.0 + k, 4.0, 1.0)
         state = drop_stale_evidence(state, 1.2 * LAG, PERIOD, True)
@@ -263,7 +265,7 @@ def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
 def test_a_slope_that_grows_without_bounds_starts_anew():
     """Gains for a joint of 20 kg m^2, assumed to be one of 0.5: the loop that they make with it is not stable."""
     feedback = check_gains(*pi_gains(20.0, 10.0))
-    state, grown, anew = initial_timing_state(feedback, LAG), 0.0, 0
+    state, grown, anew = initial_timing_state(feedback, LAG, LAG), 0.0, 0
     for k in range(3000):
         before = state.slope
         state = advance_response(state, feedback, 0.5, 0.0, PERIOD)
@@ -330,7 +332,7 @@ def test_tuned_lag_is_the_one_fed_forward():
     frozen.enabled = False
     estimates, timing = controller.state.estimator, controller.state.timing
     frozen.state = frozen.state._replace(
-        estimator=estimates, timing=initial_timing_state(controller.parameters.feedback, timing.lag)
+        estimator=estimates, timing=initial_timing_state(controller.parameters.feedback, timing.lag, timing.lag)
     )
     assumed = TorqueModel(*estimates.recursion.estimate[:FRICTION_LAG], timing.lag, 0.05, 1.0)
     course = lay_course(SCENARIO.modified(duration=10.0, seed=203))
@@ -338,6 +340,19 @@ def test_tuned_lag_is_the_one_fed_forward():
     expected, _ = drive(ModelBased(*SCENARIO.feedback.gains, PERIOD, assumed), course)
     assert frozen.state.timing.lag == timing.lag
     assert found.feedforward == pytest.approx(expected.feedforward, rel=1e-9, abs=1e-9)
+
+
+def test_the_feedforward_is_late_until_the_errors_have_told_of_the_lag():
+    guessed = initial_timing_state(check_gains(*GAINS), LAG, LAG)
+    known = initial_timing_state(check_gains(*GAINS), LAG, 0.05 * LAG)
+    assert 0.8 * LATE < lateness(guessed, LAG) < LATE
+    assert lateness(known, LAG) < 0.1 * LATE
+    assert lateness(guessed, 1e-4) < 1e-4
+    controller = make("adaptive")
+    simulate(SCENARIO.modified(seed=201, duration=20.0), controller)
+    timing = controller.state.timing
+    assert timing.seen > 100.0 * guessed.seen
+    assert lateness(timing, timing.lag) < 0.1 * LATE
 
 
 @pytest.mark.parametrize("seed", [201, 202])
@@ -397,7 +412,7 @@ def test_evidence_is_that_of_fading_sums(seed):
     """Oracle: sums over all samples, each with the weight that it has left."""
     rng, memory, duration, lag = np.random.default_rng(seed), 0.7, 0.01, 0.03
     slopes, errors = rng.standard_normal(300), 0.2 + 0.5 * rng.standard_normal(300)
-    state = initial_timing_state(check_gains(*GAINS), lag)
+    state = initial_timing_state(check_gains(*GAINS), lag, lag)
     learnt = memory
     sums, fitted = np.zeros(4), np.zeros(2)
     for slope, error in zip(slopes, errors, strict=True):
