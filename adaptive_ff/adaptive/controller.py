@@ -360,8 +360,9 @@ class AdaptiveController(AdaptiveBase):
         super()._check_state(state)
         check_share("trust.trust", state.trust.trust)
         check_share("observer.gain", state.observer.gain)
-        noise = state.observer.noise
-        if min(noise.mean, noise.measured, noise.variance, state.observer.squared, state.observer.quiet) < 0.0:
+        observer, noise = state.observer, state.observer.noise
+        squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
+        if min(noise.measured, observer.stuck, *squares) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)

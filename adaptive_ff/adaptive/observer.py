@@ -70,6 +70,15 @@ OBSERVED_NOISE = 2.0
 COLOURED = 2.5
 """How many times that of white noise the level of the error to come may be: velocities come out of filters."""
 
+CLAMPED = 0.6
+"""Time for which a joint may stick while its plan moves, s; after that something else than friction holds it."""
+
+AWAY = 3.0
+"""Error, in largest speeds of the plan, beyond which a joint has run away from it: the observer is no help then ..."""
+
+BEYOND = 10.0
+"""... and beyond so many standard deviations of the noise."""
+
 EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
 
@@ -126,6 +135,8 @@ class ObserverState(NamedTuple):
         Short mean of ``e_f^2``, rad^2/s^2.
     quiet : float
         Slowly rising minimum of the short mean of ``ehat^2``, rad^2/s^2.
+    stuck : float
+        For how long the joint has stuck while its plan moves, s.
     """
 
     disturbance: float
@@ -141,12 +152,13 @@ class ObserverState(NamedTuple):
     error: float
     error_squared: float
     quiet: float
+    stuck: float
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
-    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0)
+    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -166,6 +178,7 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.error,
         state.error_squared,
         state.quiet,
+        state.stuck,
     )
 
 
@@ -173,6 +186,13 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
 def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
     """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
     return seen + (plan - seen) * duration / (duration + lag)
+
+
+@register_jitable(forceinline=True)
+def runs_away(noise: NoiseState, error: float, peak: float) -> bool:
+    """Tell whether an error (rad/s) is out of all proportion to the largest speed of the plan (rad/s)."""
+    square = error * error
+    return noise_known(noise) and square > AWAY * AWAY * peak * peak + BEYOND * BEYOND * noise.variance
 
 
 @register_jitable(forceinline=True)
@@ -187,13 +207,16 @@ def observe(
     velocity: float,
     held: bool,
     duration: float,
+    peak: float,
 ) -> ObserverState:
     """Return the state after a period, before the gates are set.
 
     While the plan rests, or friction of the last direction is held, the disturbance is held: a stuck joint answers to
     no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
     the joint jumps, again and again. Where the joint sticks although the plan moves, the disturbance may grow along the
-    error, which frees the joint, but not against it: what the integral holds from before would drive it there.
+    error, which frees the joint, but not against it: what the integral holds from before would drive it there. Where
+    it sticks for longer than 0.6 s a brake holds it, and where the error is three times the largest speed of the plan
+    the drive gives less than it says; the observer would feed back its own torque then, and lets go of it.
 
     Parameters
     ----------
@@ -213,6 +236,8 @@ def observe(
         Whether the disturbance is held.
     duration : float
         Length of the period, s.
+    peak : float
+        Largest speed of the plan of late, rad/s.
     """
     seen = reference
     lacking, lagged_torque = torque - delayed(state.fed, feedback.delay), state.lagged_torque
@@ -227,6 +252,9 @@ def observe(
     if held or (sticks and (residual - state.disturbance) * now < 0.0):
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)
+    stuck = state.stuck + duration if sticks else 0.0
+    if stuck > CLAMPED or runs_away(state.noise, now, peak):
+        disturbance = state.disturbance * math.exp(-observer.pole * duration)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
     # the residual is behind the low-pass of the velocity already
@@ -250,6 +278,7 @@ def observe(
         error,
         state.error_squared + weight * (error * error - state.error_squared),
         quiet,
+        stuck,
     )
 
 
@@ -361,6 +390,7 @@ def hand_over_to_observer(
             state.error,
             state.error_squared,
             state.quiet,
+            state.stuck,
         ),
         leaves,
     )

@@ -227,6 +227,7 @@ def watch(
             inputs.velocity,
             may_stick(block, state, inputs.reference),
             inputs.dt,
+            state.trust.peak,
         )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
