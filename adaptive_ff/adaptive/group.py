@@ -19,9 +19,13 @@ if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 COLUMNS = Inputs._fields
 """Columns of what is handed over, a row for each joint; torque and feedforward follow."""
+
+OPTIONAL = tuple(name for name in COLUMNS if name not in ("reference", "velocity", "dt"))
+"""Inputs that a step may do without."""
 
 MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
 """Inputs that need not be finite, joint by joint: then they are not known."""
@@ -241,25 +245,72 @@ class JointGroup:
         """Return what has been identified of each joint and how uncertain it is."""
         return {name: controller.diagnose() for name, controller in self.joints.items()}
 
-    def take_over(self, torque: ArrayLike, reference: ArrayLike, velocity: ArrayLike) -> None:
+    def take_over(
+        self, torque: ArrayLike, reference: ArrayLike, velocity: ArrayLike, **given: ArrayLike | None
+    ) -> None:
         """Prepare all joints for taking over without a jump; see :meth:`controllers.Controller.take_over`.
+
+        Parameters
+        ----------
+        torque, reference, velocity : array_like, shape (n,)
+            Torques that the drives give now, N m, planned and measured velocities, rad/s.
+        **given : array_like, shape (n,), optional
+            Other arguments of the :meth:`step` that comes next, but ``dt``.
 
         Raises
         ------
         ValueError
-            A value is not allowed; no joint has been prepared then.
+            A shape is wrong, or a value or a name is not allowed; no joint has been prepared then.
         """
+        unknown = set(given) - set(OPTIONAL)
+        if unknown:
+            raise ValueError(f"{min(unknown)} is not allowed: it must be one of {', '.join(OPTIONAL)}")
+        count = len(self._controllers)
+        known = {name: value for name, value in given.items() if value is not None}
+        values = {"torque": torque, "reference": reference, "velocity": velocity, **known}
+        columns = {name: np.broadcast_to(self._checked(name, value, False), count) for name, value in values.items()}
+        if self._forms_regressors:
+            columns["position"] = np.array(columns.get("position", np.full(count, math.nan)))
         before = [controller.state for controller in self._controllers]
-        columns = [
-            np.broadcast_to(np.asarray(value, dtype=float), (len(before),)) for value in (torque, reference, velocity)
-        ]
         try:
-            for controller, own, planned, measured in zip(self._controllers, *columns, strict=True):
-                controller.take_over(float(own), float(planned), float(measured))
+            if self._forms_regressors:
+                self._form_regressors(columns["position"])
+            for place, controller in enumerate(self._controllers):
+                row = {name: float(column[place]) for name, column in columns.items()}
+                controller.take_over(**{name: value for name, value in row.items() if _is_told(name, value)})
         except ValueError:
             for controller, state in zip(self._controllers, before, strict=True):
                 controller.state = state
             raise
+
+    @property
+    def enabled(self) -> Flags:
+        """Whether each joint learns; may be set for all, or joint by joint."""
+        return np.array([controller.enabled for controller in self._controllers])
+
+    @enabled.setter
+    def enabled(self, value: ArrayLike) -> None:
+        for controller, own in zip(self._controllers, self._flags("enabled", value), strict=True):
+            controller.enabled = bool(own)
+
+    @property
+    def feedforward_enabled(self) -> Flags:
+        """Whether each joint feeds what it has learnt; may be set for all, or joint by joint. It fades in and out."""
+        return np.array([controller.feedforward_enabled for controller in self._controllers])
+
+    @feedforward_enabled.setter
+    def feedforward_enabled(self, value: ArrayLike) -> None:
+        for controller, own in zip(self._controllers, self._flags("feedforward_enabled", value), strict=True):
+            controller.feedforward_enabled = bool(own)
+
+    def _flags(self, name: str, value: ArrayLike) -> Flags:
+        array = np.asarray(value)
+        if array.dtype != bool or array.shape not in ((), (len(self._controllers),)):
+            joints = len(self._controllers)
+            raise ValueError(
+                f"{name} = {array.tolist()} is not allowed: it must be true or false, for all or each of {joints} joints"
+            )
+        return np.broadcast_to(array, (len(self._controllers),))
 
     def reset(self) -> None:
         """Return all joints to the state of new ones."""
@@ -308,6 +359,10 @@ class JointGroup:
         """Make this group step in plain Python, for debugging; returns itself."""
         self._compiled = False
         return self
+
+
+def _is_told(name: str, value: float) -> bool:
+    return math.isfinite(value) or name not in MAY_BE_UNKNOWN or name == "velocity"
 
 
 def _angles(names: tuple[str, ...], preceding: Mapping[str, Sequence[str]]) -> Array:

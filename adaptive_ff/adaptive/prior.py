@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.model.bounds import OFFSET, VISCOUS_SHARE, possible_ranges
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.friction import FURTHER, WITH_GRAVITY, TorqueModel
 
 LAG_UNIT = 0.01
 """Least unit of the friction lag, s: the time constant of a fast loop would be too small a unit to find the lag in."""
@@ -22,6 +22,9 @@ taken for an offset. With equal units the first seconds were worse than with the
 
 LOAD_SHARE = 1.0
 """Unit of the sizes of known loads, gravity among them, as a share of that of friction."""
+
+CHOSEN = ("stribeck_velocity", "presliding")
+"""Estimates of another controller that are no parameters: candidates, of which the first one says where to begin."""
 
 LEAST_DEVIATION = 0.01
 """Least standard deviation of a first estimate, in units of the parameter: a prior that is surer would not fade."""
@@ -97,7 +100,7 @@ def model_prior(
         Their units.
     model : TorqueModel or mapping
         The joint, from a data sheet, an identification or the ``estimates`` of another controller. Of a mapping what
-        is not among the parameters is passed over, and what it lacks but for the inertia and the lag is zero.
+        this controller does not identify is passed over, and what it lacks but for the inertia and the lag is zero.
     deviation : float or mapping
         How sure it is: standard deviation as a share of each value, or for each name in its unit. What is zero, or not
         named, is as uncertain as the unit of the parameter.
@@ -111,6 +114,10 @@ def model_prior(
         positive and finite.
     """
     known = model._asdict() if isinstance(model, TorqueModel) else dict(model)
+    possible = {*names, *TorqueModel._fields, *WITH_GRAVITY, *CHOSEN}
+    unknown = [name for name in known if name not in possible and not name.startswith(FURTHER)]
+    if unknown:
+        raise ValueError(f"model.{min(unknown)} is not known: it must be one of {', '.join(sorted(possible))}")
     first = np.zeros(len(names))
     for i, name in enumerate(names):
         if name not in known and name in ("inertia", "friction_lag"):
@@ -132,7 +139,7 @@ def _deviations(
     deviation: float | Mapping[str, float],
 ) -> NDArray[np.float64]:
     if isinstance(deviation, Mapping):
-        unknown = set(deviation) - set(names)
+        unknown = set(deviation) - {*names, *CHOSEN}
         if unknown:
             raise ValueError(f"deviation.{min(unknown)} is not allowed: it must be one of {', '.join(names)}")
         given = {f"deviation.{name}": value for name, value in deviation.items()}

@@ -149,6 +149,11 @@ class Scenario(Table):
                     f"change.{index}.lag_scale = {change.lag_scale:g} is not allowed: a joint of kind "
                     f"{self.joint.kind!r} has no friction lag; lag_scale must be 1"
                 )
+        if self.joint.axis == "linear" and "gravity" in (self.adaptation.identify or ""):
+            raise ValueError(
+                f"adaptation.identify = {self.adaptation.identify!r} is not allowed for axis = 'linear': it must be "
+                "symmetric, offset or directions; the weight on a linear axis is its offset"
+            )
         if isinstance(self.reference, Multisine):
             for index, frequency in enumerate(self.reference.frequencies):
                 if frequency >= 0.5 / period:

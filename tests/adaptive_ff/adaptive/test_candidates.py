@@ -14,6 +14,7 @@ from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import predict_torque
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.registry import make_adaptive
+from adaptive_ff.simulation.metrics import rms
 
 JOINT = load_scenario(SCENARIOS / "high_stiction.toml").modified(seed=101)
 TRUE = JOINT.joint.stribeck_velocity
@@ -28,19 +29,23 @@ def without_candidates(scenario):
 
 @pytest.mark.parametrize("factor", [0.25, 4.0])
 def test_a_joint_that_is_told_a_wrong_velocity_finds_its_own(factor):
-    scenario = JOINT.modified(adaptation={"stribeck_velocity": factor * TRUE}, duration=15.0)
-    controller = make("adaptive", scenario)
-    record, _ = drive(controller, lay_course(scenario))
-    found = controller.estimates
-    assert found["stribeck_velocity"] == pytest.approx(TRUE)
-    assert found["stiction"] == pytest.approx(JOINT.joint.stiction, rel=0.05)
-    assert found["coulomb"] == pytest.approx(JOINT.joint.coulomb, rel=0.1)
-    chosen = record.estimates[:, -2]
-    assert chosen[0] == pytest.approx(factor * TRUE)
-    assert np.count_nonzero(np.diff(chosen)) <= 2
-    velocity, distance = assess_choice(controller.parameters.estimator, controller.state.estimator.candidates)
-    assert velocity.identifiable
-    assert distance.value == 0.0
+    missed = {"stiction": [], "coulomb": []}
+    for seed in (101, 102, 103, 104):
+        scenario = JOINT.modified(adaptation={"stribeck_velocity": factor * TRUE}, duration=15.0, seed=seed)
+        controller = make("adaptive", scenario)
+        record, _ = drive(controller, lay_course(scenario))
+        found = controller.estimates
+        assert found["stribeck_velocity"] == pytest.approx(TRUE)
+        for name, errors in missed.items():
+            errors.append(found[name] / getattr(JOINT.joint, name) - 1.0)
+        chosen = record.estimates[:, -2]
+        assert chosen[0] == pytest.approx(factor * TRUE)
+        assert np.count_nonzero(np.diff(chosen)) <= 2
+        velocity, distance = assess_choice(controller.parameters.estimator, controller.state.estimator.candidates)
+        assert velocity.identifiable
+        assert distance.value == 0.0
+    assert rms(missed["stiction"]) < 0.05
+    assert rms(missed["coulomb"]) < 0.1
 
 
 def test_told_right_the_others_are_not_chosen_and_cost_no_more_than_two_percent():
@@ -58,10 +63,11 @@ def test_told_right_the_others_are_not_chosen_and_cost_no_more_than_two_percent(
 def test_what_the_choice_changes_in_the_torque_is_what_the_model_needs():
     scenario, controller = TOLD_A_QUARTER, make("adaptive", TOLD_A_QUARTER)
     record, _ = drive(controller, lay_course(scenario))
-    (change,) = np.flatnonzero(np.diff(record.estimates[:, -2]))
+    changes = np.flatnonzero(np.diff(record.estimates[:, -2]))
     steps = np.abs(np.diff(record.torque))
+    assert changes.size > 0
     # reversals step by some two times the stiction; the choice must not add one of its own
-    assert steps[change] < 0.5 * np.max(steps)
+    assert np.max(steps[changes]) < 0.5 * np.max(steps)
 
 
 def test_a_restored_state_goes_on_to_the_bit():

@@ -164,7 +164,40 @@ def test_wrong_inputs_step_no_joint():
         group.step([0.1, 0.1], [0.0, 0.0], dt=-1.0)
     with pytest.raises(ValueError, match=r"^velocity = "):
         group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, math.nan])
+    with pytest.raises(ValueError, match=r"^torque has shape \(3,\); it must be \(2,\)"):
+        group.take_over([1.0, 1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
+    with pytest.raises(ValueError, match=r"^correction of elbow = inf is not allowed"):
+        group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], correction=[0.0, math.inf])
+    with pytest.raises(ValueError, match=r"^dt is not allowed: it must be one of next_reference, "):
+        group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, 0.0], dt=0.01)
+    for name in ("enabled", "feedforward_enabled"):
+        for wrong in (1.0, [True], "no"):
+            with pytest.raises(ValueError, match=f"^{name} = .* is not allowed: it must be true or false"):
+                setattr(group, name, wrong)
     assert group.state_to_json() == before
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_takeover_of_a_group_in_a_cascade_does_not_let_the_torques_jump(coupled):
+    group = JointGroup.from_table(ARM) if coupled else pair()
+    run(group, samples=100)
+    now = {"correction": [0.02, -0.01], "feedforward": [30.0, -5.0], "position": [0.4, math.nan]}
+    now |= {"next_reference": [0.11, 0.09], "inertia": [21.0, 2.0]}
+    group.take_over([40.0, -3.0], [0.1, 0.1], [0.09, 0.11], **now)
+    np.testing.assert_allclose(group.step([0.1, 0.1], [0.09, 0.11], **now), [40.0, -3.0], atol=1e-9)
+
+
+def test_all_joints_of_a_group_are_switched_together_or_one_by_one():
+    group = pair()
+    for name in ("enabled", "feedforward_enabled"):
+        assert getattr(group, name).tolist() == [True, True]
+        setattr(group, name, [True, False])
+        assert [getattr(joint, name) for joint in group.joints.values()] == [True, False]
+        setattr(group, name, False)
+        assert getattr(group, name).tolist() == [False, False]
+    before = group.estimates
+    run(group, samples=100)
+    assert group.estimates == before
 
 
 def test_takeover_and_switches_of_a_group():

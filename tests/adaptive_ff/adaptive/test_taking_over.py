@@ -102,6 +102,8 @@ def test_a_model_may_be_the_estimates_of_another_controller():
     second = make(model=first.estimates)
     assert second.estimates == pytest.approx(first.estimates)
     assert second.uncertainties["coulomb"] == pytest.approx(0.2 * first.estimates["coulomb"])
+    third = make(model=first.estimates, deviation=first.uncertainties)
+    assert third.uncertainties["coulomb"] < 0.1 * second.uncertainties["coulomb"]
 
 
 @pytest.mark.parametrize(
@@ -115,6 +117,7 @@ def test_a_model_may_be_the_estimates_of_another_controller():
         ({"model": TRUE._replace(viscous=math.nan)}, r"^model.viscous = nan is not allowed"),
         ({"model": TRUE._replace(stribeck_velocity=0.1)}, r"^model.stribeck_velocity = 0.1 is not allowed"),
         ({"model": {"coulomb": 3.0}}, r"^model has no inertia"),
+        ({"model": {"inertia": 20.0, "colomb": 3.0}}, r"^model.colomb is not known: it must be one of coulomb, "),
         ({"model": TRUE, "deviation": 0.0}, r"^deviation = 0.0 is not allowed"),
         ({"model": TRUE, "deviation": {"inertia": math.nan}}, r"^deviation.inertia = nan is not allowed"),
         ({"model": TRUE, "deviation": {"mass": 1.0}}, r"^deviation.mass is not allowed: it must be one of inertia"),

