@@ -308,7 +308,7 @@ class JointGroup:
         if array.dtype != bool or array.shape not in ((), (len(self._controllers),)):
             joints = len(self._controllers)
             raise ValueError(
-                f"{name} = {array.tolist()} is not allowed: it must be true or false, for all or each of {joints} joints"
+                f"{name} = {array.tolist()} is not allowed: it must be true or false, for all or for {joints} joints"
             )
         return np.broadcast_to(array, (len(self._controllers),))
 

@@ -190,3 +190,10 @@ def test_seed_draws_noise_and_reference_and_nothing_else_does():
     for draw in (Scenario.noise, Scenario.reference_velocity):
         assert np.array_equal(draw(scenario), draw(again))
         assert np.max(np.abs(draw(scenario) - draw(other))) > 0.002
+
+
+@pytest.mark.parametrize("identify", ["gravity", "directions_and_gravity"])
+def test_gravity_is_not_identified_on_a_linear_axis(identify):
+    with pytest.raises(InputError, match=f"adaptation.identify = '{identify}' is not allowed for axis = 'linear'"):
+        load_scenario().modified(joint={"axis": "linear"}, adaptation={"identify": identify})
+    assert load_scenario().modified(joint={"axis": "linear"}, adaptation={"identify": "offset"}).joint.axis == "linear"
