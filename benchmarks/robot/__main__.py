@@ -6,7 +6,7 @@ the true friction and the inertia in the middle of the motion, ``adaptive`` know
 
 Errors are roots of mean squares over the seeds for each joint; then the middle and the worst joint are printed: PI's
 error over that of ``adaptive`` (above 1: better than PI), settled (second half) and in the first 5 s, and that of
-``adaptive`` over that of ``fixed``.
+``adaptive`` over that of ``fixed``; and the errors of the middle joint themselves.
 """
 
 import itertools
@@ -36,7 +36,8 @@ START = 5.0  # s
 LEAST_MEDIAN, LEAST, LARGEST_OVER_FIXED = 3.0, 1.0, 1.3
 """Asked where gravity is not given: of the middle joint and of each; and where it is, over fixed feedforward."""
 
-QUANTITIES = ("velocity", "start", "position")
+QUANTITIES = ("velocity", "start", "position", "position_start")
+HEADINGS = ("velocity, settled", "first 5 s", "position, settled", "first 5 s")
 
 
 class Case(NamedTuple):
@@ -66,7 +67,7 @@ def cases() -> list[Case]:
 def squares(driven: Driven, rate: int) -> NDArray[np.float64]:
     """Return mean squares of a run, shape (quantities, joints)."""
     half, start = driven.torque.shape[0] // 2, round(START * rate)
-    parts = driven.velocity_error[half:], driven.velocity_error[:start], driven.position_error[half:]
+    parts = [part for error in (driven.velocity_error, driven.position_error) for part in (error[half:], error[:start])]
     return np.array([np.mean(part**2, axis=0) for part in parts])
 
 
@@ -81,7 +82,11 @@ def run_case(case: Case, seeds: range, duration: float) -> dict[str, Any]:
             total[name] += squares(driven, case.setup.rate) / len(seeds)
     errors = {name: np.sqrt(value) for name, value in total.items()}
     gain, over_fixed = errors["pi"] / errors["adaptive"], errors["adaptive"] / errors["fixed"]
-    row: dict[str, Any] = {"case": case.name, "joints": [axis.name for axis in machine.axes]}
+    row: dict[str, Any] = {
+        "case": case.name,
+        "cascade": case.setup.cascade,
+        "joints": [axis.name for axis in machine.axes],
+    }
     for place, quantity in enumerate(QUANTITIES):
         row |= {f"{quantity}_median": float(np.median(gain[place])), f"{quantity}_least": float(np.min(gain[place]))}
         row[f"{quantity}_over_fixed"] = float(np.max(over_fixed[place]))
@@ -90,9 +95,14 @@ def run_case(case: Case, seeds: range, duration: float) -> dict[str, Any]:
     return row
 
 
+def judged_in(cascade: bool) -> tuple[str, ...]:
+    """Return which quantities count: without a position loop nothing holds the position."""
+    return QUANTITIES if cascade else QUANTITIES[:2]
+
+
 def missed(case: Case, row: dict[str, Any]) -> list[str]:
     """Return which of the figures asked for a case does not reach."""
-    judged = QUANTITIES if case.setup.cascade else QUANTITIES[:2]  # without its loop nothing holds the position
+    judged = judged_in(case.setup.cascade)
     found = [quantity for quantity in judged if row[f"{quantity}_least"] < LEAST]
     outer = "position" if case.setup.cascade else "velocity"
     if case.machine != "hinge" and not case.setup.gravity_given and row[f"{outer}_median"] < LEAST_MEDIAN:
@@ -103,16 +113,33 @@ def missed(case: Case, row: dict[str, Any]) -> list[str]:
 
 
 def table_of(rows: list[dict[str, Any]]) -> Table:
-    """Return the table."""
+    """Return the table of what is gained."""
     table = Table(title="PI's error over that of adaptive: middle joint (worst joint)", box=SIMPLE, title_style="bold")
     table.add_column("case")
-    gains = ("velocity, settled", "first 5 s", "position, settled")
-    for heading in (*gains, "adaptive / fixed, velocity", "position", "missed"):
+    for heading in (*HEADINGS, "adaptive / fixed, velocity", "position", "missed"):
         table.add_column(heading, justify="right")
     for row in rows:
-        cells = [f"{row[f'{quantity}_median']:.2f} ({row[f'{quantity}_least']:.2f})" for quantity in QUANTITIES]
-        cells += [f"{row[f'{quantity}_over_fixed']:.2f}" for quantity in ("velocity", "position")]
+        judged = judged_in(row["cascade"])
+        gains = {name: f"{row[f'{name}_median']:.2f} ({row[f'{name}_least']:.2f})" for name in judged}
+        cells = [gains.get(name, "-") for name in QUANTITIES]
+        cells += [f"{row[f'{name}_over_fixed']:.2f}" if name in judged else "-" for name in ("velocity", "position")]
         table.add_row(row["case"], *cells, ", ".join(row["missed"]))
+    return table
+
+
+def errors_table(rows: list[dict[str, Any]]) -> Table:
+    """Return the table of the errors themselves."""
+    title = "rms errors of pi / fixed / adaptive, middle joint: mrad/s, mrad"
+    table = Table(title=title, box=SIMPLE, title_style="bold")
+    table.add_column("case")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="right")
+    for row in rows:
+        judged, cells = judged_in(row["cascade"]), []
+        for place, name in enumerate(QUANTITIES):
+            middle = [1e3 * float(np.median(row["errors"][own][place])) for own in ("pi", "fixed", "adaptive")]
+            cells.append(" / ".join(f"{error:.3g}" for error in middle) if name in judged else "-")
+        table.add_row(row["case"], *cells)
     return table
 
 
@@ -140,6 +167,7 @@ def main(
             progress.advance(task)
     console = wide_console()
     console.print(table_of(rows))
+    console.print(errors_table(rows))
     console.print(f"{sum(not row['missed'] for row in rows)} of {len(rows)} cases miss nothing", highlight=False)
     if json is not None:
         write_json(json, {"seeds": list(numbers), "duration": duration, "cases": rows})
