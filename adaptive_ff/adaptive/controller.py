@@ -362,7 +362,7 @@ class AdaptiveController(AdaptiveBase):
         check_share("observer.gain", state.observer.gain)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
-        if min(noise.measured, observer.stuck, *squares) < 0.0:
+        if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)

@@ -74,10 +74,13 @@ CLAMPED = 0.6
 """Time for which a joint may stick while its plan moves, s; after that something else than friction holds it."""
 
 AWAY = 3.0
-"""Error, in largest speeds of the plan, beyond which a joint has run away from it: the observer is no help then ..."""
+"""Error, in largest speeds of the plan, beyond which a joint has run away from it ..."""
 
 BEYOND = 10.0
-"""... and beyond so many standard deviations of the noise."""
+"""... and beyond so many standard deviations of the noise ..."""
+
+GONE = 0.3
+"""... and the time for which that may last, s: a joint that hunts comes back sooner."""
 
 EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
@@ -137,6 +140,8 @@ class ObserverState(NamedTuple):
         Slowly rising minimum of the short mean of ``ehat^2``, rad^2/s^2.
     stuck : float
         For how long the joint has stuck while its plan moves, s.
+    away : float
+        For how much longer it has been far away from its plan than near to it, s; zero at least.
     """
 
     disturbance: float
@@ -153,12 +158,13 @@ class ObserverState(NamedTuple):
     error_squared: float
     quiet: float
     stuck: float
+    away: float
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
-    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0)
+    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
@@ -179,6 +185,7 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.error_squared,
         state.quiet,
         state.stuck,
+        state.away,
     )
 
 
@@ -215,8 +222,8 @@ def observe(
     no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
     the joint jumps, again and again. Where the joint sticks although the plan moves, the disturbance may grow along the
     error, which frees the joint, but not against it: what the integral holds from before would drive it there. Where
-    it sticks for longer than 0.6 s a brake holds it, and where the error is three times the largest speed of the plan
-    the drive gives less than it says; the observer would feed back its own torque then, and lets go of it.
+    it sticks for longer than 0.6 s a brake holds it, and where the error is for 0.3 s three times the largest speed of
+    the plan, the drive gives less than it says; the observer would feed back its own torque then, and lets go of it.
 
     Parameters
     ----------
@@ -253,7 +260,8 @@ def observe(
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)
     stuck = state.stuck + duration if sticks else 0.0
-    if stuck > CLAMPED or runs_away(state.noise, now, peak):
+    away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
+    if stuck > CLAMPED or away > GONE:
         disturbance = state.disturbance * math.exp(-observer.pole * duration)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
@@ -279,6 +287,7 @@ def observe(
         state.error_squared + weight * (error * error - state.error_squared),
         quiet,
         stuck,
+        away,
     )
 
 
@@ -391,6 +400,7 @@ def hand_over_to_observer(
             state.error_squared,
             state.quiet,
             state.stuck,
+            state.away,
         ),
         leaves,
     )
