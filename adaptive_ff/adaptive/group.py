@@ -290,8 +290,7 @@ class JointGroup:
 
     @enabled.setter
     def enabled(self, value: ArrayLike) -> None:
-        for controller, own in zip(self._controllers, self._flags("enabled", value), strict=True):
-            controller.enabled = bool(own)
+        self._switch("enabled", value)
 
     @property
     def feedforward_enabled(self) -> Flags:
@@ -300,17 +299,16 @@ class JointGroup:
 
     @feedforward_enabled.setter
     def feedforward_enabled(self, value: ArrayLike) -> None:
-        for controller, own in zip(self._controllers, self._flags("feedforward_enabled", value), strict=True):
-            controller.feedforward_enabled = bool(own)
+        self._switch("feedforward_enabled", value)
 
-    def _flags(self, name: str, value: ArrayLike) -> Flags:
-        array = np.asarray(value)
-        if array.dtype != bool or array.shape not in ((), (len(self._controllers),)):
-            joints = len(self._controllers)
+    def _switch(self, name: str, value: ArrayLike) -> None:
+        flags, joints = np.asarray(value), len(self._controllers)
+        if flags.dtype != bool or flags.shape not in ((), (joints,)):
             raise ValueError(
-                f"{name} = {array.tolist()} is not allowed: it must be true or false, for all or for {joints} joints"
+                f"{name} = {flags.tolist()} is not allowed: it must be true or false, for all or for {joints} joints"
             )
-        return np.broadcast_to(array, (len(self._controllers),))
+        for controller, own in zip(self._controllers, np.broadcast_to(flags, joints), strict=True):
+            setattr(controller, name, bool(own))
 
     def reset(self) -> None:
         """Return all joints to the state of new ones."""

@@ -138,8 +138,8 @@ def empty_evidence(identified: float) -> Evidence:
 
 
 @register_jitable(forceinline=True)
-def with_evidence(state: TimingState, evidence: Evidence, lag: float) -> TimingState:
-    """Return the state with other evidence and another lag (s) of the feedforward."""
+def with_evidence(state: TimingState, evidence: Evidence, lag: float, seen: float) -> TimingState:
+    """Return the state with other evidence, lag (s) of the feedforward, and information seen so far (1/s^2)."""
     return TimingState(
         state.sensitivity,
         state.velocity,
@@ -149,7 +149,7 @@ def with_evidence(state: TimingState, evidence: Evidence, lag: float) -> TimingS
         state.commands,
         evidence,
         lag,
-        state.seen,
+        seen,
     )
 
 
@@ -235,17 +235,8 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
         information += weight * square
         seen += weight * square
         weighted += weight * slope * (min(max(error, -limit), limit) + slope * state.lag)
-    return TimingState(
-        state.sensitivity,
-        state.velocity,
-        state.integral,
-        state.slope,
-        state.sensitivities,
-        state.commands,
-        Evidence(information, weighted, energy, squares, cross, fourth, known.since),
-        state.lag,
-        seen,
-    )
+    evidence = Evidence(information, weighted, energy, squares, cross, fourth, known.since)
+    return with_evidence(state, evidence, state.lag, seen)
 
 
 @register_jitable(forceinline=True)
@@ -268,7 +259,7 @@ def drop_stale_evidence(state: TimingState, identified: float, period: float, yo
     evidence = state.evidence
     moved = abs(identified - evidence.since)
     if evidence.energy == 0.0 or (young and moved > MOVED * evidence.since + period):
-        return with_evidence(state, empty_evidence(identified), state.lag)
+        return with_evidence(state, empty_evidence(identified), state.lag, state.seen)
     return state
 
 

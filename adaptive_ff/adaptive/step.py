@@ -423,7 +423,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
         estimator = learn_curve_in_place(block, state, learnt, period, inputs.dt, ratio, factor)
         if estimator.candidates.chosen != state.estimator.candidates.chosen:  # errors so far are of another model
             since = estimator.recursion.estimate[FRICTION_LAG]
-            timing = with_evidence(timing, empty_evidence(since), since)
+            timing = with_evidence(timing, empty_evidence(since), since, timing.seen)
             slip, adhesion = bent_shares(estimator.candidates)
     else:
         estimator = guess_friction_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio)
@@ -433,7 +433,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     lag = best_lag(timing, identified, largest, block.period)
     if block.tunes_lag:
         lag = min(lag + lateness(timing, identified), largest)
-    timing = with_evidence(timing, timing.evidence, lag)
+    timing = with_evidence(timing, timing.evidence, lag, timing.seen)
     new = present_model(block, estimator, timing.lag, reference)
     moved = exchange_model(state.feedforward, old, new, start, slip, adhesion)
     torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)

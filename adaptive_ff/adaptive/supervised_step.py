@@ -181,16 +181,21 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
 
 
 @register_jitable(forceinline=True)
+def plan_rests(state: SupervisedState, plan: float) -> bool:
+    """Tell whether the plan has rested over the period that ends with it now (rad/s)."""
+    return plan == 0.0 and state.feedforward.reference == 0.0
+
+
+@register_jitable(forceinline=True)
 def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) -> bool:
     """Tell whether the plan has rested over the period, or moved so slowly that friction was held that hinders it."""
-    before = state.feedforward.reference
-    if plan == 0.0 and before == 0.0:
+    if plan_rests(state, plan):
         return True
     if not slides(state.estimator.candidates):  # bent bristles turn friction at once
         return False
     estimate = state.estimator.recursion.estimate
     turned = turned_speed(block, estimate[COULOMB], estimate[INERTIA])
-    return is_held(state.feedforward.friction, before, plan, turned)
+    return is_held(state.feedforward.friction, state.feedforward.reference, plan, turned)
 
 
 @register_jitable(forceinline=True)
@@ -307,7 +312,7 @@ def step_supervised(
     )
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
-    rests = inputs.reference == 0.0 and state.feedforward.reference == 0.0
+    rests = plan_rests(state, inputs.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests)
     if math.isfinite(inputs.velocity):
         leaves += block.feedback.integral * inputs.dt * unseen_error(outer, rests)
