@@ -1,5 +1,6 @@
 """Several adaptive joints as one controller with arrays."""
 
+import copy
 import json
 import math
 import tomllib
@@ -11,6 +12,7 @@ import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import step_group
+from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links, link_angles, regressor_count
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
@@ -24,7 +26,7 @@ Flags = NDArray[np.bool_]
 COLUMNS = Inputs._fields
 """Columns of what is handed over, a row for each joint; torque and feedforward follow."""
 
-OPTIONAL = tuple(name for name in COLUMNS if name not in ("reference", "velocity", "dt"))
+OPTIONAL = (*(name for name in COLUMNS if name not in ("reference", "velocity", "dt")), "regressors")
 """Inputs that a step may do without."""
 
 MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
@@ -36,7 +38,11 @@ class JointGroup:
 
     Each joint is identified on its own. Where it is said which joints precede which, in an arm whose joints turn about
     parallel axes, gravity is taken at the sum of the angles, and every joint carries the weight of those that follow:
-    their sines and cosines are its further known regressors.
+    their sines and cosines are its further known regressors. Others may be given at each step, for each joint its own.
+
+    A joint can have 20 further regressors (``adaptive.settings.MOST_REGRESSORS``), so in a chain ten joints may follow
+    one: twelve in a row are refused. There ``preceding`` is left out, sums of angles are given as ``position``, and at
+    most 20 ``regressors`` of each joint: one sum for links whose weights are known but for a factor.
 
     Parameters
     ----------
@@ -48,8 +54,8 @@ class JointGroup:
     Raises
     ------
     ValueError
-        There is no joint, periods differ, a name is unknown or precedes itself, or a joint was not made for as many
-        regressors as those that follow make: two for each.
+        There is no joint, periods differ, a name is unknown or precedes itself, or a joint was made for fewer
+        regressors than those that follow make, two for each, or would need more than 20.
 
     Examples
     --------
@@ -74,18 +80,7 @@ class JointGroup:
         if len(periods) > 1:
             raise ValueError(f"periods = {sorted(periods)} are not allowed: all joints must have the same")
         self.period = periods.pop()
-        self._angles = _angles(tuple(self.joints), preceding or {})
-        carried = self._angles.T - np.eye(len(self.joints))  # row i: which joints joint i carries
-        self._carried = [np.flatnonzero(row) for row in carried]
-        for (name, controller), followers in zip(self.joints.items(), self._carried, strict=True):
-            made_for = controller.parameters.estimator.regressors
-            if preceding is not None and made_for != 2 * followers.size:
-                raise ValueError(
-                    f"{name} has regressors = {made_for}; it must be {2 * followers.size}: a sine and a "
-                    "cosine for each joint that follows"
-                )
-        self._forms_regressors = preceding is not None
-        self._gear_ratios = np.array([controller.parameters.estimator.gear_ratio for controller in self._controllers])
+        self._regressors = JointRegressors(self.joints, preceding)
         self._compiled = True
 
     @classmethod
@@ -97,7 +92,8 @@ class JointGroup:
         table : mapping
             ``period`` (s) and ``joints``, a table for each by name: arguments of :class:`AdaptiveController`, beside
             them ``identify`` (a key of ``model.IDENTIFIED``, ``"gravity"`` by default) and ``preceding``, names of the
-            joints between the base and this one.
+            joints between the base and this one. ``regressors`` counts those that are given at each step, not those
+            that the joints behind it make; both together may be 20.
 
         Raises
         ------
@@ -115,7 +111,7 @@ class JointGroup:
         entries = {name: dict(entry) for name, entry in table["joints"].items()}
         coupled = any("preceding" in entry for entry in entries.values())
         preceding = {name: entry.pop("preceding", ()) for name, entry in entries.items()}
-        angles = _angles(tuple(entries), preceding)
+        angles = link_angles(tuple(entries), preceding)
         joints = {}
         for place, (name, entry) in enumerate(entries.items()):
             identify = entry.pop("identify", "gravity")
@@ -123,13 +119,14 @@ class JointGroup:
                 raise ValueError(
                     f"{name}.identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFIED)}"
                 )
-            if coupled:
-                entry["regressors"] = 2 * int(np.count_nonzero(angles[:, place]) - 1)
+            formed = 2 * carried_links(angles, place).size
             try:
+                if coupled:
+                    entry["regressors"] = regressor_count(name, formed, entry.get("regressors", 0))
                 joints[name] = AdaptiveController(period=table["period"], parameters=IDENTIFIED[identify], **entry)
             except (TypeError, ValueError) as error:
                 text = str(error).replace("AdaptiveController.__init__() ", "")
-                raise ValueError(f"{name}: {text}") from error
+                raise ValueError(text if text.startswith(f"{name}.") else f"{name}: {text}") from error
         return cls(joints, preceding if coupled else None)
 
     @classmethod
@@ -151,6 +148,7 @@ class JointGroup:
         realised_torque: ArrayLike | None = None,
         feedforward: ArrayLike = 0.0,
         inertia: ArrayLike | None = None,
+        regressors: ArrayLike | Sequence[ArrayLike | None] | None = None,
         dt: float | None = None,
     ) -> Array:
         """Compute the torques for the coming period.
@@ -161,7 +159,11 @@ class JointGroup:
             Planned and measured velocities, rad/s.
         next_reference, correction, position, realised_torque, feedforward, inertia : array_like, shape (n,), optional
             As in :meth:`controllers.Controller.step`. What is not finite of velocity, preview, position and realised
-            torque is not known, for that joint alone.
+            torque is not known, for that joint alone; of a commanded input it is refused, for all.
+        regressors : array_like, shape (n, k), or sequence of n vectors, optional
+            Further known regressors of each joint, of the size of one: as many as it was made for beside those that
+            the joints behind it make, which come before them in ``estimates``. Where none are given, for a joint with
+            None, and where one is not finite, the last ones hold.
         dt : float, optional
             Time since the last call, s; the nominal period by default.
 
@@ -173,7 +175,9 @@ class JointGroup:
         Raises
         ------
         ValueError
-            A shape is wrong, or a value is not allowed; no joint has been stepped then.
+            A shape is wrong, or a value is not allowed: reference, correction or feedforward of a joint is not finite,
+            its inertia or ``dt`` not positive and finite, or its regressors are not as many as it takes. The message
+            names the joint; nothing has been changed then, and no joint has been stepped.
         """
         given = {
             "reference": reference,
@@ -188,9 +192,9 @@ class JointGroup:
         }
         rows = np.empty((len(self._controllers), len(COLUMNS) + len(Output._fields)))
         for place, name in enumerate(COLUMNS):
-            rows[:, place] = self._checked(name, given[name], name == "inertia" and inertia is None)
-        if self._forms_regressors:
-            self._form_regressors(rows[:, COLUMNS.index("position")])
+            may_be_unknown = name in MAY_BE_UNKNOWN or (name == "inertia" and inertia is None)
+            rows[:, place] = self._checked(name, given[name], may_be_unknown)
+        self._regressors.place(rows[:, COLUMNS.index("position")], self._regressors.checked(regressors))
         if self._compiled:
             step_group(self._addresses(), rows)
             return rows[:, len(COLUMNS)].copy()
@@ -202,11 +206,16 @@ class JointGroup:
         blocks = [controller.native for controller in self._controllers]
         return np.array([(block.step, block.parameters, block.state) for block in blocks], dtype=np.intp)
 
-    def _checked(self, name: str, values: ArrayLike, absent: bool) -> Array:
-        array = np.asarray(values, dtype=float)
+    def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array:
+        try:
+            array = np.asarray(values, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                f"{name} = {values!r} is not allowed: it must be {len(self._controllers)} numbers"
+            ) from error
         if array.shape not in ((), (len(self._controllers),)) or (name == "dt" and array.shape):
             raise ValueError(f"{name} has shape {array.shape}; it must be ({len(self._controllers)},)")
-        if name in MAY_BE_UNKNOWN or absent:
+        if may_be_unknown:
             return array
         positive = name in ("inertia", "dt")
         allowed = np.isfinite(array) & (array > 0.0 if positive else True)
@@ -216,20 +225,6 @@ class JointGroup:
             limits = "positive and finite" if positive else "a finite number"
             raise ValueError(f"{name} of {list(self.joints)[place]} = {value} is not allowed: it must be {limits}")
         return array
-
-    def _form_regressors(self, position: Array) -> None:
-        """Replace each position by the sum of angles up to the joint, and give each joint those of the ones it carries.
-
-        A sum with an unknown position is unknown: the joints that it concerns hold their last one. Positions of motors
-        are summed as angles of their joints, and handed on as the controller takes them.
-        """
-        own = position / self._gear_ratios
-        angles = np.array([np.sum(own[row != 0.0]) for row in self._angles])
-        for controller, carried in zip(self._controllers, self._carried, strict=True):
-            place = controller.regressors
-            with np.errstate(invalid="ignore"):
-                place[0::2], place[1::2] = np.sin(angles[carried]), np.cos(angles[carried])
-        position[:] = self._gear_ratios * angles
 
     @property
     def estimates(self) -> dict[str, dict[str, float]]:
@@ -254,8 +249,8 @@ class JointGroup:
         ----------
         torque, reference, velocity : array_like, shape (n,)
             Torques that the drives give now, N m, planned and measured velocities, rad/s.
-        **given : array_like, shape (n,), optional
-            Other arguments of the :meth:`step` that comes next, but ``dt``.
+        **given : array_like, optional
+            Other arguments of the :meth:`step` that comes next, ``regressors`` among them, but ``dt``.
 
         Raises
         ------
@@ -266,18 +261,19 @@ class JointGroup:
         if unknown:
             raise ValueError(f"{min(unknown)} is not allowed: it must be one of {', '.join(OPTIONAL)}")
         count = len(self._controllers)
-        known = {name: value for name, value in given.items() if value is not None}
-        values = {"torque": torque, "reference": reference, "velocity": velocity, **known}
-        columns = {name: np.broadcast_to(self._checked(name, value, False), count) for name, value in values.items()}
-        if self._forms_regressors:
-            columns["position"] = np.array(columns.get("position", np.full(count, math.nan)))
-        before = [controller.state for controller in self._controllers]
+        known = {name: value for name, value in given.items() if value is not None and name != "regressors"}
+        further = self._regressors.checked(given.get("regressors"))
+        columns = {}
+        for name, value in {"torque": torque, "reference": reference, "velocity": velocity, **known}.items():
+            may_be_unknown = name in MAY_BE_UNKNOWN and name != "velocity"
+            columns[name] = np.broadcast_to(self._checked(name, value, may_be_unknown), count)
+        columns["position"] = np.array(columns.get("position", np.full(count, math.nan)))
+        before = [copy.deepcopy(controller.state) for controller in self._controllers]
+        self._regressors.place(columns["position"], further)
         try:
-            if self._forms_regressors:
-                self._form_regressors(columns["position"])
-            for place, controller in enumerate(self._controllers):
+            for place, (joint, controller) in enumerate(self.joints.items()):
                 row = {name: float(column[place]) for name, column in columns.items()}
-                controller.take_over(**{name: value for name, value in row.items() if _is_told(name, value)})
+                _take_over(joint, controller, {name: value for name, value in row.items() if _is_told(name, value)})
         except ValueError:
             for controller, state in zip(self._controllers, before, strict=True):
                 controller.state = state
@@ -360,20 +356,11 @@ class JointGroup:
 
 
 def _is_told(name: str, value: float) -> bool:
-    return math.isfinite(value) or name not in MAY_BE_UNKNOWN or name == "velocity"
+    return math.isfinite(value) or name not in MAY_BE_UNKNOWN
 
 
-def _angles(names: tuple[str, ...], preceding: Mapping[str, Sequence[str]]) -> Array:
-    """Return the matrix, of ones and zeros, that makes the angles of the links of the positions, shape (n, n)."""
-    matrix = np.eye(len(names))
-    for name, others in preceding.items():
-        if isinstance(others, str) or not isinstance(others, Sequence):
-            raise ValueError(f"{name}.preceding = {others!r} is not allowed: it must be a list of names")
-        for other in (name, *others):
-            if other not in names:
-                raise ValueError(f"preceding: {other!r} is not a joint; there are {', '.join(names)}")
-        if name in others or len(set(others)) < len(others):
-            raise ValueError(f"{name}.preceding = {list(others)} is not allowed: every name once, not its own")
-        for other in others:
-            matrix[names.index(name), names.index(other)] = 1.0
-    return matrix
+def _take_over(joint: str, controller: AdaptiveController, given: Mapping[str, float]) -> None:
+    try:
+        controller.take_over(**given)
+    except ValueError as error:
+        raise ValueError(f"{joint}: {error}") from error
