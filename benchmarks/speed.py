@@ -1,8 +1,9 @@
-"""Speed of the closed loop, of one step and of the command line: ``python -m benchmarks.speed [--json FILE]``.
+"""Speed of loop, step and command line: ``python -m benchmarks.speed [--only SECTION] [--json FILE]``.
 
 Everything is measured beside a rival in the same run, in turn with it: the closed loop beside the same loop in C (the
 adaptive controller as the C that it is exported to) and in python-control, a long run beside a short one, a step beside
-the same step in plain Python. Before a rival is timed, its run is checked against ours.
+the same step in plain Python, a group of joints beside its joints one by one. Before a rival of the closed loop is
+timed, its run is checked against ours.
 """
 
 import math
@@ -28,6 +29,7 @@ from rich.console import Console
 from adaptive_ff import Scenario, load_scenario, simulate
 from adaptive_ff.files import write_json
 from benchmarks.processor_time import REPEATS, child_time, help_beside_numpy
+from benchmarks.speed_group import group_steps
 from benchmarks.speed_rivals import (
     CLOCK,
     CLoop,
@@ -48,6 +50,9 @@ COURSES: dict[str, dict[str, Any]] = {
     "100 Hz, joint 10 kHz": {"joint": {"solver_period": 0.0001}},
 }
 COMPARE = (sys.executable, "-m", "adaptive_ff", "compare", "--out", "{out}")
+
+GROUP_SHARE = 10
+"""Factor by which there are fewer calls of a group, which takes as long as many joints."""
 
 LATER_RUNS = 3
 """Later runs of the command, of which the median counts."""
@@ -239,32 +244,46 @@ def measurements(sizes: Sizes, folder: Path, command: Sequence[str]) -> dict[str
         f"{loop} python-control, with PI": lambda: all_courses(beside_python_control, sizes.slow_repeats),
         "Longer runs; rival: the shortest, and the size of the series": lambda: run_lengths(base, sizes),
         "controller.step(); rival: the same in plain Python": lambda: single_steps(sizes.calls),
+        "JointGroup.step(); rival: its joints one by one": lambda: group_steps(max(1, sizes.calls // GROUP_SHARE)),
         "adaptive-ff compare; rival: the other run": lambda: command_line(command),
         "adaptive-ff --help; rival: python -c 'import numpy'": lambda: help_command(sizes.commands),
     }
 
 
-def report(console: Console, sizes: Sizes, command: Sequence[str] = COMPARE) -> dict[str, Any]:
-    """Measure everything, print a table after the other, and return all numbers."""
+def report(console: Console, sizes: Sizes, command: Sequence[str] = COMPARE, only: str = "") -> dict[str, Any]:
+    """Measure the sections whose title contains a text, print a table after the other, and return all numbers.
+
+    Raises
+    ------
+    ValueError
+        There is no such section.
+    """
     facts = machine()
     for name, fact in facts.items():
         console.print(f"{name}: {fact}", highlight=False, markup=False)
     sections: dict[str, list[Row]] = {}
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        for title, measure in measurements(sizes, Path(folder), command).items():
+        chosen = measurements(sizes, Path(folder), command)
+        if not any(only in title for title in chosen):
+            raise ValueError(f"--only {only} is not allowed: it must be part of one of {'; '.join(chosen)}")
+        for title, measure in ((title, measure) for title, measure in chosen.items() if only in title):
             sections[title] = measure()
             console.print(as_table(title, sections[title]))
     verdicts = [row.met for rows in sections.values() for row in rows if row.met is not None]
-    console.print(f"{sum(verdicts)} of {len(verdicts)} targets are met", highlight=False)
+    if verdicts:
+        console.print(f"{sum(verdicts)} of {len(verdicts)} targets are met", highlight=False)
     written = {title: [{**asdict(row), "met": row.met} for row in rows] for title, rows in sections.items()}
     return {"machine": facts, "sizes": asdict(sizes), "measurements": written}
 
 
-def main(json: Annotated[Path | None, typer.Option(help="Write all numbers there.")] = None) -> None:
+def main(
+    json: Annotated[Path | None, typer.Option(help="Write all numbers there.")] = None,
+    only: Annotated[str, typer.Option(help="Part of the title of the sections to measure.")] = "",
+) -> None:
     """Measure the speed of the package beside its rivals."""
     try:
-        result = report(Console(), Sizes())
-    except ArithmeticError as error:
+        result = report(Console(), Sizes(), only=only)
+    except (ArithmeticError, ValueError) as error:
         print(f"benchmarks.speed: {error}", file=sys.stderr)
         raise typer.Exit(1) from error
     if json is not None:

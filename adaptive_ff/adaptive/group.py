@@ -206,7 +206,21 @@ class JointGroup:
         blocks = [controller.native for controller in self._controllers]
         return np.array([(block.step, block.parameters, block.state) for block in blocks], dtype=np.intp)
 
-    def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array:
+    def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array | float:
+        array: Array | float = values if isinstance(values, float) else self._shaped(name, values)
+        if may_be_unknown:
+            return array
+        numbers = array.ravel().tolist() if isinstance(array, np.ndarray) else [array]  # quicker than numpy's checks
+        positive = name in ("inertia", "dt")
+        if not (all(map(math.isfinite, numbers)) and (not positive or min(numbers) > 0.0)):
+            allowed = [math.isfinite(number) and (number > 0.0 or not positive) for number in numbers]
+            place = allowed.index(False)
+            limits = "positive and finite" if positive else "a finite number"
+            where = f"{name} of {list(self.joints)[place]}"
+            raise ValueError(f"{where} = {numbers[place]} is not allowed: it must be {limits}")
+        return array
+
+    def _shaped(self, name: str, values: ArrayLike) -> Array:
         try:
             array = np.asarray(values, dtype=float)
         except (TypeError, ValueError) as error:
@@ -215,15 +229,6 @@ class JointGroup:
             ) from error
         if array.shape not in ((), (len(self._controllers),)) or (name == "dt" and array.shape):
             raise ValueError(f"{name} has shape {array.shape}; it must be ({len(self._controllers)},)")
-        if may_be_unknown:
-            return array
-        positive = name in ("inertia", "dt")
-        allowed = np.isfinite(array) & (array > 0.0 if positive else True)
-        if not np.all(allowed):
-            place = int(np.argmin(np.broadcast_to(allowed, (len(self._controllers),))))
-            value = np.broadcast_to(array, (len(self._controllers),))[place]
-            limits = "positive and finite" if positive else "a finite number"
-            raise ValueError(f"{name} of {list(self.joints)[place]} = {value} is not allowed: it must be {limits}")
         return array
 
     @property

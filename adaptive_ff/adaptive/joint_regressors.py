@@ -1,8 +1,8 @@
 """Further known regressors of the joints of a group: first those that the angles of a chain make, then given ones.
 
 In a chain of parallel axes joint i turns the links from i on. The weight of link j acts along ``sin a_j``, where
-``a_j`` is the sum of the positions from the base to j; ``sin a_i`` is gravity of the joint itself, and a sine and a cosine of
-each ``a_j`` behind it are its further regressors, in the order of the joints.
+``a_j`` is the sum of the positions from the base to j; ``sin a_i`` is gravity of the joint itself, and a sine and a
+cosine of each ``a_j`` behind it are its further regressors, in the order of the joints.
 """
 
 from collections.abc import Mapping, Sequence
@@ -122,8 +122,8 @@ def regressor_count(name: str, formed: int, given: int = 0) -> int:
     if count > MOST_REGRESSORS:
         raise ValueError(
             f"{name}.regressors = {count} is not allowed: a sine and a cosine for each of the {formed // 2} joints "
-            f"that follow, and {given} given ones, are more than {MOST_REGRESSORS}, the most that can be identified; leave "
-            "preceding out, give sums of angles as position, and as regressors sums of those whose ratio is known"
+            f"that follow, and {given} given ones, are more than {MOST_REGRESSORS}, the most that can be identified; "
+            "leave preceding out, give sums of angles as position, and as regressors sums of those whose ratio is known"
         )
     return count
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from adaptive_ff import load_scenario
-from benchmarks import speed, speed_steps
+from benchmarks import speed, speed_group, speed_steps
 from benchmarks import speed_rivals as closed_loop
 from benchmarks.speed import Sizes
 from benchmarks.speed_rivals import CLoop, ExportedLoop, OwnLoop, PythonControlLoop, check_alike, shared_series
@@ -231,14 +231,14 @@ def run_main(*arguments):
 
 
 def test_json_file_is_written(monkeypatch, tmp_path):
-    monkeypatch.setattr(speed, "report", lambda console, sizes: {"machine": {}, "calls": sizes.calls})
+    monkeypatch.setattr(speed, "report", lambda console, sizes, only: {"machine": {}, "calls": sizes.calls})
     assert run_main("--json", str(tmp_path / "speed.json")).exit_code == 0
     assert json.loads((tmp_path / "speed.json").read_text()) == {"machine": {}, "calls": 50_000}
     assert [path.name for path in tmp_path.iterdir()] == ["speed.json"]
 
 
 def test_rival_that_differs_ends_the_run_without_figures(monkeypatch, tmp_path):
-    def report(console, sizes):
+    def report(console, sizes, only):
         raise ArithmeticError("C differs")
 
     monkeypatch.setattr(speed, "report", report)
@@ -246,3 +246,40 @@ def test_rival_that_differs_ends_the_run_without_figures(monkeypatch, tmp_path):
     assert done.exit_code == 1
     assert "C differs" in done.output
     assert not list(tmp_path.iterdir())
+
+
+def test_a_section_can_be_measured_alone():
+    printed = StringIO()
+    result = speed.report(Console(file=printed, width=120), TINY, STUB, only="JointGroup")
+    ((title, rows),) = result["measurements"].items()
+    assert title.startswith("JointGroup.step()")
+    assert [row["what"] for row in rows[:-2]] == [f"group of {count} joints" for count in speed_group.JOINTS]
+    assert all(row["ours"] > 0.0 and row["theirs"] > 0.0 for row in rows[:-2])
+    assert "targets are met" not in printed.getvalue()
+    with pytest.raises(ValueError, match=r"^--only nothing is not allowed: it must be part of one of Closed loop"):
+        speed.report(Console(file=printed, width=120), TINY, STUB, only="nothing")
+
+
+def test_a_straight_line_over_the_joints_is_found():
+    numbers = (1, 2, 6, 12)
+    start, slope = speed_group.fitted_rows(numbers, 3e-6 + 2e-6 * np.array(numbers), 4e-6)
+    assert (start.ours, start.ratio) == pytest.approx((3e-6, 0.75))
+    assert (slope.ours, slope.ratio) == pytest.approx((2e-6, 0.5))
+    assert slope.what == "b, a joint more; fit within 0 %"
+    squares = np.array(numbers) ** 2.0
+    shares = np.column_stack([1.0 / squares, np.array(numbers) / squares])
+    off = np.max(np.abs(shares @ np.linalg.lstsq(shares, np.ones(4))[0] - 1.0))
+    assert speed_group.fitted_rows(numbers, 1e-6 * squares, 4e-6)[1].what.endswith(f"within {100.0 * off:.0f} %")
+    assert off > 0.2
+
+
+def test_group_that_is_timed_does_what_the_single_joints_do():
+    samples = speed_group.samples_of(2)
+    joints, alone = speed_group.joints_of(2), speed_group.joints_of(2)
+    together, single = speed_group.step_together(joints, samples), speed_group.step_one_by_one(alone, samples)
+    for k in range(50):
+        together(k)
+        single(k)
+    for name, controller in joints.items():
+        assert controller.state_to_json() == alone[name].state_to_json()
+    assert joints["joint_0"].state_to_json() != joints["joint_1"].state_to_json()
