@@ -1,5 +1,6 @@
 """What was identified from a log."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,6 +19,9 @@ from adaptive_ff.logs.derivatives import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from adaptive_ff.identify.first_estimate import FirstEstimate
+    from adaptive_ff.model.friction import TorqueModel
 
 
 class Reported(NamedTuple):
@@ -126,6 +130,61 @@ class LogIdentification:
         """Return a parameter of the model as it is used: zero where the log does not determine it."""
         reported = self.parameters.get(name)
         return reported.estimate.value if reported is not None and reported.identifiable and reported.used else 0.0
+
+    def torque_model(self, torque_constant: float | None = None) -> "TorqueModel":
+        """Return the identified joint as the model that controllers assume.
+
+        What the log does not determine is zero, but for the lag, which is the one estimated beside the model, or 10 ms,
+        and for stiction, Stribeck velocity and shape: those of stretches at constant speed where there are such, else
+        stiction is Coulomb friction and the Stribeck velocity a twentieth of the largest speed. Friction that saturates
+        is shared out between Coulomb and viscous friction as at the log's speeds; gravity and friction over position
+        have no place in this model.
+
+        Parameters
+        ----------
+        torque_constant : float, optional
+            Torque (force) of one ampere, N m/A (N/A), for a log that holds a current; 1 for a controller that
+            commands A.
+
+        Returns
+        -------
+        TorqueModel
+            The joint; of a linear axis read m, N and kg for rad, N m and kg m^2.
+
+        Raises
+        ------
+        InputError
+            The inertia is not identifiable, the log holds a current and there is no torque constant, it is not
+            positive and finite, or the log holds a torque and there is one.
+        """
+        from adaptive_ff.identify.first_estimate import torque_model
+
+        return torque_model(self, torque_constant)
+
+    def first_estimate(
+        self, torque_constant: float | None = None, parameters: Sequence[str] | None = None
+    ) -> "FirstEstimate":
+        """Return what an adaptive controller of this joint begins with: model, gravity and how sure they are.
+
+        ``AdaptiveController(proportional, integral, period, **found.first_estimate()._asdict())``. The standard
+        deviations are those of the intervals, about the values, of the joint as it was recorded.
+
+        Parameters
+        ----------
+        torque_constant : float, optional
+            As in :meth:`torque_model`.
+        parameters : sequence of str, optional
+            What the controller is to identify, as in :class:`AdaptiveController`; by default with offset, for a
+            rotary joint with gravity, too, and by direction where viscous friction is.
+
+        Raises
+        ------
+        InputError
+            As in :meth:`torque_model`.
+        """
+        from adaptive_ff.identify.first_estimate import first_estimate
+
+        return first_estimate(self, torque_constant, parameters)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values; ends of intervals that are infinite are None."""

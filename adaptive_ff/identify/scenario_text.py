@@ -8,15 +8,13 @@ import numpy as np
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.stiction import known_stiction
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
 
 BANDWIDTH, PERIODS = 10.0, 0.1
 """Crossover of the assumed PI loop, Hz, and the most that it may be times the sampling period."""
-
-SLOW = 0.05
-"""Assumed Stribeck velocity where none is identified, over the largest speed."""
 
 LEFT_OUT = ("offset", "viscous_asymmetry", "gravity_sine", "gravity_cosine", *SATURATIONS)
 """Terms that the scenario does without."""
@@ -68,7 +66,8 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     inertia, coulomb = found.value("inertia"), found.value("coulomb")
     if inertia <= 0.0:
         raise InputError(f"{found.name}: the inertia is not identifiable, so there is no scenario")
-    stiction, bend, shape, known = _stiction(found, coulomb)
+    stiction, bend, shape, _, remark = known_stiction(found, coulomb)
+    known = remark or _interval(found, "stiction")
     bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
     period = float(f"{found.period:.4g}")
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
@@ -121,23 +120,6 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         ends = " to ".join(f"{end:.4g}" for end in found.position_map.range)
         comments["adaptation.position_range"] = f"from the start of the motion; {ends} in the log"
     return toml_text(content, comments, head)
-
-
-def _stiction(found: LogIdentification, coulomb: float) -> tuple[float, float, float, str]:
-    """Return stiction, Stribeck velocity and shape, and where they come from."""
-    if _identifiable(found, "stiction"):
-        bend = found.value("stribeck_velocity")
-        return max(found.value("stiction"), coulomb), bend, 1.0, _interval(found, "stiction")
-    fit = found.curve.fit
-    if fit is not None and fit.determined and fit.estimates["stiction"].value > coulomb:
-        return (
-            fit.estimates["stiction"].value,
-            fit.stribeck_velocity,
-            fit.stribeck_shape,
-            "from stretches at constant speed",
-        )
-    slow = SLOW * float(np.max(np.abs(found.reference.velocity)))
-    return coulomb, float(f"{slow:.3g}"), 1.0, "assumed: the log does not determine a stiction above Coulomb friction"
 
 
 def _mapped(found: LogIdentification) -> dict[str, Any]:

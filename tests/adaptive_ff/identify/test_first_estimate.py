@@ -1,0 +1,176 @@
+"""From a log to the first model of a controller: values, units, how sure it is, and what it is worth in the loop."""
+
+from dataclasses import replace
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+from synthetic_logs import JOINT, make_log, motion
+
+from adaptive_ff import (
+    PER_DIRECTION_WITH_GRAVITY,
+    WITH_GRAVITY,
+    WITH_OFFSET,
+    AdaptiveController,
+    InputError,
+    TorqueModel,
+    identify_log,
+    load_scenario,
+    simulate,
+)
+from adaptive_ff.identify.first_estimate import ASSUMED_LAG
+from adaptive_ff.logs.log import Log
+from adaptive_ff.model.friction import model_friction
+from controllers import PI
+
+AMPERE = 0.11
+"""Torque constant of the tests, N m/A."""
+
+
+def with_torque(log, torque):
+    return Log("log", log.time, torque, position=log.position)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return identify_log(make_log(noise=0.05))
+
+
+@pytest.fixture(scope="module")
+def of_current():
+    log = make_log(noise=0.05)
+    return identify_log(with_torque(log, log.torque / AMPERE), is_current=True)
+
+
+def controller_of(first, **further):
+    design = PI.design(inertia=first.inertia, period=0.01, bandwidth=5.0)
+    return AdaptiveController(design.proportional, design.integral, 0.01, **first._asdict(), **further)
+
+
+def test_model_has_the_values_of_the_joint():
+    model = identify_log(make_log()).torque_model()
+    assert isinstance(model, TorqueModel)
+    for name, true in JOINT.items():
+        assert getattr(model, name) == pytest.approx(true, rel=2e-3)
+    assert model.stiction == model.coulomb
+    assert model.friction_lag < 1e-3
+    largest = np.max(np.abs(motion(make_log().time)[1]))
+    assert model.stribeck_velocity == pytest.approx(0.05 * largest, rel=0.05)
+
+
+def test_deviations_are_those_of_the_intervals(found):
+    first = found.first_estimate()
+    for name in ("inertia", "coulomb", "viscous", "offset"):
+        lower, upper = found.parameters[name].estimate[2:]
+        widest = max(upper - first.model[name], first.model[name] - lower)
+        assert first.deviation[name] * NormalDist().inv_cdf(0.975) == pytest.approx(widest)
+    assert 0.0 < first.deviation["inertia"] < 0.01 * first.inertia
+    vague = identify_log(make_log(noise=0.5)).first_estimate().deviation
+    assert all(vague[name] > 2.0 * first.deviation[name] for name in ("inertia", "coulomb", "viscous"))
+
+
+def test_controller_begins_with_what_was_identified(found):
+    first = found.first_estimate()
+    estimates = controller_of(first).estimates
+    assert first.parameters == WITH_GRAVITY
+    assert {name: estimates[name] for name in first.parameters} == {n: first.model[n] for n in first.parameters}
+    assert estimates["stribeck_velocity"] == first.stribeck_velocity == found.torque_model().stribeck_velocity
+
+
+def test_gravity_and_its_deviation_go_along():
+    log = make_log(noise=0.05)
+    found = identify_log(with_torque(log, log.torque + 5.0 * np.sin(log.position) - 2.0 * np.cos(log.position)))
+    first = found.first_estimate()
+    assert (first.model["gravity_sin"], first.model["gravity_cos"]) == pytest.approx((5.0, -2.0), rel=0.05)
+    assert 0.0 < first.deviation["gravity_sin"] < 0.5
+    assert controller_of(first).estimates["gravity_cos"] == first.model["gravity_cos"]
+    fewer = found.first_estimate(parameters=WITH_OFFSET)
+    assert set(fewer.deviation) <= set(WITH_OFFSET)
+    assert "gravity_sin" not in fewer.model
+    assert "gravity_sin" not in controller_of(fewer).estimates
+
+
+def test_friction_by_direction_is_identified_by_direction():
+    first = identify_log(make_log(noise=0.02, asymmetry=1.0)).first_estimate()
+    assert first.parameters == PER_DIRECTION_WITH_GRAVITY
+    assert first.model["viscous_asymmetry"] == pytest.approx(1.0, rel=0.1)
+    assert controller_of(first).estimates["viscous_asymmetry"] == first.model["viscous_asymmetry"]
+
+
+def test_friction_that_saturates_is_right_as_a_whole_at_the_speeds_of_the_log():
+    log = make_log(noise=0.02)
+    velocity = motion(log.time)[1]
+    found = identify_log(with_torque(log, log.torque + 4.0 * np.tanh(velocity / 0.5)))
+    assert any(found.value(shape) > 0.0 for shape in ("saturation", "slow_saturation", "long_saturation"))
+    model, deviation = found.torque_model(), found.first_estimate().deviation
+    for speed in (0.3, 0.6, 1.0):
+        true = 3.0 + 4.0 * speed + 4.0 * np.tanh(speed / 0.5)
+        assert model_friction(model, speed) == pytest.approx(true, rel=0.12)
+    assert 0.1 < deviation["coulomb"] < 2.0
+    assert 0.1 < deviation["viscous"] < 2.0
+
+
+def test_current_takes_a_torque_constant(found, of_current):
+    with pytest.raises(
+        InputError, match=r"^torque_constant is missing: the log of log holds a current, A, .* N m/A, or 1"
+    ):
+        of_current.torque_model()
+    with pytest.raises(InputError, match=r"^torque_constant is missing"):
+        of_current.first_estimate()
+    assert of_current.torque_model(AMPERE) == pytest.approx(found.torque_model(), rel=1e-6)
+    first, same = of_current.first_estimate(AMPERE), found.first_estimate()
+    assert first.deviation == pytest.approx(same.deviation, rel=0.02)  # the search ends a little apart
+    assert first.model == pytest.approx(same.model, rel=1e-6)
+    assert of_current.first_estimate(1.0).inertia == pytest.approx(same.inertia / AMPERE)
+
+
+@pytest.mark.parametrize("constant", [0.0, -1.0, np.nan, np.inf])
+def test_impossible_torque_constant_is_refused(of_current, constant):
+    with pytest.raises(InputError, match=r"^torque_constant = .* N m/A is not allowed: it must be positive and finite"):
+        of_current.first_estimate(constant)
+
+
+def test_torque_needs_no_constant(found):
+    with pytest.raises(InputError, match=r"^torque_constant = 0.11 N m/A is not allowed: the log of log holds N m"):
+        found.torque_model(AMPERE)
+
+
+def test_linear_axis_has_no_gravity():
+    log = make_log(noise=0.05)
+    first = identify_log(log, linear=True).first_estimate()
+    assert first.parameters == WITH_OFFSET
+    assert controller_of(first).estimates["coulomb"] == pytest.approx(3.0, rel=0.05)
+    of_current = identify_log(with_torque(log, log.torque / AMPERE), linear=True, is_current=True)
+    with pytest.raises(InputError, match=r"^torque_constant is missing: .* N/A"):
+        of_current.first_estimate()
+    assert of_current.first_estimate(AMPERE).model == pytest.approx(first.model, rel=1e-6)
+
+
+def test_without_inertia_there_is_no_model(found):
+    inertia = found.parameters["inertia"]._replace(identifiable=False)
+    with pytest.raises(InputError, match=r"^log: the inertia is not identifiable, so there is no model"):
+        replace(found, parameters={**found.parameters, "inertia": inertia}).torque_model()
+
+
+def test_a_lag_that_was_not_estimated_is_assumed(found):
+    others = {name: one for name, one in found.parameters.items() if name != "friction_lag"}
+    first = replace(found, parameters=others).first_estimate()
+    assert first.model["friction_lag"] == ASSUMED_LAG
+    assert "friction_lag" not in first.deviation
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02, 0.05])
+def test_first_seconds_are_better_than_without_a_model(lag):
+    base = load_scenario().modified(joint={"friction_lag": lag})
+    columns = simulate(base.modified(duration=60.0, sampling={"period": 0.001}, seed=101), "pi").columns()
+    log = Log("run", columns["time"], columns["torque"], velocity=columns["measured"])
+    first = identify_log(log, torque_delay=0.0005).first_estimate()
+    cold = {name: getattr(first, name) for name in ("inertia", "stribeck_velocity")}
+    errors = {name: [] for name in ("cold", "first")}
+    for seed in (1, 2, 3):
+        scenario = base.modified(duration=2.0, seed=seed)
+        for name, arguments in (("cold", cold), ("first", first._asdict())):
+            controller = AdaptiveController(*scenario.feedback.gains, 0.01, **arguments)
+            run = simulate(scenario, controller)
+            errors[name].append(np.sqrt(np.mean((run.reference - run.velocity) ** 2)))
+    assert np.median(errors["first"]) < np.median(errors["cold"])
