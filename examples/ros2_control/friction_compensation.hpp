@@ -1,7 +1,9 @@
 // A chainable velocity controller of ros2_control around exported controllers, one class for each axis.
 //
-// Reference interfaces: the planned velocity (rad/s) and a torque known from elsewhere, such as gravity (N m).
-// State interfaces: velocity (rad/s) and effort (N m) of the joint. Command interface: its effort (N m).
+// Reference interfaces: the planned velocity (rad/s), a torque known from elsewhere, such as gravity (N m), and what a
+// position loop adds to the plan (rad/s), which only the feedback follows.
+// State interfaces: velocity (rad/s) and effort (N m) of the joint; with the parameter use_position its position (rad).
+// Command interface: its effort (N m).
 #pragma once
 
 #include <cmath>
@@ -30,6 +32,7 @@ public:
     joint_ = this->template auto_declare<std::string>("joint", "");
     limit_ = this->template auto_declare<double>("effort_limit", std::numeric_limits<double>::infinity());
     state_file_ = this->template auto_declare<std::string>("state_file", "");
+    use_position_ = this->template auto_declare<bool>("use_position", false);
     return joint_.empty() || !(limit_ > 0.0) ? CallbackReturn::ERROR : CallbackReturn::SUCCESS;
   }
 
@@ -40,8 +43,11 @@ public:
 
   InterfaceConfiguration state_interface_configuration() const override
   {
-    return {controller_interface::interface_configuration_type::INDIVIDUAL,
-            {joint_ + "/velocity", joint_ + "/effort"}};
+    std::vector<std::string> names{joint_ + "/velocity", joint_ + "/effort"};
+    if (use_position_) {
+      names.push_back(joint_ + "/position");
+    }
+    return {controller_interface::interface_configuration_type::INDIVIDUAL, names};
   }
 
   CallbackReturn on_configure(const rclcpp_lifecycle::State &) override
@@ -62,7 +68,7 @@ public:
 
   CallbackReturn on_activate(const rclcpp_lifecycle::State &) override
   {
-    this->reference_interfaces_.assign(2, 0.0);
+    this->reference_interfaces_.assign(reference_count, 0.0);
     last_torque_ = std::numeric_limits<double>::quiet_NaN();
     return CallbackReturn::SUCCESS;
   }
@@ -84,11 +90,12 @@ public:
 protected:
   std::vector<hardware_interface::CommandInterface> on_export_reference_interfaces() override
   {
-    this->reference_interfaces_.assign(2, 0.0);
+    this->reference_interfaces_.assign(reference_count, 0.0);
     const std::string name = this->get_node()->get_name();
     std::vector<hardware_interface::CommandInterface> exported;
     exported.emplace_back(name, joint_ + "/velocity", &this->reference_interfaces_[0]);
     exported.emplace_back(name, joint_ + "/effort", &this->reference_interfaces_[1]);
+    exported.emplace_back(name, joint_ + "/velocity_correction", &this->reference_interfaces_[2]);
     return exported;
   }
 
@@ -102,7 +109,11 @@ protected:
     auto inputs = Axis::default_inputs();  // no preview: the controller does without
     inputs.reference = this->reference_interfaces_[0];
     inputs.feedforward = this->reference_interfaces_[1];
+    inputs.correction = this->reference_interfaces_[2];
     inputs.velocity = this->state_interfaces_[0].get_value();  // NaN where the reading failed: that is allowed
+    if (use_position_) {
+      inputs.position = this->state_interfaces_[2].get_value();  // gravity is identified; NaN holds the last one
+    }
     // The measured effort is noisy where it is a current; what was commanded, limited, serves where there is none.
     const double effort = this->state_interfaces_[1].get_value();
     inputs.realised_torque = std::isfinite(effort) ? effort : last_torque_;
@@ -117,8 +128,10 @@ protected:
   }
 
 private:
+  static constexpr std::size_t reference_count = 3;
   typename Axis::Controller controller_{};
   std::string joint_, state_file_;
+  bool use_position_ = false;
   double limit_ = std::numeric_limits<double>::infinity();
   double last_torque_ = std::numeric_limits<double>::quiet_NaN();
 };

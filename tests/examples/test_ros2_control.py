@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from exports import adaptive, made, printed
 
-from adaptive_ff import export_controller
+from adaptive_ff import WITH_GRAVITY, export_controller
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ros2_control"
 FLAGS = ("-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror", "-O1")
@@ -19,6 +19,7 @@ PROGRAM = """
 
 int main(int, char ** arguments)
 {
+  const bool cascaded = std::string(arguments[2]) == "cascaded";
   friction_compensation::Axis1 axis;
   axis.get_node()->name = "axis1_velocity";
   using controller_interface::CallbackReturn;
@@ -26,19 +27,27 @@ int main(int, char ** arguments)
   axis.get_node()->texts["joint"] = "joint_1";
   axis.get_node()->numbers["effort_limit"] = 40.0;
   axis.get_node()->texts["state_file"] = arguments[1];
-  double velocity = 0.0, effort = 0.0, command = 0.0;
+  if (cascaded) { axis.get_node()->flags["use_position"] = true; }
+  double velocity = 0.0, effort = 0.0, position = 0.0, command = 0.0;
   using hardware_interface::LoanedInterface;
   axis.state_interfaces_ = {LoanedInterface(&velocity), LoanedInterface(&effort)};
+  if (cascaded) { axis.state_interfaces_.emplace_back(&position); }
   axis.command_interfaces_ = {LoanedInterface(&command)};
   const rclcpp_lifecycle::State state;
   if (axis.on_init() != CallbackReturn::SUCCESS || axis.on_configure(state) != CallbackReturn::SUCCESS) { return 2; }
   auto references = axis.export_reference_interfaces();
   if (axis.on_activate(state) != CallbackReturn::SUCCESS) { return 3; }
   if (references[0].get_name() != "axis1_velocity/joint_1/velocity") { return 4; }
+  if (references[2].get_name() != "axis1_velocity/joint_1/velocity_correction") { return 9; }
+  const auto claimed = axis.state_interface_configuration().names;
+  if (claimed.size() != axis.state_interfaces_.size()) { return 10; }
+  if (cascaded && claimed[2] != "joint_1/position") { return 11; }
   const rclcpp::Duration period(0.01);
   for (int k = 0; k < 300; k++) {
     references[0].set_value(0.2 * std::sin(0.03 * k));
     references[1].set_value(1.5);
+    if (cascaded) { references[2].set_value(0.02 * std::sin(0.07 * k)); }
+    position = k % 40 == 9 ? std::nan("") : 0.5 - 6.0 * std::cos(0.03 * k);
     velocity = k % 50 == 7 ? std::nan("") : 0.19 * std::sin(0.03 * k - 0.03);
     effort = command;
     if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::OK) { return 5; }
@@ -58,7 +67,7 @@ int main(int, char ** arguments)
 )
 def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
     for place in range(1, 7):
-        export_controller(adaptive() if place == 1 else made("pi"), tmp_path, prefix=f"axis{place}")
+        export_controller(adaptive(WITH_GRAVITY) if place == 1 else made("pi"), tmp_path, prefix=f"axis{place}")
     (tmp_path / "use.cpp").write_text(PROGRAM)
     include = ("-I", tmp_path, "-I", EXAMPLE, "-I", EXAMPLE / "stubs")
     printed("g++", "-std=c++17", *FLAGS, *include, "-c", EXAMPLE / "plugins.cpp", "-o", tmp_path / "plugins.o")
@@ -66,16 +75,29 @@ def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
     printed("gcc", "-std=c99", "-O1", "-c", *(f"axis{place}.c" for place in range(1, 7)), cwd=tmp_path)
     objects = (f"axis{place}.o" for place in range(1, 7))
     printed("g++", "use.o", *objects, "-o", "use", "-lm", cwd=tmp_path)
-    found = np.array([float(line) for line in printed("./use", "axis.state", cwd=tmp_path).splitlines()])
-    controller, command = adaptive().run_uncompiled(), 0.0
-    expected = []
+    commanded = {}
+    for mode in ("alone", "cascaded"):
+        found = np.array([float(line) for line in printed("./use", f"{mode}.state", mode, cwd=tmp_path).splitlines()])
+        commanded[mode] = commands_of_python(mode == "cascaded")
+        assert np.ptp(commanded[mode]) > 40.0
+        assert np.allclose(found, commanded[mode], rtol=1e-11, atol=1e-11)
+    assert np.max(np.abs(commanded["cascaded"] - commanded["alone"])) > 1.0
+
+
+def commands_of_python(cascaded):
+    """Commands of the first axis in the loop of the program, limited, shape (300,)."""
+    controller, command = adaptive(WITH_GRAVITY).run_uncompiled(), 0.0
+    commands = []
     for k in range(300):
         velocity = math.nan if k % 50 == 7 else 0.19 * math.sin(0.03 * k - 0.03)
-        torque = controller.step(0.2 * math.sin(0.03 * k), velocity, feedforward=1.5, realised_torque=command)
+        given = {"feedforward": 1.5, "realised_torque": command}
+        if cascaded:
+            given["correction"] = 0.02 * math.sin(0.07 * k)
+            given["position"] = math.nan if k % 40 == 9 else 0.5 - 6.0 * math.cos(0.03 * k)
+        torque = controller.step(0.2 * math.sin(0.03 * k), velocity, **given)
         command = min(max(torque, -40.0), 40.0)
-        expected.append(command)
-    assert np.ptp(expected) > 40.0
-    assert np.allclose(found, expected, rtol=1e-11, atol=1e-11)
+        commands.append(command)
+    return np.array(commands)
 
 
 def test_the_parameters_name_a_class_and_a_joint_for_each_axis():
@@ -84,4 +106,4 @@ def test_the_parameters_name_a_class_and_a_joint_for_each_axis():
         assert f"type: friction_compensation/Axis{place}\n" in text
         assert f"joint: joint_{place}\n" in text
         assert f'name="friction_compensation/Axis{place}"' in classes
-    assert json.dumps(text).count("effort_limit") == 6
+    assert json.dumps(text).count("effort_limit") == json.dumps(text).count("use_position: true") == 6

@@ -31,6 +31,7 @@ public:
   std::string name = "controller";
   std::map<std::string, std::string> texts;
   std::map<std::string, double> numbers;
+  std::map<std::string, bool> flags;
   const char * get_name() const { return name.c_str(); }
 };
 }  // namespace rclcpp_lifecycle
@@ -118,6 +119,10 @@ private:
   double given(const std::string & name, double fallback)
   {
     return node_->numbers.count(name) ? node_->numbers[name] : fallback;
+  }
+  bool given(const std::string & name, bool fallback)
+  {
+    return node_->flags.count(name) ? node_->flags[name] : fallback;
   }
   std::shared_ptr<rclcpp_lifecycle::LifecycleNode> node_ = std::make_shared<rclcpp_lifecycle::LifecycleNode>();
 };
