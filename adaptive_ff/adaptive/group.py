@@ -16,6 +16,7 @@ from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
+from controllers.compiled import compiles
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis
@@ -81,7 +82,7 @@ class JointGroup:
             raise ValueError(f"periods = {sorted(periods)} are not allowed: all joints must have the same")
         self.period = periods.pop()
         self._regressors = JointRegressors(self.joints, preceding)
-        self._compiled = True
+        self._compiled = compiles()
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Self:
@@ -320,7 +321,8 @@ class JointGroup:
         """Compile or load the step before real-time use; the states are left as they are."""
         for controller in self._controllers:
             controller.warm_up()
-        step_group(np.empty((0, 3), dtype=np.intp), np.empty((0, 0)))
+        if compiles():
+            step_group(np.empty((0, 3), dtype=np.intp), np.empty((0, 0)))
 
     def state_to_json(self) -> str:
         """Return the states of all joints as one JSON text that restores them exactly."""
