@@ -83,6 +83,10 @@ def replay_command(
     velocity_lag: Annotated[
         float | None, typer.Option(help="Time by which the velocity lags, s; that of these, zero where it is measured.")
     ] = None,
+    motion_lead: Annotated[
+        float | None,
+        typer.Option(help="Time by which the motion runs ahead of the reference, s; as in the log where it is distinct."),
+    ] = None,
     bandwidth: Annotated[float | None, typer.Option(help="Band in which the fixed model is fitted, Hz.")] = None,
     band: Annotated[float, typer.Option(help="Band in which torques are judged, Hz.")] = BAND,
     state: Annotated[Path | None, typer.Option(help="State to start from, as --save-state wrote it.")] = None,
@@ -128,6 +132,7 @@ def replay_command(
             torque_delay=torque_delay,
             velocity_cutoff=velocity_cutoff,
             velocity_lag=velocity_lag,
+            motion_lead=motion_lead,
             bandwidth=bandwidth,
             band=band,
             state=saved,

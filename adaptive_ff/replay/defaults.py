@@ -12,6 +12,7 @@ from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.log import Log
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.fixed import MOST
+from adaptive_ff.replay.following import motion_lead
 from adaptive_ff.replay.settings import ReplaySettings
 from controllers import low_pass_lag
 
@@ -24,16 +25,17 @@ SLOW = 0.05
 RESTING = 0.005
 """Speed up to which the reference counts as resting where none is given, over its largest."""
 
-FROM_LOG = ("inertia", "stribeck_velocity", "rest_speed", "start_path", "velocity_cutoff", "velocity_lag")
+FROM_LOG = ("inertia", "stribeck_velocity", "rest_speed", "start_path", "velocity_cutoff", "velocity_lag", "motion_lead")
 """Settings that are taken from the log where they are not given."""
 
 
 class Recorded(NamedTuple):
-    """A log, its pieces without defect, its sample time (s), and the largest speed of its reference (rad/s)."""
+    """A log, its pieces without defect, its sample time (s), and the band (Hz) and largest speed of its reference."""
 
     log: Log
     pieces: list[Piece]
     period: float
+    band: float
     largest: float
 
     def noise(self) -> float:
@@ -49,9 +51,10 @@ def usual_settings(
     """Return the settings of a replay: what is given, and for the rest what the log says.
 
     Inertia, and the Stribeck velocity if it has one, are those of the fixed model; else the latter is 0.05 times the
-    largest speed of the reference. Its rest is 0.005 times that speed, and it starts at a path of the noise of the
-    measured position (of a velocity: its noise over a sample time). Differences of a coarse position pass a low-pass,
-    see ``quiet_cutoff``. The loop has 10 Hz, or a tenth of the sampling frequency.
+    largest speed of the reference. The reference is taken when the joint followed it, see ``motion_lead``; it rests
+    below 0.005 times its largest speed, and starts at a path of the noise of the measured position (of a velocity: its
+    noise over a sample time). Differences of a coarse position pass a low-pass, see ``quiet_cutoff``. The loop has
+    10 Hz, or a tenth of the sampling frequency.
 
     Parameters
     ----------
@@ -80,6 +83,8 @@ def usual_settings(
         "rest_speed": RESTING * largest,
         "start_path": noise if is_position else noise * period,
     }
+    if given.get("motion_lead") is None:
+        usual["motion_lead"] = motion_lead(log, recorded.pieces, period, recorded.band)
     if model is not None and model.stiction > model.coulomb:
         usual["stribeck_velocity"] = model.stribeck_velocity
     chosen = {**usual, **{name: value for name, value in given.items() if value is not None}}

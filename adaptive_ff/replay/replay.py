@@ -11,6 +11,7 @@ from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
 from adaptive_ff.replay.fixed import fit_fixed
+from adaptive_ff.replay.following import as_followed
 from adaptive_ff.replay.further_torque import FurtherTorque
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.parts import (
@@ -62,7 +63,8 @@ def replay_log(
     log : Log
         The log, see :func:`adaptive_ff.logs.log.read_log`. In ``Log.extra`` it may have ``reference_velocity`` (rad/s)
         or ``reference_position`` (rad), and ``feedforward`` (N m), the machine's own, with the stamps of the torque.
-        Without a reference the measured motion, filtered without delay, stands for it.
+        Without a reference the measured motion, filtered without delay, stands for it. A reference is taken when the
+        joint followed it, see :mod:`adaptive_ff.replay.following`.
     fixed : TorqueModel, optional
         The fixed model; by default the batch identification of the first half of the log.
     bandwidth : float, optional
@@ -118,7 +120,7 @@ def replay_log(
     reference_band = min(band, 0.4 / period)
     if saved is None:
         largest = largest_reference(log, pieces, period, reference_band)
-        settings = usual_settings(Recorded(log, pieces, period, largest), given, model, note)
+        settings = usual_settings(Recorded(log, pieces, period, reference_band, largest), given, model, note)
     notes = [
         note,
         *(f"{one[0].upper()}{one[1:]}." for one in said),
@@ -127,6 +129,7 @@ def replay_log(
     runners = _runners(settings, model, saved, log.position is not None)
     if FIXED in runners:
         runners[FIXED].further = further
+    log = as_followed(log, pieces, settings.motion_lead)
     tape = Tape(log, runners, period, judged)
     done, used = 0, sum(piece.size for piece in pieces)
     for piece_part in split_log(log, pieces, settings, reference_band, part):
@@ -191,6 +194,12 @@ def _notes(
         notes.append(
             f"The log has no reference: the measured motion stands for it, filtered without delay in a band of "
             f"{reference_band:.3g} Hz, so the feedforward knows what the machine could not know."
+        )
+    if settings.motion_lead != 0.0:
+        side = "ahead of" if settings.motion_lead > 0.0 else "behind"
+        notes.append(
+            f"The motion is {1e3 * abs(settings.motion_lead):.3g} ms {side} the recorded reference, which is taken when it "
+            "was followed; a feedforward of the machine's own is judged as it was recorded."
         )
     if judged is None:
         notes.append("The sample time is too long for the band: torques are judged at all frequencies.")

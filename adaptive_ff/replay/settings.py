@@ -58,6 +58,9 @@ class ReplaySettings:
         Corner of the low-pass behind the difference of positions, Hz; None for the difference alone.
     velocity_lag : float
         Time by which the velocity that comes of it lags, s: half a sample time for the difference alone.
+    motion_lead : float
+        Time by which the measured motion runs ahead of the recorded reference, s; negative where it follows with a
+        delay. See ``replay.following``.
     """
 
     period: float
@@ -71,6 +74,7 @@ class ReplaySettings:
     torque_delay: float = 0.0
     velocity_cutoff: float | None = None
     velocity_lag: float = 0.0
+    motion_lead: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("period", "inertia", "stribeck_velocity", "loop_bandwidth", "memory"):
@@ -86,6 +90,8 @@ class ReplaySettings:
                 f"torque_delay = {self.torque_delay:g} s is not allowed: it must be at least minus half a sample time, "
                 f"{-0.5 * self.period:g} s; the estimator would see the future"
             )
+        if not math.isfinite(self.motion_lead):
+            raise InputError(f"motion_lead = {self.motion_lead:g} s is not allowed: it must be finite")
         if self.velocity_cutoff is not None and not 0.0 < self.velocity_cutoff < math.inf:
             raise InputError(f"velocity_cutoff = {self.velocity_cutoff:g} is not allowed: it must be positive")
         if self.identify not in IDENTIFIED:

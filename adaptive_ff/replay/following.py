@@ -1,0 +1,130 @@
+"""How far ahead of its recorded reference a joint moves, or behind it, and the reference as it was followed.
+
+The torque of a log belongs to the motion that was made. Where that runs ahead of the recorded reference by a constant
+time (an interpolator behind the record, a drive that is fed too much) or follows it with a constant delay (a position
+loop), friction turns where the joint does, not where the recorded reference does, and no feedforward from that
+reference can meet it. What a controller knows beforehand is when its plan will be followed, so a replay takes the
+reference at that time. It is found from the motion alone; no torque enters.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import signal
+
+from adaptive_ff.logs.defects import Piece
+from adaptive_ff.logs.derivatives import Array, lowpass
+from adaptive_ff.logs.log import Log
+from adaptive_ff.replay.fixed import MOST
+from adaptive_ff.replay.parts import REFERENCE_POSITION, REFERENCE_VELOCITY, has_reference, reference_velocity
+
+FARTHEST = 0.5
+"""Longest time that is looked at, s."""
+
+SAMPLES = 2.0
+"""Least time, in sample times. Less may come of what a stamp means, and of how a velocity is made of positions."""
+
+EXPLAINED = 0.5
+"""Share of the squared tracking error (of the velocity, but for a constant factor) that the time must explain."""
+
+
+def motion_lead(log: Log, pieces: list[Piece], period: float, band: float) -> float:
+    """Return by how much the measured motion runs ahead of the reference, s; zero where that is not distinct.
+
+    It is the nearest minimum of the squared difference between the measured velocity and the reference at a later time,
+    times the factor that fits best: the ratio of a gear may be known to some percent only.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    pieces : list of Piece
+        Its pieces without defect; the longest is used.
+    period : float
+        Sample time, s.
+    band : float
+        Band that both velocities are filtered to, without delay, Hz.
+    """
+    longest = max(pieces, key=lambda piece: piece.size)
+    piece = Piece(longest.start, min(longest.stop, longest.start + MOST))
+    reach = min(round(FARTHEST / period), piece.size // 4)
+    if not has_reference(log) or reach < 1:
+        return 0.0
+    part = slice(piece.start, piece.stop)
+    plan = lowpass(reference_velocity(log, piece, piece.start, piece.stop, period, band), (band,), period)
+    motion = lowpass(log.motion[part] - log.motion[piece.start], (band,), period)
+    if log.position is not None:
+        motion = np.gradient(motion, log.time[part])
+    else:
+        motion += log.motion[piece.start]
+    samples, explained = nearest_minimum(unlike(plan, motion, reach))
+    if abs(samples) < SAMPLES or explained < EXPLAINED:
+        return 0.0
+    return samples * period
+
+
+def unlike(plan: Array, motion: Array, reach: int) -> Array:
+    """Return the squares that a plan leaves of a motion when it is taken later by ``-reach`` to ``reach`` samples.
+
+    Of the motion the ends are left out, so that all shifts are compared on the same samples. The plan is scaled to fit.
+
+    Parameters
+    ----------
+    plan, motion : ndarray, shape (n,)
+        Velocities, rad/s.
+    reach : int
+        Samples.
+
+    Returns
+    -------
+    ndarray, shape (2 reach + 1,)
+        Squares left.
+    """
+    inner = motion[reach : motion.size - reach]
+    products = signal.correlate(plan, inner, mode="valid")
+    sums = np.concatenate([[0.0], np.cumsum(plan * plan)])
+    squares = sums[inner.size :] - sums[: -inner.size]
+    fitted = np.divide(products**2, squares, out=np.zeros_like(products), where=squares > 0.0)
+    left: Array = float(inner @ inner) - fitted
+    return left
+
+
+def nearest_minimum(left: Array) -> tuple[float, float]:
+    """Return the place of the minimum downhill from the middle, from there, and the share by which it is lower.
+
+    Both are zero where the slope goes on to an end: what follows nothing has no time.
+    """
+    middle = left.size // 2
+    step = 1 if left[middle + 1] < left[middle - 1] else -1
+    place = middle
+    while 0 < place < left.size - 1 and left[place + step] < left[place]:
+        place += step
+    if place == middle or not 0 < place < left.size - 1:
+        return 0.0, 0.0
+    before, least, after = left[place - 1 : place + 2]
+    bend = before - 2.0 * least + after
+    vertex = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
+    return float(place - middle + vertex), float(1.0 - least / left[middle])
+
+
+def as_followed(log: Log, pieces: list[Piece], lead: float) -> Log:
+    """Return a log whose reference is taken later by a time, s; what is beyond the end of a piece stays.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    pieces : list of Piece
+        Its pieces without defect.
+    lead : float
+        Time by which the motion runs ahead of the reference, s.
+    """
+    if lead == 0.0 or not has_reference(log):
+        return log
+    name = REFERENCE_VELOCITY if REFERENCE_VELOCITY in log.extra else REFERENCE_POSITION
+    followed = log.extra[name].copy()
+    for piece in pieces:
+        part = slice(piece.start, piece.stop)
+        time = log.time[part]
+        followed[part] = np.interp(time + lead, time, log.extra[name][part])
+    return replace(log, extra={**log.extra, name: followed})

@@ -1,0 +1,101 @@
+"""The time between a recorded reference and the motion that followed it, on logs that are made with a known one."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_logs import make_log, motion
+
+from adaptive_ff import InputError, TorqueModel
+from adaptive_ff.logs.defects import Piece
+from adaptive_ff.logs.log import Log
+from adaptive_ff.replay.following import as_followed, motion_lead
+from adaptive_ff.replay.replay import replay_log
+
+PERIOD, BAND = 0.002, 20.0
+MODEL = TorqueModel(2.0, 3.0, 3.0, 4.0, 0.0, 0.05, 1.0, -0.5)
+
+
+def led_log(lead, *, gain=1.0, noise=0.0, as_position=True):
+    """A log whose motion runs ahead of its reference, and is larger than it."""
+    time = PERIOD * np.arange(8000)
+    position, velocity, _ = (gain * series for series in motion(time))
+    wiggle = noise * np.random.default_rng(110).standard_normal(time.size)
+    measured = {"position": position + 1e-3 * wiggle} if as_position else {"velocity": velocity + wiggle}
+    return Log("led", time, np.zeros_like(time), **measured, extra={"reference_velocity": motion(time - lead)[1]})
+
+
+def lead_of(log):
+    return motion_lead(log, [Piece(0, log.time.size)], PERIOD, BAND)
+
+
+@pytest.mark.parametrize("lead", [0.0847, 0.0053, -0.0317])
+@pytest.mark.parametrize("as_position", [True, False])
+def test_lead_is_found_whatever_the_gear_is_said_to_be(lead, as_position):
+    log = led_log(lead, gain=1.1, noise=0.01, as_position=as_position)
+    assert lead_of(log) == pytest.approx(lead, abs=2e-4)
+    _, velocity, _ = motion(log.time)
+    position = replace(log, extra={"reference_position": motion(log.time - lead)[0]})
+    assert lead_of(position) == pytest.approx(lead, abs=2e-4)
+
+
+def test_what_is_no_delay_is_none():
+    less_than_two_samples = led_log(1.5 * PERIOD)
+    assert lead_of(less_than_two_samples) == 0.0
+    assert lead_of(led_log(0.0, noise=0.02)) == 0.0
+    assert lead_of(replace(led_log(0.05), extra={})) == 0.0
+    late = led_log(0.01, as_position=False)
+    other = 0.3 * np.sin(7.0 * late.time)  # a tracking error most of which no delay explains
+    assert lead_of(late) == pytest.approx(0.01, abs=2e-4)
+    assert lead_of(replace(late, velocity=late.velocity + other)) == 0.0
+    unlike = np.random.default_rng(111).standard_normal(late.time.size)
+    assert lead_of(replace(late, velocity=unlike)) == 0.0
+
+
+def test_of_a_repeating_motion_the_nearest_time_is_meant():
+    time = PERIOD * np.arange(4000)
+    extra = {"reference_velocity": np.sin(2.0 * np.pi * (time - 0.03) / 0.2)}
+    log = Log("sine", time, time, velocity=np.sin(2.0 * np.pi * time / 0.2), extra=extra)
+    assert lead_of(log) == pytest.approx(0.03, abs=2e-4)
+
+
+@pytest.mark.parametrize("name", ["reference_velocity", "reference_position"])
+def test_pieces_are_taken_later_each_by_itself(name):
+    time = 0.1 * np.arange(10)
+    values = np.arange(10.0) ** 2
+    log = Log("log", time, time, velocity=time, extra={name: values, "feedforward": values})
+    pieces = [Piece(0, 4), Piece(5, 10)]
+    later = as_followed(log, pieces, 0.15).extra[name]
+    assert later == pytest.approx([2.5, 6.5, 9.0, 9.0, 16.0, 42.5, 56.5, 72.5, 81.0, 81.0])
+    earlier = as_followed(log, pieces, -0.1).extra[name]
+    assert earlier == pytest.approx([0.0, 0.0, 1.0, 4.0, 16.0, 25.0, 25.0, 36.0, 49.0, 64.0])
+    assert np.array_equal(as_followed(log, pieces, 0.15).extra["feedforward"], values)
+    assert np.array_equal(log.extra[name], np.arange(10.0) ** 2)
+    assert as_followed(log, pieces, 0.0) is log
+
+
+@pytest.mark.parametrize("lead", [0.06, -0.04])
+def test_replay_is_that_of_a_reference_that_is_not_late(lead):
+    log = make_log(duration=20.0, noise=0.05)
+    right, late = (motion(log.time - shift)[1] for shift in (0.0, lead))
+    right, late = (replace(log, extra={"reference_velocity": reference}) for reference in (right, late))
+    aligned, found, untold = (
+        replay_log(one, inertia=2.0, fixed=MODEL, **told)
+        for one, told in ((right, {}), (late, {}), (late, {"motion_lead": 0.0}))
+    )
+    assert aligned.settings.motion_lead == 0.0
+    assert found.settings.motion_lead == pytest.approx(lead, abs=2e-4)
+    assert any("reference" in note and ("ahead" if lead > 0.0 else "behind") in note for note in found.notes)
+    inner = slice(500, -100)  # what comes after the end of a log is not known
+    for name in ("fixed", "adaptive"):
+        least, left, most = (np.std(one.series.left[name][0][inner]) for one in (aligned, found, untold))
+        assert left == pytest.approx(least, rel=0.15)  # jumps of friction fall between samples
+        assert most > 3.0 * least
+    again = replay_log(right, state=found.state_to_json())
+    assert again.settings.motion_lead == found.settings.motion_lead
+
+
+def test_lead_must_be_finite():
+    with pytest.raises(InputError, match="motion_lead = inf s is not allowed: it must be finite"):
+        replay_log(make_log(duration=5.0), inertia=2.0, motion_lead=math.inf)
