@@ -85,7 +85,7 @@ def replay_command(
     ] = None,
     motion_lead: Annotated[
         float | None,
-        typer.Option(help="Time by which the motion runs ahead of the reference, s; as in the log where it is distinct."),
+        typer.Option(help="Time by which the motion runs ahead of the reference, s; that of the log, if distinct."),
     ] = None,
     bandwidth: Annotated[float | None, typer.Option(help="Band in which the fixed model is fitted, Hz.")] = None,
     band: Annotated[float, typer.Option(help="Band in which torques are judged, Hz.")] = BAND,

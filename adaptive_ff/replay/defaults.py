@@ -25,7 +25,15 @@ SLOW = 0.05
 RESTING = 0.005
 """Speed up to which the reference counts as resting where none is given, over its largest."""
 
-FROM_LOG = ("inertia", "stribeck_velocity", "rest_speed", "start_path", "velocity_cutoff", "velocity_lag", "motion_lead")
+FROM_LOG = (
+    "inertia",
+    "stribeck_velocity",
+    "rest_speed",
+    "start_path",
+    "velocity_cutoff",
+    "velocity_lag",
+    "motion_lead",
+)
 """Settings that are taken from the log where they are not given."""
 
 

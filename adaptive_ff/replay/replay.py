@@ -198,8 +198,8 @@ def _notes(
     if settings.motion_lead != 0.0:
         side = "ahead of" if settings.motion_lead > 0.0 else "behind"
         notes.append(
-            f"The motion is {1e3 * abs(settings.motion_lead):.3g} ms {side} the recorded reference, which is taken when it "
-            "was followed; a feedforward of the machine's own is judged as it was recorded."
+            f"The motion is {1e3 * abs(settings.motion_lead):.3g} ms {side} the recorded reference, which is taken "
+            "when it was followed; a feedforward of the machine's own is judged as it was recorded."
         )
     if judged is None:
         notes.append("The sample time is too long for the band: torques are judged at all frequencies.")

@@ -35,7 +35,6 @@ def lead_of(log):
 def test_lead_is_found_whatever_the_gear_is_said_to_be(lead, as_position):
     log = led_log(lead, gain=1.1, noise=0.01, as_position=as_position)
     assert lead_of(log) == pytest.approx(lead, abs=2e-4)
-    _, velocity, _ = motion(log.time)
     position = replace(log, extra={"reference_position": motion(log.time - lead)[0]})
     assert lead_of(position) == pytest.approx(lead, abs=2e-4)
 
