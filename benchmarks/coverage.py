@@ -38,8 +38,72 @@ NAMES = ("inertia", "coulomb", "viscous")
 LONG = 30.0
 """Duration from which on the width of an interval is judged, s."""
 
+CORRELATED = 0.02
+"""Time constant of half of the noise, s."""
+
 FEWEST_REVERSALS, SMALLEST_SHARE = 10, 0.1
 """A log has enough motion with so many reversals, and from this torque of inertia on, over the whole torque (rms)."""
+
+
+class Joint(NamedTuple):
+    """A joint with its motion, at a fine rate.
+
+    Attributes
+    ----------
+    rate, fine : float
+        Rates of the log and of the series, Hz.
+    duration : float
+        Length of the log, s; the motion begins a second before.
+    time, position, velocity, acceleration : ndarray, shape (n,)
+        Motion, s, rad, rad/s, rad/s^2.
+    inertia, coulomb, viscous, lag : float
+        Inertia, Coulomb friction, viscous coefficient and lag of the friction; kg m^2, N m, N m s/rad, s.
+    gravity, phase, offset : float
+        Gravity, N m, where it is zero, rad, and the offset, N m.
+    saturation, bend : float
+        Friction that saturates, N m, and the speed of its bend, rad/s.
+    shape : int
+        Its shape, see ``saturating``.
+    """
+
+    rate: float
+    fine: float
+    duration: float
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    inertia: float
+    coulomb: float
+    viscous: float
+    lag: float
+    gravity: float
+    phase: float
+    offset: float
+    saturation: float
+    bend: float
+    shape: int
+
+    @property
+    def kept(self) -> slice:
+        """The fine samples that the log has."""
+        return slice(round(self.fine), None, round(self.fine / self.rate))
+
+    def lagged(self, static: Array, lag: float) -> Array:
+        """Return friction that follows the static one with a lag, s, at the samples of the log."""
+        return _lagged(static, lag, 1.0 / self.fine)[self.kept]
+
+    def static_friction(self) -> Array:
+        """Return the friction without its lag, N m."""
+        bent = saturating(self.shape, self.velocity / self.bend)
+        return self.coulomb * np.sign(self.velocity) + self.viscous * self.velocity + self.saturation * bent
+
+    def torque(self) -> Array:
+        """Return the torque at the samples of the log, free of noise, N m."""
+        kept = self.kept
+        friction = self.lagged(self.static_friction(), self.lag)
+        gravity = self.gravity * np.sin(self.position[kept] + self.phase)
+        return self.inertia * self.acceleration[kept] + friction + self.offset + gravity
 
 
 class Case(NamedTuple):
@@ -57,6 +121,8 @@ class Case(NamedTuple):
         Whether there is enough motion.
     models : tuple of tuple of str
         Terms that the joint has; several where its saturation has a shape that is none of those identified.
+    noise : float
+        Standard deviation of the noise of the torque, N m.
     """
 
     log: Log
@@ -64,6 +130,7 @@ class Case(NamedTuple):
     duration: float
     enough: bool
     models: tuple[Terms, ...]
+    noise: float
 
 
 def _between(generator: np.random.Generator, low: float, high: float) -> float:
@@ -71,9 +138,8 @@ def _between(generator: np.random.Generator, low: float, high: float) -> float:
     return float(low * (high / low) ** generator.random())
 
 
-def make_case(seed: int) -> Case:
-    """Draw a joint, its motion and its sensors; the torque is exact but for what the sensors do."""
-    generator = np.random.default_rng(seed)
+def draw_joint(generator: np.random.Generator) -> Joint:
+    """Draw a joint and its motion."""
     rate = float(generator.choice([100.0, 250.0, 500.0, 1000.0]))
     duration = float(generator.uniform(10.0, 60.0))
     fine = rate * int(np.ceil(FINE / rate))
@@ -88,29 +154,40 @@ def make_case(seed: int) -> Case:
     saturation = coulomb * generator.uniform(0.2, 0.8) if generator.random() < 1.0 / 3.0 else 0.0
     bend = float(generator.uniform(0.1, 0.4) * np.max(np.abs(velocity)))
     phase, offset = generator.uniform(0.0, 2.0 * np.pi), coulomb * generator.uniform(-0.2, 0.2)
-    relative = velocity / bend
-    shapes = (
-        np.tanh(relative),
-        -np.sign(relative) * np.expm1(-np.abs(relative)),
-        relative / (1.0 + np.abs(relative)),
-        np.arctan(0.5 * np.pi * relative) / (0.5 * np.pi),  # none that is identified
-    )
-    shape = int(generator.integers(4))
-    static = coulomb * np.sign(velocity) + viscous * velocity + saturation * shapes[shape]
-    friction = _lagged(static, lag, 1.0 / fine)
-    torque = inertia * acceleration + friction + offset + gravity * np.sin(position + phase)
-    kept = slice(round(fine), None, round(fine / rate))
-    time, position, torque, inner = time[kept], position[kept], torque[kept], acceleration[kept]
+    motion = (time, position, velocity, acceleration)
+    known = (inertia, coulomb, viscous, lag, gravity, phase, offset, saturation, bend)
+    return Joint(rate, fine, duration, *motion, *known, int(generator.integers(4)))
+
+
+def saturating(shape: int, relative: Array) -> Array:
+    """Return friction that saturates, over its size, at a speed over that of its bend."""
+    if shape == 0:
+        return np.asarray(np.tanh(relative))
+    if shape == 1:
+        return np.asarray(-np.sign(relative) * np.expm1(-np.abs(relative)))
+    if shape == 2:
+        return np.asarray(relative / (1.0 + np.abs(relative)))
+    return np.asarray(np.arctan(0.5 * np.pi * relative) / (0.5 * np.pi))  # none that is identified
+
+
+def make_case(seed: int) -> Case:
+    """Draw a joint, its motion and its sensors; the torque is exact but for what the sensors do."""
+    generator = np.random.default_rng(seed)
+    joint = draw_joint(generator)
+    kept = joint.kept
+    time, position, torque = joint.time[kept], joint.position[kept], joint.torque()
     whole = float(np.std(torque))
-    share = inertia * float(np.std(inner)) / whole
+    share = joint.inertia * float(np.std(joint.acceleration[kept])) / whole
     counts = 2.0 ** generator.integers(12, 21)
     position = np.round(position * counts / (2.0 * np.pi)) * (2.0 * np.pi / counts)
-    torque = torque + _noise(generator, time.size, 1.0 / rate) * whole * _between(generator, 0.01, 0.1)
-    reversals = int(np.count_nonzero(np.diff(np.sign(velocity[kept])) != 0.0))
-    truth = {"inertia": inertia, "coulomb": coulomb, "viscous": viscous, "friction_lag": lag}
+    unit = _noise(generator, time.size, 1.0 / joint.rate)
+    level = _between(generator, 0.01, 0.1)
+    reversals = int(np.count_nonzero(np.diff(np.sign(joint.velocity[kept])) != 0.0))
+    truth = {"inertia": joint.inertia, "coulomb": joint.coulomb, "viscous": joint.viscous, "friction_lag": joint.lag}
     enough = reversals >= FEWEST_REVERSALS and share >= SMALLEST_SHARE
-    models = _models(gravity=gravity > 0.0, shape=shape if saturation > 0.0 else None)
-    return Case(Log(f"log {seed}", time, torque, position=position), truth, duration, enough, models)
+    models = _models(gravity=joint.gravity > 0.0, shape=joint.shape if joint.saturation > 0.0 else None)
+    log = Log(f"log {seed}", time, torque + unit * whole * level, position=position)
+    return Case(log, truth, joint.duration, enough, models, whole * level)
 
 
 def _models(*, gravity: bool, shape: int | None) -> tuple[Terms, ...]:
@@ -142,7 +219,7 @@ def _lagged(static: Array, lag: float, step: float) -> Array:
 
 def _noise(generator: np.random.Generator, size: int, period: float) -> Array:
     """Return noise of unit deviation, half white and half with a time constant of 20 ms."""
-    decay = np.exp(-period / 0.02)
+    decay = np.exp(-period / CORRELATED)
     coloured = signal.lfilter([np.sqrt(1.0 - decay**2)], [1.0, -decay], generator.standard_normal(size + 500))[500:]
     noise: Array = np.sqrt(0.5) * (coloured + generator.standard_normal(size))
     return noise
