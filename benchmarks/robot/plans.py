@@ -64,6 +64,16 @@ def moves(axes: tuple[Axis, ...], seed: int, duration: float, period: float) -> 
     return Plan(velocity, np.vstack([np.zeros(len(axes)), np.cumsum(steps, axis=0)]))
 
 
+def then_rest(plan: Plan, rest: float, period: float) -> Plan:
+    """Let each axis end where it was last at rest in a plan, and stay there to its end and for ``rest`` (s) more."""
+    velocity = np.vstack([plan.velocity, np.zeros((round(rest / period), plan.velocity.shape[1]))])
+    position = np.vstack([plan.position, np.repeat(plan.position[-1:], round(rest / period), axis=0)])
+    for place, planned in enumerate(plan.velocity.T):
+        last = np.flatnonzero(planned == 0.0)[-1]
+        velocity[last:, place], position[last:, place] = 0.0, plan.position[last, place]
+    return Plan(velocity, position)
+
+
 def _points(axis: Axis, generator: np.random.Generator, duration: float) -> dict[str, Any]:
     speed, elapsed, positions = float(generator.uniform(*SPEED)), 0.0, [0.0]
     while elapsed < duration:
