@@ -10,6 +10,13 @@ measured motion, is one count of the encoder. An error that is not larger is non
 plan rests, the integral leaves ``max(-h, min(c, h))`` out. The joint then rests within a count and a half of the plan.
 A correction that changes by ever smaller steps, as one of a noisy position does, is left as it is, and so is one that
 the joint did not make: a joystick's.
+
+A joint at rest on the edge between two readings goes to and fro between them. Made of the encoder, the measured
+velocity is a count in a period each time, however little the joint has moved, and the gain of the feedback makes a kick
+of it that throws the joint back over the edge; on bristles such kicks hold it there although the integral draws it
+away, for minutes. So a play as wide as ``h`` follows the correction at rest, and of a measured motion the feedback is
+shown what leaves it: nothing of a count there and back, all of a motion that goes on. For the first second at rest,
+while the joint settles and its bristles relax, the feedback is shown all of it.
 """
 
 from typing import NamedTuple
@@ -24,6 +31,13 @@ ANSWER = 0.5
 
 SAME = 0.01
 """Changes whose sizes differ by a smaller share are the same."""
+
+SETTLED = 1.0
+"""Time at rest from which on a count there and back is hidden, s.
+
+With none, a joint of 20 kg m^2 on bristles of 1e5 N m/rad that rests for 0.5 s between its moves tracked 1.2 to 1.6
+times worse at 1 kHz (seeds 101 to 108, 1 to 5).
+"""
 
 TINY = 1e-9
 """A smaller change is one of the arithmetic, rad/s."""
@@ -40,30 +54,60 @@ class OuterLoop(NamedTuple):
         Least change of it at rest, rad/s.
     seen : int
         Times that it was seen; zero where there was none yet.
+    play : float
+        Where the correction is in the play, from its middle, rad/s.
+    rested : float
+        For how long the plan has rested, s; ``SETTLED`` at most.
     """
 
     correction: float
     step: float
     seen: int
+    play: float
+    rested: float
 
 
 def initial_outer_loop() -> OuterLoop:
     """Return the state of a loop of which nothing is known."""
-    return OuterLoop(0.0, 0.0, 0)
+    return OuterLoop(0.0, 0.0, 0, 0.0, 0.0)
 
 
 @register_jitable(forceinline=True)
-def note_correction(state: OuterLoop, correction: float, velocity: float, rests: bool) -> OuterLoop:
-    """Return the state after a correction and a measured velocity (rad/s), while the plan rests or not."""
-    change = abs(correction - state.correction)
-    answers = (correction - state.correction) * velocity < 0.0 and change < ANSWER * abs(velocity)
-    if not (rests and answers) or change < TINY:
-        return OuterLoop(correction, state.step, state.seen)
+def answers(state: OuterLoop, correction: float, velocity: float) -> bool:
+    """Tell whether a correction has changed because the joint moved, by the measured velocity (rad/s)."""
+    change = correction - state.correction
+    return change * velocity < 0.0 and TINY <= abs(change) < ANSWER * abs(velocity)
+
+
+@register_jitable(forceinline=True)
+def note_correction(state: OuterLoop, correction: float, velocity: float, rests: bool, duration: float) -> OuterLoop:
+    """Return the state after a correction and a measured velocity (rad/s), and a period (s) of rest or not."""
+    if not rests:
+        return OuterLoop(correction, state.step, state.seen, 0.0, 0.0)
+    rested = min(state.rested + duration, SETTLED)
+    if not answers(state, correction, velocity):
+        return OuterLoop(correction, state.step, state.seen, state.play, rested)
+    play, change = play_after(state, correction), abs(correction - state.correction)
     if state.seen == 0 or change < (1.0 - SAME) * state.step:
-        return OuterLoop(correction, change, 1)
+        return OuterLoop(correction, change, 1, 0.0, rested)
     if change > (1.0 + SAME) * state.step:
-        return OuterLoop(correction, state.step, state.seen)
-    return OuterLoop(correction, state.step, min(state.seen + 1, ENOUGH))
+        return OuterLoop(correction, state.step, state.seen, play, rested)
+    return OuterLoop(correction, state.step, min(state.seen + 1, ENOUGH), play, rested)
+
+
+@register_jitable(forceinline=True)
+def play_after(state: OuterLoop, correction: float) -> float:
+    """Return where a correction (rad/s) that the joint made is in the play, from its middle, rad/s."""
+    return max(-0.5 * state.step, min(state.play + correction - state.correction, 0.5 * state.step))
+
+
+@register_jitable(forceinline=True)
+def unseen_velocity(state: OuterLoop, correction: float, velocity: float, rests: bool) -> float:
+    """Return the part of the measured velocity that is none, rad/s; ``state`` is that before the correction."""
+    known = state.seen == ENOUGH and state.rested == SETTLED
+    if not (rests and known and answers(state, correction, velocity)):
+        return 0.0
+    return velocity * (play_after(state, correction) - state.play) / (correction - state.correction)
 
 
 @register_jitable(forceinline=True)

@@ -11,7 +11,7 @@ from adaptive_ff.adaptive.candidates import FITS, FLAT_ROWS, candidate_distance,
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
 from adaptive_ff.adaptive.held_integral import HeldIntegral
-from adaptive_ff.adaptive.outer_loop import ENOUGH, OuterLoop
+from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -171,8 +171,12 @@ def check_held_integral(held: HeldIntegral, largest: float) -> None:
 
 
 def check_outer_loop(outer: OuterLoop) -> None:
-    """Raise ``ValueError`` where the step of the correction, or how often it was seen, is none."""
+    """Raise ``ValueError`` where the step of the correction or what else is known of it is none."""
     if not (math.isfinite(outer.step) and outer.step >= 0.0):
         raise ValueError(f"state.outer.step = {outer.step} is not allowed: it must be zero or more, rad/s")
     if outer.seen not in range(ENOUGH + 1):
         raise ValueError(f"state.outer.seen = {outer.seen} is not allowed: it must be from 0 to {ENOUGH}")
+    if not abs(outer.play) <= 0.5 * outer.step:
+        raise ValueError(f"state.outer.play = {outer.play} is not allowed: it must be within half of the step, rad/s")
+    if not 0.0 <= outer.rested <= SETTLED:
+        raise ValueError(f"state.outer.rested = {outer.rested} is not allowed: it must be from 0 to {SETTLED:g} s")

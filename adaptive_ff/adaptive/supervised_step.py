@@ -34,7 +34,13 @@ from adaptive_ff.adaptive.observer import (
     saturated,
     start_observer,
 )
-from adaptive_ff.adaptive.outer_loop import OuterLoop, initial_outer_loop, note_correction, unseen_error
+from adaptive_ff.adaptive.outer_loop import (
+    OuterLoop,
+    initial_outer_loop,
+    note_correction,
+    unseen_error,
+    unseen_velocity,
+)
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
@@ -313,11 +319,11 @@ def step_supervised(
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
     rests = plan_rests(state, inputs.reference)
-    outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests)
+    outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
     if math.isfinite(inputs.velocity):
         leaves += block.feedback.integral * inputs.dt * unseen_error(outer, rests)
     feedback = hand_over(block.feedback, state.feedback, leaves)
-    compared = with_reference(checked, seen)
+    compared = with_reference(checked, seen + unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests))
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned = max(share, LEAST_TRUST)

@@ -8,10 +8,11 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.robot import __main__ as command
+from benchmarks.robot import holding
 from benchmarks.robot.circle import BENDS, FORE, UPPER, circle, joints_of, tip_of
 from benchmarks.robot.loops import MAKERS, Setup, drive
 from benchmarks.robot.machines import KINDS, gravity_of, make_machine
-from benchmarks.robot.plans import moves, multisines
+from benchmarks.robot.plans import Plan, moves, multisines, then_rest
 
 GRAVITY = 9.81
 
@@ -41,6 +42,16 @@ def test_plans_start_at_rest_and_keep_within_the_swing(name, plan):
     assert np.all(planned.position[0] == 0.0)
     assert np.all(np.max(np.abs(planned.position), axis=0) <= [1.01 * axis.swing for axis in axes])
     assert np.diff(planned.position, axis=0) / 0.01 == pytest.approx(planned.velocity[:-1], abs=0.1)
+
+
+def test_each_axis_ends_where_it_was_last_at_rest():
+    velocity = np.array([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 1.0]])
+    position = np.array([[0.0, 0.0], [0.5, 0.5], [1.0, 1.5], [1.5, 2.5]])
+    rested = then_rest(Plan(velocity, position), 2.0, 1.0)
+    assert rested.velocity[:, 0] == pytest.approx([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    assert rested.position[:, 0] == pytest.approx([0.0, 0.5, 1.0, 1.0, 1.0, 1.0])
+    assert not np.any(rested.velocity[:, 1])
+    assert not np.any(rested.position[:, 1])
 
 
 def test_joints_and_tip_are_inverse_and_the_circle_is_one():
@@ -81,6 +92,29 @@ def test_command_prints_what_is_missed_and_writes_all_errors(tmp_path):
     assert set(row["errors"]) == {"pi", "fixed", "adaptive"}
     assert row["velocity_median"] == row["velocity_least"] > 1.0
     assert row["missed"] == []
+
+
+def test_joint_on_bristles_holds_still_without_kicks(tmp_path):
+    """PI kicks it at each count of the encoder; so did adaptive, 1.2 times as hard as PI."""
+    path = tmp_path / "holding.json"
+    options = ("--only", "hinge, LuGre, 500 Hz", "--seeds", "1", "--first", "102", "--duration", "10")
+    app = holding.typer.Typer()
+    app.command()(holding.main)
+    outcome = CliRunner().invoke(app, [*options, "--workers", "1", "--json", str(path)])
+    assert outcome.exit_code == 0, outcome.output
+    assert "1 of 1 joints miss nothing" in outcome.output
+    (row,) = json.loads(path.read_text())["cases"]
+    (joint,) = row["joints"]
+    assert joint["pi"]["steps"] > 0.5
+    assert joint["adaptive"]["steps"] < 0.5 * joint["pi"]["steps"]
+
+
+def test_more_than_is_allowed_at_rest_is_missed():
+    quiet, loud = ({"velocity": np.array([square]), "steps": np.array([square])} for square in (1e-8, 1.0))
+    assert holding.judged("hinge", 0, {"pi": [quiet], "adaptive": [quiet]}, 500)["missed"] == []
+    noisy = holding.judged("hinge", 0, {"pi": [quiet], "adaptive": [quiet, loud]}, 500)
+    assert noisy["missed"] == ["velocity", "steps"]
+    assert noisy["adaptive"]["steps"] == pytest.approx(np.sqrt(0.5), rel=1e-6)
 
 
 def test_what_is_asked_is_judged():
