@@ -62,7 +62,7 @@ from adaptive_ff.adaptive.estimator_state import (
     with_levels,
     with_map,
 )
-from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_place
+from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_place, taken_over
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
@@ -204,6 +204,17 @@ def follow_friction_map(
 
 
 @register_jitable(forceinline=True)
+def scale_estimate_in_place(
+    estimator: EstimatorParameters, estimate: NDArray[np.float64], row: NDArray[np.float64], factor: float
+) -> None:
+    """Multiply the friction of an estimate by a factor, as far as its ranges go."""
+    if factor != 1.0:
+        for i in range(COULOMB, 2 * estimate.size + 1 - row.size):  # loads are no friction
+            if i != FRICTION_LAG and i != OFFSET:
+                estimate[i] = min(max(factor * estimate[i], estimator.ranges[i, 0]), estimator.ranges[i, 1])
+
+
+@register_jitable(forceinline=True)
 def learn_friction_map(
     estimator: EstimatorParameters, state: EstimatorState, measured: Signals, duration: float
 ) -> EstimatorState:
@@ -213,10 +224,10 @@ def learn_friction_map(
     estimate, row = state.recursion.estimate, state.scratch.row
     torque = measured.filters[FILTER_TORQUE, 0] - damping_in_use(state) * measured.bent[DAMPING, 0]
     error, friction = torque - predict_torque(estimate, row), add_friction(0.0, estimate, row)
-    return with_map(
-        state,
-        learn_map_in_place(estimator.friction_map, state.friction_map, friction, error, duration, estimator.memory),
-    )
+    parameters, old = estimator.friction_map, state.friction_map
+    new = learn_map_in_place(parameters, old, friction, error, duration, estimator.memory)
+    scale_estimate_in_place(estimator, estimate, row, taken_over(parameters, old, new))
+    return with_map(state, new)
 
 
 @register_jitable(forceinline=True)

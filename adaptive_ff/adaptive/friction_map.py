@@ -17,7 +17,8 @@ factor and ``e`` the error that model and full map leave,
 
 ``D`` is the sum of the rows of the information matrix of least squares, which is at least that matrix, so that the
 recursion is stable; an entry fades only while it is visited, with the memory ``T``. A hat more costs three numbers
-of memory and no time: only the two at the present position change. This is the projection algorithm of G. Goodwin and
+of memory and no time: only the two at the present position change, and one that is visited for the first time begins
+as far like its neighbour as hats so far are alike. This is the projection algorithm of G. Goodwin and
 K. Sin, "Adaptive filtering, prediction and control" (1984), with a gain for each coefficient.
 
 Whether friction depends on position is decided by evidence: with what the map said of the torque before the present
@@ -287,6 +288,43 @@ def correct_entry_in_place(
 
 
 @register_jitable(forceinline=True)
+def likeness(parameters: MapParameters, state: MapState) -> float:
+    """Return how far hats that have been visited are like the next ones, from 0 to 1."""
+    product, square = 0.0, 0.0
+    for i in range(state.coefficients.size - parameters.hats, state.coefficients.size - 1):
+        if state.information[i] > 0.0 and state.information[i + 1] > 0.0:
+            one, other = state.coefficients[i], state.coefficients[i + 1]
+            product += one * other
+            square += 0.5 * (one * one + other * other)
+    if square == 0.0:
+        return 0.0
+    return max(product / square, 0.0)
+
+
+@register_jitable(forceinline=True)
+def begin_hat_in_place(parameters: MapParameters, state: MapState, place: int, neighbour: int) -> None:
+    """Let a hat that is visited for the first time begin as far like its neighbour as others are.
+
+    The likeness is squared since neighbours have errors in common, which look like it.
+    """
+    if state.information[place] == 0.0:
+        state.coefficients[place] = likeness(parameters, state) ** 2 * state.coefficients[neighbour]
+
+
+@register_jitable(forceinline=True)
+def taken_over(parameters: MapParameters, old: MapState, new: MapState) -> float:
+    """Return the factor on the friction of the model by which a change of the share leaves what is fed as it is.
+
+    While the map is not fed the model follows friction from place to place by itself: it has that of the present one.
+    """
+    if new.share == old.share:
+        return 1.0
+    angle, load = new.signals[POSITION, VALUE], new.signals[LOAD, VALUE] - new.load
+    value = map_value(parameters, new.coefficients, angle, load)
+    return limited_factor(old.share, value) / limited_factor(new.share, value)
+
+
+@register_jitable(forceinline=True)
 def correct_map_in_place(
     parameters: MapParameters, state: MapState, friction: float, error: float, duration: float
 ) -> None:
@@ -324,6 +362,8 @@ def correct_map_in_place(
         place += 2
     if parameters.hats > 1:
         below, share = hat_place(parameters, angle)
+        begin_hat_in_place(parameters, state, place + below, place + below + 1)
+        begin_hat_in_place(parameters, state, place + below + 1, place + below)
         correct_entry_in_place(state, place + below, 1.0 - share, memory, total, duration, torque)
         correct_entry_in_place(state, place + below + 1, share, memory, total, duration, torque)
 
