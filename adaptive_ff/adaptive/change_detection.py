@@ -314,13 +314,19 @@ def is_decided(alarm: Alarm) -> bool:
 
 
 @register_jitable(forceinline=True)
+def scale_estimate_in_place(estimate: NDArray[np.float64], factor: float, loads: int) -> None:
+    """Multiply all friction of an estimate by a factor, but for so many loads at the end."""
+    for i in range(estimate.size - loads):
+        if COULOMB <= i < FRICTION_LAG or i > OFFSET:
+            estimate[i] *= factor
+
+
+@register_jitable(forceinline=True)
 def follow_friction_in_place(estimate: NDArray[np.float64], product: float, squared: float, loads: int) -> None:
     """Scale friction, in place, by the factor that ``<e f>`` and ``<f^2>`` say, but for so many loads at the end."""
     if squared > 0.0:
         factor = min(max(1.0 + product / squared, LEAST_FACTOR), LARGEST_FACTOR)
-        for i in range(estimate.size - loads):
-            if COULOMB <= i < FRICTION_LAG or i > OFFSET:
-                estimate[i] *= factor
+        scale_estimate_in_place(estimate, factor, loads)
 
 
 @register_jitable(forceinline=True)

@@ -49,6 +49,7 @@ from adaptive_ff.adaptive.change_detection import (
     is_decided,
     leave_to_loads_in_place,
     note_surprise,
+    scale_estimate_in_place,
 )
 from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator_state import (
@@ -204,17 +205,6 @@ def follow_friction_map(
 
 
 @register_jitable(forceinline=True)
-def scale_estimate_in_place(
-    estimator: EstimatorParameters, estimate: NDArray[np.float64], row: NDArray[np.float64], factor: float
-) -> None:
-    """Multiply the friction of an estimate by a factor, as far as its ranges go."""
-    if factor != 1.0:
-        for i in range(COULOMB, 2 * estimate.size + 1 - row.size):  # loads are no friction
-            if i != FRICTION_LAG and i != OFFSET:
-                estimate[i] = min(max(factor * estimate[i], estimator.ranges[i, 0]), estimator.ranges[i, 1])
-
-
-@register_jitable(forceinline=True)
 def learn_friction_map(
     estimator: EstimatorParameters, state: EstimatorState, measured: Signals, duration: float
 ) -> EstimatorState:
@@ -226,7 +216,7 @@ def learn_friction_map(
     error, friction = torque - predict_torque(estimate, row), add_friction(0.0, estimate, row)
     parameters, old = estimator.friction_map, state.friction_map
     new = learn_map_in_place(parameters, old, friction, error, duration, estimator.memory)
-    scale_estimate_in_place(estimator, estimate, row, taken_over(parameters, old, new))
+    scale_estimate_in_place(estimate, taken_over(parameters, old, new), load_count(estimator))
     return with_map(state, new)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController, load_scenario
+from adaptive_ff.adaptive.change_detection import scale_estimate_in_place
 from adaptive_ff.adaptive.estimator import follow_friction_map, learn_friction_map
 from adaptive_ff.adaptive.estimator_state import initial_estimator_state
 from adaptive_ff.adaptive.friction_map import (
@@ -19,7 +20,9 @@ from adaptive_ff.adaptive.friction_map import (
     follow_map_in_place,
     initial_map,
     learn_map_in_place,
+    likeness,
     map_value,
+    taken_over,
 )
 from adaptive_ff.adaptive.map_reading import read_map
 from adaptive_ff.adaptive.map_settings import map_parameters
@@ -105,6 +108,49 @@ def test_known_torque_is_what_is_given_and_what_is_identified():
     followed = follow_friction_map(estimator, state, 0.7, 5.0, 0.01, True)
     assert followed.friction_map.signals[LOAD, INPUT] == pytest.approx(5.0 + carried)
     assert followed.friction_map.signals[POSITION, INPUT] == 0.7
+
+
+def visited(coefficients):
+    """Return parameters and state of a map of six hats, one rad apart, of which the first ones have been visited."""
+    parameters = map_parameters((), 6, (0.0, 5.0), 0.0, 2.0)
+    state = initial_map(parameters)
+    state.coefficients[: len(coefficients)] = coefficients
+    state.information[: len(coefficients)] = 1e3
+    return parameters, state
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "alike"),
+    [((0.2, 0.2, 0.2), 1.0), ((0.2, 0.1, 0.2), 0.8), ((0.2, -0.2, 0.2), 0.0), ((0.2,), 0.0), ((), 0.0)],
+)
+def test_a_hat_begins_as_far_like_its_neighbour_as_others_are(coefficients, alike):
+    parameters, state = visited(coefficients)
+    assert likeness(parameters, state) == pytest.approx(alike)
+    place = len(coefficients)
+    state.signals[POSITION, 0] = place - 0.5
+    correct_map_in_place(parameters, state, 60.0, 0.0, 0.01)
+    last = coefficients[-1] if coefficients else 0.0
+    assert state.coefficients[place] == pytest.approx(alike**2 * last)
+    assert state.information[place] > 0.0
+    before = state.coefficients.copy()
+    state.coefficients[place - 1] = 0.5  # a hat that has been visited keeps what it has learnt
+    correct_map_in_place(parameters, state, 60.0, 0.0, 0.01)
+    assert state.coefficients[place] == before[place]
+
+
+def test_where_a_map_comes_in_the_friction_that_is_fed_stays():
+    parameters, state = visited([0.4, 0.4])
+    state.signals[POSITION, 0] = 0.5
+    assert taken_over(parameters, state, state) == 1.0
+    fed = state._replace(share=1.0)
+    assert taken_over(parameters, state, fed) * filtered_factor(parameters, fed) == pytest.approx(1.0)
+    assert taken_over(parameters, fed, state) == pytest.approx(1.4)
+
+
+def test_all_friction_and_nothing_else_is_scaled_where_a_map_comes_in():
+    estimate = np.array([20.0, 60.0, 90.0, 80.0, 0.02, 3.0, 4.0, 8.0, 7.0, 7.0])
+    scale_estimate_in_place(estimate, 0.5, loads=2)
+    assert estimate.tolist() == [20.0, 30.0, 45.0, 40.0, 0.02, 3.0, 2.0, 4.0, 7.0, 7.0]
 
 
 @pytest.mark.parametrize("options", [KNOWN, {"load_friction": True}], ids=["position", "load"])
