@@ -23,8 +23,15 @@ def rebuilt_state(template: Any, content: Any, where: str) -> Any:
         The content is of another shape or type, or not finite.
     """
     if hasattr(template, "_asdict"):
-        if not isinstance(content, dict) or set(content) != set(template._fields):
+        if not isinstance(content, dict):
             raise ValueError(f"{where} must have the fields {', '.join(template._fields)}")
+        missing = [name for name in template._fields if name not in content]
+        unknown = [name for name in content if name not in template._fields]
+        if missing or unknown:
+            raise ValueError(
+                f"{where} must have the fields {', '.join(template._fields)}: {', '.join(missing) or 'none'} missing, "
+                f"{', '.join(unknown)[:80] or 'none'} unknown; was it saved by another version?"
+            )
         items = template._asdict().items()
         return type(template)(**{key: rebuilt_state(item, content[key], f"{where}.{key}") for key, item in items})
     kind = np.asarray(template).dtype.type

@@ -362,8 +362,10 @@ def correct_map_in_place(
         place += 2
     if parameters.hats > 1:
         below, share = hat_place(parameters, angle)
-        begin_hat_in_place(parameters, state, place + below, place + below + 1)
-        begin_hat_in_place(parameters, state, place + below + 1, place + below)
+        if share < 1.0:
+            begin_hat_in_place(parameters, state, place + below, place + below + 1)
+        if share > 0.0:
+            begin_hat_in_place(parameters, state, place + below + 1, place + below)
         correct_entry_in_place(state, place + below, 1.0 - share, memory, total, duration, torque)
         correct_entry_in_place(state, place + below + 1, share, memory, total, duration, torque)
 

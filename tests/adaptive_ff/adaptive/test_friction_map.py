@@ -138,6 +138,14 @@ def test_a_hat_begins_as_far_like_its_neighbour_as_others_are(coefficients, alik
     assert state.coefficients[place] == before[place]
 
 
+def test_a_hat_that_is_not_visited_does_not_begin():
+    parameters, state = visited([0.2, 0.2, 0.2])
+    for place in (2.0, -1.0):
+        state.signals[POSITION, 0] = place
+        correct_map_in_place(parameters, state, 60.0, 0.0, 0.01)
+    assert state.coefficients.tolist() == [0.2, 0.2, 0.2, 0.0, 0.0, 0.0]
+
+
 def test_where_a_map_comes_in_the_friction_that_is_fed_stays():
     parameters, state = visited([0.4, 0.4])
     state.signals[POSITION, 0] = 0.5
