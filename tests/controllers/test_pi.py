@@ -287,6 +287,14 @@ def test_wrong_text_is_refused_and_leaves_the_state(text):
     assert controller.state == before
 
 
+def test_a_state_of_another_version_is_told_by_what_it_lacks():
+    controller = PI(*GAINS, PERIOD)
+    saved = json.loads(controller.state_to_json())
+    saved["state"]["memory"] = saved["state"].pop("integral")
+    with pytest.raises(ValueError, match="integral missing, memory unknown; was it saved by another version"):
+        controller.state_from_json(json.dumps(saved))
+
+
 def test_anti_windup_takes_out_no_more_than_was_refused():
     """With ``Ki dt > Kp`` a share above one would swing the integral beyond what the drive gave."""
     controller = PI(10.0, 2000.0, PERIOD)
