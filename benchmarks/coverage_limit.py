@@ -1,10 +1,10 @@
-"""What no estimator could tell from the logs of ``benchmarks.coverage``: ``python -m benchmarks.coverage_limit``.
+"""What could be told from the logs of ``benchmarks.coverage`` at best: ``python -m benchmarks.coverage_limit``.
 
 The same joints and motions, with intervals of an estimator that does not exist: it knows the spectrum and the level of
 the noise and weighs all samples by it, sees the position without rounding, and is told which terms the joint has. Only
 values are left to it, the lag, and where friction saturates the bend; the shape is told in one row of the table and is
 one of those that ``identify`` knows in the other. Intervals are those of the likelihood ratio, along all bends and
-shapes, of a noise drawn anew. What is vague then is so for every estimator whose intervals hold the truth as often.
+shapes, of a noise drawn anew. It is an efficient estimator, no proven bound: what is vague to it is hard to tell.
 """
 
 from typing import Annotated, NamedTuple

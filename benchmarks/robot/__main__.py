@@ -20,11 +20,10 @@ from numpy.typing import NDArray
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.cli.terminal import error_console, progress_bars
 from adaptive_ff.files import write_json
 from adaptive_ff.report.drawing import write_figures
-from adaptive_ff.workers import pool_of_workers
 from benchmarks.robot.circle import picture
+from benchmarks.robot.in_turn import chosen_cases, run_in_turn
 from benchmarks.robot.loops import MAKERS, Driven, Setup, drive
 from benchmarks.robot.machines import KINDS, make_machine
 from benchmarks.robot.plans import moves, multisines
@@ -153,18 +152,8 @@ def main(
     out: Annotated[Path | None, typer.Option(help="Folder for the picture of the arm's tip.")] = None,
 ) -> None:
     """Drive machines in MuJoCo, print how much is gained, and draw the tip of an arm on a circle."""
-    chosen = [case for case in cases() if only in case.name]
-    if not chosen:
-        raise typer.BadParameter(f"{only!r} is in no case", param_hint="--only")
-    numbers, rows = range(first, first + seeds), []
-    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
-        task = progress.add_task("cases", total=len(chosen))
-        # the first alone, so that the others find the controllers compiled
-        rows.append(pool.submit(run_case, chosen[0], numbers, duration).result())
-        progress.advance(task)
-        for waiting in [pool.submit(run_case, case, numbers, duration) for case in chosen[1:]]:
-            rows.append(waiting.result())
-            progress.advance(task)
+    numbers = range(first, first + seeds)
+    rows = run_in_turn(run_case, chosen_cases(cases(), only), numbers, duration, workers)
     console = wide_console()
     console.print(table_of(rows))
     console.print(errors_table(rows))

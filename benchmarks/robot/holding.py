@@ -21,10 +21,9 @@ from numpy.typing import NDArray
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.cli.terminal import error_console, progress_bars
 from adaptive_ff.files import write_json
-from adaptive_ff.workers import pool_of_workers
 from benchmarks.holding import HOLDING, RATES, SETTLING, allowed
+from benchmarks.robot.in_turn import chosen_cases, run_in_turn
 from benchmarks.robot.loops import MAKERS, Driven, Setup, drive
 from benchmarks.robot.machines import make_machine
 from benchmarks.robot.plans import moves, then_rest
@@ -113,23 +112,13 @@ def main(
     only: Annotated[str, typer.Option(help="Cases whose name holds this text.")] = "",
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from the first on.")] = 5,
     first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
-    duration: Annotated[float, typer.Option(min=1.0, help="Length of the moves before, s.")] = 30.0,
+    duration: Annotated[float, typer.Option(min=12.0, help="Length of the moves before, s.")] = 30.0,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     json: Annotated[Path | None, typer.Option(help="Write all figures there.")] = None,
 ) -> None:
     """Let machines in MuJoCo come to rest, and print how calm they hold still."""
-    chosen = [case for case in cases() if only in case.name]
-    if not chosen:
-        raise typer.BadParameter(f"{only!r} is in no case", param_hint="--only")
-    numbers, rows = range(first, first + seeds), []
-    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
-        task = progress.add_task("cases", total=len(chosen))
-        # the first alone, so that the others find the controllers compiled
-        rows.append(pool.submit(run_case, chosen[0], numbers, duration).result())
-        progress.advance(task)
-        for waiting in [pool.submit(run_case, case, numbers, duration) for case in chosen[1:]]:
-            rows.append(waiting.result())
-            progress.advance(task)
+    numbers = range(first, first + seeds)
+    rows = run_in_turn(run_case, chosen_cases(cases(), only), numbers, duration, workers)
     console = wide_console()
     console.print(table_of(rows))
     calm = sum(not joint["missed"] for row in rows for joint in row["joints"])

@@ -97,7 +97,7 @@ def test_command_prints_what_is_missed_and_writes_all_errors(tmp_path):
 def test_joint_on_bristles_holds_still_without_kicks(tmp_path):
     """PI kicks it at each count of the encoder; so did adaptive, 1.2 times as hard as PI."""
     path = tmp_path / "holding.json"
-    options = ("--only", "hinge, LuGre, 500 Hz", "--seeds", "1", "--first", "102", "--duration", "10")
+    options = ("--only", "hinge, LuGre, 500 Hz", "--seeds", "1", "--first", "102", "--duration", "12")
     app = holding.typer.Typer()
     app.command()(holding.main)
     outcome = CliRunner().invoke(app, [*options, "--workers", "1", "--json", str(path)])

@@ -1,0 +1,48 @@
+"""Cases that are named in part, run by processes."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, TypeVar
+
+import typer
+
+from adaptive_ff.cli.terminal import error_console, progress_bars
+from adaptive_ff.workers import pool_of_workers
+
+
+class Named(Protocol):
+    """A case with a name."""
+
+    @property
+    def name(self) -> str:
+        """What distinguishes it."""
+
+
+AnyCase = TypeVar("AnyCase", bound=Named)
+
+
+def chosen_cases(cases: Sequence[AnyCase], only: str) -> list[AnyCase]:
+    """Return the cases whose name holds a text, or raise ``typer.BadParameter`` where none does."""
+    chosen = [case for case in cases if only in case.name]
+    if not chosen:
+        raise typer.BadParameter(f"{only!r} is in no case", param_hint="--only")
+    return chosen
+
+
+def run_in_turn(
+    run_case: Callable[[AnyCase, range, float], dict[str, Any]],
+    chosen: Sequence[AnyCase],
+    numbers: range,
+    duration: float,
+    workers: int,
+) -> list[dict[str, Any]]:
+    """Return the row of each case, in order, for seeds and a duration in s."""
+    rows = []
+    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
+        task = progress.add_task("cases", total=len(chosen))
+        # the first alone, so that the others find the controllers compiled
+        rows.append(pool.submit(run_case, chosen[0], numbers, duration).result())
+        progress.advance(task)
+        for waiting in [pool.submit(run_case, case, numbers, duration) for case in chosen[1:]]:
+            rows.append(waiting.result())
+            progress.advance(task)
+    return rows
