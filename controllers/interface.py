@@ -148,7 +148,7 @@ class Controller:
         ------
         ValueError
             The reference, the preview, the correction or the feedforward is not finite, the inertia or ``dt`` is
-            not positive and finite, or the regressors are not as many as the controller was made for.
+            not positive and finite, or the regressors are not as many as the controller was made for or far too large.
         """
         if inertia is not None:
             check_positive(inertia=inertia)

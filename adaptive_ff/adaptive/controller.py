@@ -22,7 +22,7 @@ from adaptive_ff.adaptive.held_integral import initial_held_integral
 from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_map
 from adaptive_ff.adaptive.map_settings import MAP_MEMORY
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
-from adaptive_ff.adaptive.settings import DEVIATION, adaptive_parameters, observer_pole
+from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import (
     check_candidate_state,
     check_estimator_state,
@@ -117,7 +117,8 @@ class AdaptiveBase(IdentifyingController):
             raise ValueError(
                 f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"
             )
-        place[:] = values
+        refuse_large("regressors", values)
+        write_finite(place, values)
 
     @property
     def uncertainties(self) -> dict[str, float]:
@@ -144,6 +145,21 @@ class AdaptiveBase(IdentifyingController):
         from adaptive_ff.report.diagnosis import diagnose
 
         return diagnose(self, run)
+
+
+def refuse_large(name: str, values: NDArray[np.float64]) -> None:
+    """Raise ``ValueError`` where a regressor is too large; one that is not finite is none."""
+    large = values[(np.abs(values) > LARGEST_REGRESSOR) & np.isfinite(values)]
+    if large.size > 0:
+        raise ValueError(
+            f"{name} = {large[0]:g} is not allowed: they should be of the size of one, from {-LARGEST_REGRESSOR:g} to "
+            f"{LARGEST_REGRESSOR:g} at most"
+        )
+
+
+def write_finite(held: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    """Write regressors over those that hold; of one that is not finite the last one holds."""
+    np.copyto(held, values, where=np.isfinite(values))
 
 
 class UnsupervisedController(AdaptiveBase):

@@ -177,8 +177,8 @@ class JointGroup:
         ------
         ValueError
             A shape is wrong, or a value is not allowed: reference, correction or feedforward of a joint is not finite,
-            its inertia or ``dt`` not positive and finite, or its regressors are not as many as it takes. The message
-            names the joint; nothing has been changed then, and no joint has been stepped.
+            its inertia or ``dt`` not positive and finite, or its regressors are not as many as it takes or beyond 1e6
+            in size. The message names the joint; nothing has been changed then, and no joint has been stepped.
         """
         given = {
             "reference": reference,

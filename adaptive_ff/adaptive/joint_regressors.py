@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from adaptive_ff.adaptive.controller import AdaptiveController
+from adaptive_ff.adaptive.controller import AdaptiveController, refuse_large, write_finite
 from adaptive_ff.adaptive.settings import MOST_REGRESSORS, further_names
 from controllers.arrays import NDArray
 
@@ -65,7 +65,8 @@ class JointRegressors:
         Raises
         ------
         ValueError
-            There is not one vector for each joint, or one has not as many numbers as its joint was made for.
+            There is not one vector for each joint, one has not as many numbers as its joint was made for, or a number
+            is too large.
         """
         if given is None:
             return self._none
@@ -94,6 +95,7 @@ class JointRegressors:
             raise ValueError(
                 f"regressors of {name} has shape {array.shape}; it must be ({count},), as it was made for{beside}"
             )
+        refuse_large(f"regressors of {name}", array)
         return array
 
     def place(self, position: Array, given: Given) -> None:
@@ -104,7 +106,7 @@ class JointRegressors:
         """
         for controller, formed, vector in zip(self._controllers, self._formed, given, strict=True):
             if vector is not None:
-                controller.regressors[formed:] = vector
+                write_finite(controller.regressors[formed:], vector)
         if not self.forms:
             return
         own = position / self._gear_ratios
@@ -112,7 +114,8 @@ class JointRegressors:
         for controller, formed, carried in zip(self._controllers, self._formed, self._carried, strict=True):
             place = controller.regressors[:formed]
             with np.errstate(invalid="ignore"):
-                place[0::2], place[1::2] = np.sin(angles[carried]), np.cos(angles[carried])
+                write_finite(place[0::2], np.sin(angles[carried]))
+                write_finite(place[1::2], np.cos(angles[carried]))
         position[:] = self._gear_ratios * angles
 
 

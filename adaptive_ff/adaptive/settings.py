@@ -36,6 +36,9 @@ DEVIATION = 0.2
 MOST_REGRESSORS = 20
 """Most further regressors: with some 25 columns and more, all of them are learnt worse."""
 
+LARGEST_REGRESSOR = 1e6
+"""Largest further regressor: they are of the size of one, and from far larger ones no estimator goes on."""
+
 FASTEST = 65.0
 """Fastest pole of the observer by default, rad/s: what it is for changes no faster, and a fast loop has no margin left.
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
-from adaptive_ff.adaptive.settings import MOST_REGRESSORS
+from adaptive_ff.adaptive.settings import LARGEST_REGRESSOR, MOST_REGRESSORS
 from controllers import pi_gains
 
 PERIOD, SAMPLES = 0.01, 300
@@ -92,6 +92,74 @@ def test_regressors_may_be_an_array_and_hold_where_they_are_not_given():
     group.step([0.1, 0.1], [0.1, 0.1])
     held = [joint.state.estimator.loads[-2:, 2].tolist() for joint in group.joints.values()]
     assert held == [[0.1, 0.2], [0.5, 0.4]]
+
+
+def saved_and_loaded(controller, new):
+    new.state_from_json(controller.state_to_json())
+    return new
+
+
+@pytest.mark.parametrize("lost", [math.nan, math.inf, None])
+@pytest.mark.parametrize("before", [0, 60])
+def test_a_chain_goes_on_from_its_save_after_a_lost_position(lost, before):
+    group = JointGroup.from_table(chain(3))
+    plan, measured, position, _ = signals(3)
+    for k in range(before):
+        group.step(plan[k], measured[k], position=position[k])
+    for k in range(before, before + 3):
+        torn = None if lost is None else np.where([False, True, False], lost, position[k])
+        group.step(plan[k], measured[k], position=torn)
+        other = saved_and_loaded(group, JointGroup.from_table(chain(3)))
+    for k in range(before + 3, 120):
+        now = position[k] if k % 10 else None
+        torques = group.step(plan[k], measured[k], position=now)
+        assert np.array_equal(other.step(plan[k], measured[k], position=now), torques)
+    assert other.state_to_json() == group.state_to_json()
+
+
+@pytest.mark.parametrize("unknown", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("before", [0, 60])
+def test_group_and_single_controller_go_on_from_their_save_after_an_unknown_regressor(unknown, before):
+    group, (one, *_) = JointGroup(controllers((2, 1))), controllers((2,)).values()
+    plan, measured, _, further = signals(2)
+    for k in range(before):
+        group.step(plan[k], measured[k], regressors=further[k])
+        one.step(plan[k, 0], measured[k, 0], regressors=further[k][0])
+    held = further[before - 1][0][0] if before else 0.0
+    torn = [unknown, 0.25]
+    group.step(plan[before], measured[before], regressors=[torn, [unknown]])
+    one.step(plan[before, 0], measured[before, 0], regressors=torn)
+    assert one.regressors.tolist() == group.joints["shoulder"].regressors.tolist() == [held, 0.25]
+    group_again = saved_and_loaded(group, JointGroup(controllers((2, 1))))
+    one_again = saved_and_loaded(one, *controllers((2,)).values())
+    for k in range(before + 1, 120):
+        given = further[k] if k % 10 == 0 else None
+        torques = group.step(plan[k], measured[k], regressors=given)
+        assert np.array_equal(group_again.step(plan[k], measured[k], regressors=given), torques)
+        single = {"regressors": None if given is None else given[0]}
+        torque = one.step(plan[k, 0], measured[k, 0], **single)
+        assert one_again.step(plan[k, 0], measured[k, 0], **single) == torque == torques[0]
+    assert one_again.state_to_json() == one.state_to_json()
+
+
+@pytest.mark.parametrize("size", [1e7, -1e100, 1e308])
+def test_far_too_large_regressors_are_refused_and_change_nothing(size):
+    group, (one, *_) = JointGroup(controllers((2, 1))), controllers((2,)).values()
+    before = group.state_to_json(), one.state_to_json()
+    message = r"-?1e\+\d+ is not allowed: they should be of the size of one, from -1e\+06 to 1e\+06 at most$"
+    with pytest.raises(ValueError, match=f"^regressors of elbow = {message}"):
+        group.step([0.1, 0.1], [0.1, 0.1], regressors=[[0.1, 0.2], [size]])
+    with pytest.raises(ValueError, match=f"^regressors = {message}"):
+        one.step(0.1, 0.1, regressors=[0.1, size])
+    assert (group.state_to_json(), one.state_to_json()) == before
+
+
+def test_from_the_largest_regressors_a_save_can_be_loaded():
+    group, size = JointGroup(controllers((2, 1))), LARGEST_REGRESSOR
+    plan, measured, _, _ = signals(2)
+    for k in range(100):
+        group.step(plan[k], measured[k], regressors=[[size, -size], [size]], realised_torque=[1.0, 2.0])
+    saved_and_loaded(group, JointGroup(controllers((2, 1))))
 
 
 @pytest.mark.parametrize(
