@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from numbers import Real
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ from adaptive_ff.model.friction import (
     WITH_OFFSET,
     TorqueModel,
 )
+from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what the controllers call otherwise."""
@@ -76,7 +78,7 @@ class _Sliding(NamedTuple):
 
 def torque_model(found: LogIdentification, torque_constant: float | None = None) -> TorqueModel:
     """Return the model of an identified joint; see :meth:`LogIdentification.torque_model`."""
-    scale = _torque_scale(found, torque_constant)
+    scale, lag = _torque_scale(found, torque_constant), _lag(found)
     inertia = found.value("inertia")
     if inertia <= 0.0:
         raise InputError(f"{found.name}: the inertia is not identifiable, so there is no model of the joint")
@@ -87,7 +89,7 @@ def torque_model(found: LogIdentification, torque_constant: float | None = None)
         coulomb=scale * sliding.coulomb,
         stiction=scale * slow.stiction,
         viscous=scale * sliding.viscous,
-        friction_lag=_lag(found),
+        friction_lag=ASSUMED_LAG if lag is None else max(lag.value, 0.0),
         stribeck_velocity=slow.velocity,
         stribeck_shape=slow.shape,
         offset=scale * found.value("offset"),
@@ -99,8 +101,8 @@ def first_estimate(
     found: LogIdentification, torque_constant: float | None = None, parameters: Sequence[str] | None = None
 ) -> FirstEstimate:
     """Return what a controller begins with; see :meth:`LogIdentification.first_estimate`."""
+    names = _identified(found) if parameters is None else _checked(parameters)
     model, scale = torque_model(found, torque_constant), _torque_scale(found, torque_constant)
-    names = _identified(found) if parameters is None else tuple(parameters)
     values = model._asdict()
     values |= {name: scale * found.value(REPORTED_AS[name]) for name in GRAVITY if name in names}
     sliding = _sliding(found)
@@ -109,6 +111,8 @@ def first_estimate(
         for name in names
         if (reported := REPORTED_AS.get(name, name)) in found.parameters
     }
+    if _lag(found) is None:
+        known.pop("friction_lag", None)
     stiction = known_stiction(found, sliding.coulomb).estimate
     if stiction is not None:
         known["stiction"] = stiction
@@ -121,14 +125,27 @@ def first_estimate(
     return FirstEstimate(model.inertia, model.stribeck_velocity, model.stribeck_shape, names, values, deviation)
 
 
-def _lag(found: LogIdentification) -> float:
+def _checked(parameters: Sequence[str]) -> tuple[str, ...]:
+    try:
+        return check_parameters(parameters, ALL_CHOICES)
+    except ValueError as error:
+        raise InputError(str(error)) from error
+
+
+def _lag(found: LogIdentification) -> Estimate | None:
     """Return the friction lag (s), the one estimated beside the model where that does without.
+
+    None where there is no friction to lag, or where the interval reaches the ends of the search.
 
     On the built-in joint, whose lag is 20 ms, zero makes the first 10 s up to twice as bad as they are without a model,
     and the 16 ms that are estimated beside the model make them better (seeds 1 to 8, 11 to 16).
     """
     reported = found.parameters.get("friction_lag")
-    return ASSUMED_LAG if reported is None else max(reported.estimate.value, 0.0)
+    sliding, (first, *_, last) = _sliding(found), found.lags
+    if reported is None or not (sliding.coulomb > 0.0 or sliding.viscous > 0.0):
+        return None
+    bounded = first < reported.estimate.lower and reported.estimate.upper < last
+    return reported.estimate if bounded else None
 
 
 def _identified(found: LogIdentification) -> tuple[str, ...]:
@@ -142,6 +159,8 @@ def _torque_scale(found: LogIdentification, torque_constant: float | None) -> fl
     """Return what the torques of an identification are multiplied by to be N m (N)."""
     current = of_current(LINEAR)["torque"]
     unit = "N/A" if found.units["velocity"] == LINEAR["velocity"] else "N m/A"
+    if torque_constant is not None and not _is_number(torque_constant):
+        raise InputError(f"torque_constant = {torque_constant!r} is not allowed: it must be a number of {unit}")
     if found.units["torque"] != current:
         if torque_constant is not None:
             raise InputError(
@@ -157,6 +176,10 @@ def _torque_scale(found: LogIdentification, torque_constant: float | None) -> fl
     if not (math.isfinite(torque_constant) and torque_constant > 0.0):
         raise InputError(f"torque_constant = {torque_constant} {unit} is not allowed: it must be positive and finite")
     return float(torque_constant)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _sliding(found: LogIdentification) -> _Sliding:

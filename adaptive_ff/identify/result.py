@@ -134,11 +134,11 @@ class LogIdentification:
     def torque_model(self, torque_constant: float | None = None) -> "TorqueModel":
         """Return the identified joint as the model that controllers assume.
 
-        What the log does not determine is zero, but for the lag, which is the one estimated beside the model, or 10 ms,
-        and for stiction, Stribeck velocity and shape: those of stretches at constant speed where there are such, else
-        stiction is Coulomb friction and the Stribeck velocity a twentieth of the largest speed. Friction that saturates
-        is shared out between Coulomb and viscous friction as at the log's speeds; gravity and friction over position
-        have no place in this model.
+        What the log does not determine is zero, but for the lag, which is the one estimated beside the model, or 10 ms
+        where there is no friction or no bound to it, and for stiction, Stribeck velocity and shape: those of stretches
+        at constant speed where there are such, else stiction is Coulomb friction and the Stribeck velocity a twentieth
+        of the largest speed. Friction that saturates is shared out between Coulomb and viscous friction as at the log's
+        speeds; gravity and friction over position have no place in this model.
 
         Parameters
         ----------
@@ -154,8 +154,8 @@ class LogIdentification:
         Raises
         ------
         InputError
-            The inertia is not identifiable, the log holds a current and there is no torque constant, it is not
-            positive and finite, or the log holds a torque and there is one.
+            The inertia is not identifiable, the log holds a current and there is no torque constant, it is not a
+            positive and finite number, or the log holds a torque and there is one.
         """
         from adaptive_ff.identify.first_estimate import torque_model
 
@@ -180,7 +180,7 @@ class LogIdentification:
         Raises
         ------
         InputError
-            As in :meth:`torque_model`.
+            As in :meth:`torque_model`, or ``parameters`` are no choice of the controller.
         """
         from adaptive_ff.identify.first_estimate import first_estimate
 

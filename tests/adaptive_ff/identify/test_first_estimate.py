@@ -130,6 +130,23 @@ def test_impossible_torque_constant_is_refused(of_current, constant):
         of_current.first_estimate(constant)
 
 
+@pytest.mark.parametrize("constant", ["x", True, [0.11], 1j])
+def test_a_torque_constant_that_is_no_number_is_refused(found, of_current, constant):
+    for one in (found, of_current):
+        with pytest.raises(InputError, match=r"^torque_constant = .* is not allowed: it must be a number of N m/A$"):
+            one.torque_model(constant)
+
+
+@pytest.mark.parametrize("parameters", [("zz",), (), "gravity", 5, WITH_GRAVITY[:-1]])
+def test_parameters_that_no_controller_identifies_are_refused(found, parameters):
+    with pytest.raises(InputError) as refused:
+        found.first_estimate(parameters=parameters)
+    assert str(refused.value).startswith(f"parameters = {parameters!r} is not allowed: it must be ('inertia', ")
+    with pytest.raises(ValueError, match=r"^parameters = ") as by_controller:
+        AdaptiveController(1.0, 1.0, 0.01, inertia=1.0, stribeck_velocity=0.1, parameters=parameters)
+    assert str(by_controller.value) == str(refused.value)
+
+
 def test_torque_needs_no_constant(found):
     with pytest.raises(InputError, match=r"^torque_constant = 0.11 N m/A is not allowed: the log of log holds N m"):
         found.torque_model(AMPERE)
@@ -155,6 +172,24 @@ def test_without_inertia_there_is_no_model(found):
 def test_a_lag_that_was_not_estimated_is_assumed(found):
     others = {name: one for name, one in found.parameters.items() if name != "friction_lag"}
     first = replace(found, parameters=others).first_estimate()
+    assert first.model["friction_lag"] == ASSUMED_LAG
+    assert "friction_lag" not in first.deviation
+
+
+@pytest.mark.parametrize("seed", [1, 101])
+def test_without_friction_there_is_no_lag_but_the_assumed_one(seed):
+    found = identify_log(make_log(noise=0.05, coulomb=0.0, viscous=0.0, seed=seed))
+    first = found.first_estimate()
+    assert first.model["friction_lag"] == ASSUMED_LAG
+    assert "friction_lag" not in first.deviation
+    assert first.model["inertia"] == pytest.approx(JOINT["inertia"], rel=0.01)
+
+
+@pytest.mark.parametrize("ends", [(-0.01, 0.2), (-0.3, 0.05), (-np.inf, np.inf)])
+def test_a_lag_that_the_log_does_not_bound_is_assumed(found, ends):
+    reported = found.parameters["friction_lag"]
+    vague = reported._replace(estimate=reported.estimate._replace(value=0.04, lower=ends[0], upper=ends[1]))
+    first = replace(found, parameters={**found.parameters, "friction_lag": vague}).first_estimate()
     assert first.model["friction_lag"] == ASSUMED_LAG
     assert "friction_lag" not in first.deviation
 
