@@ -109,7 +109,8 @@ protected:
     auto inputs = Axis::default_inputs();  // no preview: the controller does without
     inputs.reference = this->reference_interfaces_[0];
     inputs.feedforward = this->reference_interfaces_[1];
-    inputs.correction = this->reference_interfaces_[2];
+    const double correction = this->reference_interfaces_[2];
+    inputs.correction = std::isfinite(correction) ? correction : 0.0;  // NaN where nobody has set it
     inputs.velocity = this->state_interfaces_[0].get_value();  // NaN where the reading failed: that is allowed
     if (use_position_) {
       inputs.position = this->state_interfaces_[2].get_value();  // gravity is identified; NaN holds the last one

@@ -46,7 +46,7 @@ int main(int, char ** arguments)
   for (int k = 0; k < 300; k++) {
     references[0].set_value(0.2 * std::sin(0.03 * k));
     references[1].set_value(1.5);
-    if (cascaded) { references[2].set_value(0.02 * std::sin(0.07 * k)); }
+    if (cascaded) { references[2].set_value(k % 30 == 4 ? std::nan("") : 0.02 * std::sin(0.07 * k)); }
     position = k % 40 == 9 ? std::nan("") : 0.5 - 6.0 * std::cos(0.03 * k);
     velocity = k % 50 == 7 ? std::nan("") : 0.19 * std::sin(0.03 * k - 0.03);
     effort = command;
@@ -92,7 +92,7 @@ def commands_of_python(cascaded):
         velocity = math.nan if k % 50 == 7 else 0.19 * math.sin(0.03 * k - 0.03)
         given = {"feedforward": 1.5, "realised_torque": command}
         if cascaded:
-            given["correction"] = 0.02 * math.sin(0.07 * k)
+            given["correction"] = 0.0 if k % 30 == 4 else 0.02 * math.sin(0.07 * k)
             given["position"] = math.nan if k % 40 == 9 else 0.5 - 6.0 * math.cos(0.03 * k)
         torque = controller.step(0.2 * math.sin(0.03 * k), velocity, **given)
         command = min(max(torque, -40.0), 40.0)
