@@ -108,7 +108,10 @@ def nearest_minimum(left: Array) -> tuple[float, float]:
 
 
 def as_followed(log: Log, pieces: list[Piece], lead: float) -> Log:
-    """Return a log whose reference is taken later by a time, s; what is beyond the end of a piece stays.
+    """Return a log whose reference is taken later by a time, s.
+
+    Beyond an end of a piece the velocity is that of the end: a reference velocity stays, a reference position goes on.
+    A position that stayed would stop at once, and the inertia would be braked by a torque that nobody needs.
 
     Parameters
     ----------
@@ -127,4 +130,29 @@ def as_followed(log: Log, pieces: list[Piece], lead: float) -> Log:
         part = slice(piece.start, piece.stop)
         time = log.time[part]
         followed[part] = np.interp(time + lead, time, log.extra[name][part])
+        if name == REFERENCE_POSITION:
+            followed[part] += beyond(time, log.extra[name][part], lead)
     return replace(log, extra={**log.extra, name: followed})
+
+
+def beyond(time: Array, position: Array, lead: float) -> Array:
+    """Return how far a position that is taken later has gone from the end that it is beyond, with the velocity there.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Time of a piece, s.
+    position : ndarray, shape (n,)
+        Position, rad.
+    lead : float
+        Time by which it is taken later, s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Path, rad; zero where the later time is in the piece.
+    """
+    before, after = np.minimum(time + lead - time[0], 0.0), np.maximum(time + lead - time[-1], 0.0)
+    first, last = ((position[k + 1] - position[k]) / (time[k + 1] - time[k]) for k in (0, -2))
+    path: Array = first * before + last * after
+    return path

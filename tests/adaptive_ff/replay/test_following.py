@@ -59,16 +59,22 @@ def test_of_a_repeating_motion_the_nearest_time_is_meant():
     assert lead_of(log) == pytest.approx(0.03, abs=2e-4)
 
 
-@pytest.mark.parametrize("name", ["reference_velocity", "reference_position"])
-def test_pieces_are_taken_later_each_by_itself(name):
+@pytest.mark.parametrize(
+    ("name", "starts", "ends"),  # a velocity stays at an end of a piece, a position goes on with its velocity there
+    [
+        ("reference_velocity", (0.0, 25.0), (9.0, 9.0, 81.0, 81.0)),
+        ("reference_position", (-1.0, 14.0), (11.5, 16.5, 89.5, 106.5)),
+    ],
+)
+def test_pieces_are_taken_later_each_by_itself(name, starts, ends):
     time = 0.1 * np.arange(10)
     values = np.arange(10.0) ** 2
     log = Log("log", time, time, velocity=time, extra={name: values, "feedforward": values})
     pieces = [Piece(0, 4), Piece(5, 10)]
     later = as_followed(log, pieces, 0.15).extra[name]
-    assert later == pytest.approx([2.5, 6.5, 9.0, 9.0, 16.0, 42.5, 56.5, 72.5, 81.0, 81.0])
+    assert later == pytest.approx([2.5, 6.5, *ends[:2], 16.0, 42.5, 56.5, 72.5, *ends[2:]])
     earlier = as_followed(log, pieces, -0.1).extra[name]
-    assert earlier == pytest.approx([0.0, 0.0, 1.0, 4.0, 16.0, 25.0, 25.0, 36.0, 49.0, 64.0])
+    assert earlier == pytest.approx([starts[0], 0.0, 1.0, 4.0, 16.0, starts[1], 25.0, 36.0, 49.0, 64.0])
     assert np.array_equal(as_followed(log, pieces, 0.15).extra["feedforward"], values)
     assert np.array_equal(log.extra[name], np.arange(10.0) ** 2)
     assert as_followed(log, pieces, 0.0) is log
@@ -93,6 +99,27 @@ def test_replay_is_that_of_a_reference_that_is_not_late(lead):
         assert most > 3.0 * least
     again = replay_log(right, state=found.state_to_json())
     assert again.settings.motion_lead == found.settings.motion_lead
+
+
+@pytest.mark.parametrize("lead", [0.06, -0.04])
+@pytest.mark.parametrize("gap", [False, True])
+def test_a_late_reference_position_leaves_little_more_where_a_piece_ends_in_motion(lead, gap):
+    log = make_log(duration=20.0, noise=0.05)
+    kept = np.ones(log.time.size, bool)
+    kept[4000:4500] = not gap
+    plans = (replace(log, extra={"reference_position": motion(log.time - shift)[0]}) for shift in (0.0, lead))
+    aligned, found = (replay_log(only(one, kept), inertia=2.0, fixed=MODEL) for one in plans)
+    assert aligned.settings.motion_lead == 0.0
+    assert found.settings.motion_lead == pytest.approx(lead, abs=2e-4)
+    for name in ("fixed", "adaptive"):
+        # some 50 ms of acceleration are not known at an end
+        assert found.left[name].whole <= aligned.left[name].whole + 0.04 * found.left["none"].whole
+
+
+def only(log, kept):
+    """A log without some of its samples."""
+    extra = {name: series[kept] for name, series in log.extra.items()}
+    return Log(log.name, log.time[kept], log.torque[kept], position=log.position[kept], extra=extra)
 
 
 def test_lead_must_be_finite():
