@@ -17,9 +17,7 @@ from adaptive_ff.logs.derivatives import Array, lowpass
 from adaptive_ff.logs.log import Log
 from adaptive_ff.replay.fixed import MOST
 from adaptive_ff.replay.parts import REFERENCE_POSITION, REFERENCE_VELOCITY, has_reference, reference_velocity
-
-FARTHEST = 0.5
-"""Longest time that is looked at, s."""
+from adaptive_ff.replay.settings import FARTHEST
 
 SAMPLES = 2.0
 """Least time, in sample times. Less may come of what a stamp means, and of how a velocity is made of positions."""

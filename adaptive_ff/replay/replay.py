@@ -11,7 +11,7 @@ from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
 from adaptive_ff.replay.fixed import fit_fixed
-from adaptive_ff.replay.following import as_followed
+from adaptive_ff.replay.following import SAMPLES, as_followed, motion_lead
 from adaptive_ff.replay.further_torque import FurtherTorque
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.parts import (
@@ -95,7 +95,7 @@ def replay_log(
         The log cannot be used, or an argument is out of range.
     """
     check_names(given)
-    _check_arguments(log, band)
+    _check_arguments(log, band, given.get("motion_lead"))
     log, said, jumps = look_through(log, linear=linear)
     pieces, skipped = usable_pieces(log, SHORTEST, jumps)
     if not pieces:
@@ -126,6 +126,8 @@ def replay_log(
         *(f"{one[0].upper()}{one[1:]}." for one in said),
         *_notes(log, settings, given if saved is None else None, judged, reference_band),
     ]
+    if saved is not None and has_reference(log):
+        notes += _other_lead(settings, motion_lead(log, pieces, period, reference_band))
     runners = _runners(settings, model, saved, log.position is not None)
     if FIXED in runners:
         runners[FIXED].further = further
@@ -166,11 +168,15 @@ def worse_than_none(left: Mapping[str, Left]) -> list[str]:
     ]
 
 
-def _check_arguments(log: Log, band: float) -> None:
+def _check_arguments(log: Log, band: float, lead: float | None) -> None:
     if not band > 0.0:
         raise InputError(f"band = {band:g} Hz is not allowed: it must be positive")
     if REFERENCE_VELOCITY in log.extra and REFERENCE_POSITION in log.extra:
         raise InputError(f"{log.name}: {REFERENCE_VELOCITY} and {REFERENCE_POSITION} are both given; give one of them")
+    if lead and not has_reference(log):
+        raise InputError(
+            f"{log.name}: motion_lead = {lead:g} s is not allowed without a reference: it must be zero or not given"
+        )
 
 
 def _notes(
@@ -195,15 +201,31 @@ def _notes(
             f"The log has no reference: the measured motion stands for it, filtered without delay in a band of "
             f"{reference_band:.3g} Hz, so the feedforward knows what the machine could not know."
         )
-    if settings.motion_lead != 0.0:
-        side = "ahead of" if settings.motion_lead > 0.0 else "behind"
+    elif settings.motion_lead != 0.0:
         notes.append(
-            f"The motion is {1e3 * abs(settings.motion_lead):.3g} ms {side} the recorded reference, which is taken "
-            "when it was followed; a feedforward of the machine's own is judged as it was recorded."
+            f"The motion is {_ahead(settings.motion_lead)} the recorded reference, which is taken when it was "
+            "followed; a feedforward of the machine's own is judged as it was recorded."
         )
     if judged is None:
         notes.append("The sample time is too long for the band: torques are judged at all frequencies.")
     return notes
+
+
+def _ahead(lead: float) -> str:
+    return f"{1e3 * abs(lead):.3g} ms {'ahead of' if lead > 0.0 else 'behind'}"
+
+
+def _other_lead(settings: ReplaySettings, own: float) -> list[str]:
+    """Return a sentence where the motion of a log alone says another time than the saved one."""
+    if abs(own - settings.motion_lead) < SAMPLES * settings.period:
+        return []
+    found = (
+        f"its motion is {_ahead(own)} its reference" if own != 0.0 else "no time between motion and reference is seen"
+    )
+    return [
+        f"In this log {found}, but motion_lead is {settings.motion_lead:.3g} s, as it was saved; more torque may be "
+        "left for it."
+    ]
 
 
 def _runners(

@@ -7,6 +7,7 @@ The arguments of :func:`adaptive_ff.replay.replay.replay_log` and the saved stat
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from numbers import Real
 from typing import Any, Self
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
@@ -21,6 +22,9 @@ HOLD = 0.75
 """Hold of the gate, in time constants of the filters. It was found on the records at hand and on drawn logs (seeds from
 101 on): with 3, as in a loop, lags stay near the first guess. Where a joint sticks for a tenth of the time, inertia and
 friction then are up to 1.2 % off."""
+
+FARTHEST = 0.5
+"""Longest time that the motion may be ahead of the reference, or behind it, s."""
 
 SAME_PERIOD = 0.01
 """Relative difference of sample times up to which a saved state belongs to a log."""
@@ -77,6 +81,8 @@ class ReplaySettings:
     motion_lead: float = 0.0
 
     def __post_init__(self) -> None:
+        for name, value in self.to_dict().items():
+            check_kind(name, value)
         for name in ("period", "inertia", "stribeck_velocity", "loop_bandwidth", "memory"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -90,8 +96,9 @@ class ReplaySettings:
                 f"torque_delay = {self.torque_delay:g} s is not allowed: it must be at least minus half a sample time, "
                 f"{-0.5 * self.period:g} s; the estimator would see the future"
             )
-        if not math.isfinite(self.motion_lead):
-            raise InputError(f"motion_lead = {self.motion_lead:g} s is not allowed: it must be finite")
+        if not abs(self.motion_lead) <= FARTHEST:
+            allowed = f"it must be from {-FARTHEST:g} to {FARTHEST:g} s"
+            raise InputError(f"motion_lead = {self.motion_lead:g} s is not allowed: {allowed}")
         if self.velocity_cutoff is not None and not 0.0 < self.velocity_cutoff < math.inf:
             raise InputError(f"velocity_cutoff = {self.velocity_cutoff:g} is not allowed: it must be positive")
         if self.identify not in IDENTIFIED:
@@ -147,16 +154,7 @@ class ReplaySettings:
         names = ["period", *GIVEN]
         if set(content) != set(names):
             raise InputError(f"the settings {', '.join(map(str, content))} are not allowed: they must be {names}")
-        values: dict[str, Any] = {}
-        for name, value in content.items():
-            is_text, may_miss = name == "identify", name == "velocity_cutoff"
-            right = (
-                isinstance(value, str) if is_text else isinstance(value, int | float) and not isinstance(value, bool)
-            )
-            if not (right or (may_miss and value is None)):
-                raise InputError(f"{name} = {value!r} is not allowed: it must be a {'text' if is_text else 'number'}")
-            values[name] = value
-        return cls(**values)
+        return cls(**content)
 
     def check_fits(self, period: float, given: Mapping[str, Any]) -> None:
         """Refuse a log, or settings beside these, that a state saved with these does not belong to.
@@ -203,13 +201,30 @@ GIVEN = tuple(setting.name for setting in fields(ReplaySettings) if setting.name
 
 
 def check_names(given: Mapping[str, Any]) -> None:
-    """Refuse settings that there are not.
+    """Refuse settings that there are not, and values that are none.
 
     Raises
     ------
     InputError
-        A name is not known.
+        A name is not known, or a value is no number (no text, where a text is asked for).
     """
     for name, value in given.items():
         if name not in GIVEN:
             raise InputError(f"{name} = {value!r} is no setting of a replay; allowed: {', '.join(GIVEN)}")
+        if value is not None:
+            check_kind(name, value)
+
+
+def check_kind(name: str, value: Any) -> None:
+    """Refuse a value of a setting that is no number, or no text.
+
+    Raises
+    ------
+    InputError
+        It is of another kind.
+    """
+    if name == "velocity_cutoff" and value is None:
+        return
+    is_text = name == "identify"
+    if isinstance(value, bool) or not isinstance(value, str if is_text else Real):
+        raise InputError(f"{name} = {value!r} is not allowed: it must be a {'text' if is_text else 'number'}")

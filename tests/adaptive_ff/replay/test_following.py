@@ -122,6 +122,47 @@ def only(log, kept):
     return Log(log.name, log.time[kept], log.torque[kept], position=log.position[kept], extra=extra)
 
 
-def test_lead_must_be_finite():
-    with pytest.raises(InputError, match="motion_lead = inf s is not allowed: it must be finite"):
-        replay_log(make_log(duration=5.0), inertia=2.0, motion_lead=math.inf)
+@pytest.mark.parametrize(
+    ("lead", "message"),
+    [
+        (math.inf, "motion_lead = inf s is not allowed: it must be from -0.5 to 0.5 s"),
+        (math.nan, "motion_lead = nan s is not allowed: it must be from -0.5 to 0.5 s"),
+        (-85.0, "motion_lead = -85 s is not allowed: it must be from -0.5 to 0.5 s"),  # ms, typed for s
+        ("x", "motion_lead = 'x' is not allowed: it must be a number"),
+    ],
+)
+def test_lead_must_be_a_short_time(lead, message):
+    log = make_log(duration=5.0)
+    log = replace(log, extra={"reference_velocity": motion(log.time)[1]})
+    with pytest.raises(InputError, match=message):
+        replay_log(log, inertia=2.0, motion_lead=lead)
+
+
+def test_lead_needs_a_reference():
+    log = make_log(duration=5.0)
+    with pytest.raises(
+        InputError, match=r"log: motion_lead = 0.1 s is not allowed without a reference: it must be zero"
+    ):
+        replay_log(log, inertia=2.0, motion_lead=0.1)
+    assert replay_log(log, inertia=2.0, fixed=MODEL, motion_lead=0.0).settings.motion_lead == 0.0
+
+
+def test_notes_say_which_lead_a_saved_state_is_replayed_with():
+    log = make_log(duration=10.0, noise=0.05)
+    plan, ahead, late = (
+        replace(log, extra={"reference_velocity": motion(log.time - s)[1]}) for s in (0.0, 0.06, -0.04)
+    )
+    state = replay_log(ahead, inertia=2.0, fixed=MODEL).state_to_json()
+
+    def said(other):
+        notes = replay_log(other, fixed=MODEL, state=state).notes
+        return [note for note in notes if "ahead of" in note or note.startswith("In this log")]
+
+    taken = "The motion is 60 ms ahead of the recorded reference"
+    assert [note[: len(taken)] for note in said(ahead)] == [taken]
+    assert said(log) == []  # without a reference there is nothing to be ahead of
+    for other, own in ((late, "its motion is 40 ms behind its reference"), (plan, "no time between motion and")):
+        first, second = said(other)
+        assert first.startswith(taken)
+        assert second.startswith(f"In this log {own}")
+        assert "motion_lead is 0.06 s, as it was saved" in second
