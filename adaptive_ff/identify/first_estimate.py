@@ -1,7 +1,7 @@
 """What an identified joint is to a controller: its first model and how sure that is."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from numbers import Real
 from statistics import NormalDist
 from typing import NamedTuple
@@ -11,11 +11,11 @@ import numpy as np
 from adaptive_ff.errors import InputError
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import ASYMMETRY, SATURATIONS
+from adaptive_ff.identify.filtering import bent_friction
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
 from adaptive_ff.identify.units import LINEAR, of_current
-from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.model.friction import (
     GRAVITY,
     PER_DIRECTION,
@@ -34,13 +34,6 @@ ASSUMED_LAG = 0.01
 
 NO_TORQUE = ("friction_lag", "stribeck_velocity", "stribeck_shape")
 """What is the same number whether the log holds a torque or a current."""
-
-SHAPES: Mapping[str, Callable[[Array], Array]] = {
-    SATURATIONS[0]: np.tanh,
-    SATURATIONS[1]: lambda ratio: -np.expm1(-ratio),
-    SATURATIONS[2]: lambda ratio: ratio / (1.0 + ratio),
-}
-"""How friction saturates over the speed by its bend, by term."""
 
 
 class FirstEstimate(NamedTuple):
@@ -193,7 +186,7 @@ def _sliding(found: LogIdentification) -> _Sliding:
     if not shapes:
         return _Sliding(coulomb, viscous, {})
     speed = np.abs(np.concatenate([rows.velocity[rows.slides] for rows in found.rows]))
-    bent = sum(found.value(shape) * SHAPES[shape](speed / found.value(BENT[shape])) for shape in shapes)
+    bent = sum(found.value(shape) * bent_friction(shape, speed, found.value(BENT[shape])) for shape in shapes)
     line = np.column_stack([np.ones_like(speed), speed])
     (start, slope), *_ = np.linalg.lstsq(line, bent, rcond=None)
     left = float(np.sqrt(np.mean((line @ [start, slope] - bent) ** 2)))

@@ -80,15 +80,20 @@ def test_arm_whose_gravity_is_learnt_tracks_better_than_pi_in_every_joint():
     assert np.min(ratio) > 2.0
 
 
-def test_command_prints_what_is_missed_and_writes_all_errors(tmp_path):
-    path = tmp_path / "robot.json"
-    options = ("--only", "hinge, LuGre, 100 Hz, multisine", "--seeds", "1", "--first", "101", "--duration", "12")
-    app = command.typer.Typer()
-    app.command()(command.main)
-    outcome = CliRunner().invoke(app, [*options, "--workers", "1", "--json", str(path)])
+def run_one_case(module, case, seed, path):
+    """Return what a command prints of one case and one seed, and the row that it writes."""
+    app = module.typer.Typer()
+    app.command()(module.main)
+    options = ("--only", case, "--seeds", "1", "--first", str(seed), "--duration", "12", "--workers", "1")
+    outcome = CliRunner().invoke(app, [*options, "--json", str(path)])
     assert outcome.exit_code == 0, outcome.output
-    assert "hinge, LuGre, 100 Hz" in outcome.output
     (row,) = json.loads(path.read_text())["cases"]
+    return outcome.output, row
+
+
+def test_command_prints_what_is_missed_and_writes_all_errors(tmp_path):
+    output, row = run_one_case(command, "hinge, LuGre, 100 Hz, multisine", 101, tmp_path / "robot.json")
+    assert "hinge, LuGre, 100 Hz" in output
     assert set(row["errors"]) == {"pi", "fixed", "adaptive"}
     assert row["velocity_median"] == row["velocity_least"] > 1.0
     assert row["missed"] == []
@@ -96,14 +101,8 @@ def test_command_prints_what_is_missed_and_writes_all_errors(tmp_path):
 
 def test_joint_on_bristles_holds_still_without_kicks(tmp_path):
     """PI kicks it at each count of the encoder; so did adaptive, 1.2 times as hard as PI."""
-    path = tmp_path / "holding.json"
-    options = ("--only", "hinge, LuGre, 500 Hz", "--seeds", "1", "--first", "102", "--duration", "12")
-    app = holding.typer.Typer()
-    app.command()(holding.main)
-    outcome = CliRunner().invoke(app, [*options, "--workers", "1", "--json", str(path)])
-    assert outcome.exit_code == 0, outcome.output
-    assert "1 of 1 joints miss nothing" in outcome.output
-    (row,) = json.loads(path.read_text())["cases"]
+    output, row = run_one_case(holding, "hinge, LuGre, 500 Hz", 102, tmp_path / "holding.json")
+    assert "1 of 1 joints miss nothing" in output
     (joint,) = row["joints"]
     assert joint["pi"]["steps"] > 0.5
     assert joint["adaptive"]["steps"] < 0.5 * joint["pi"]["steps"]
