@@ -132,9 +132,8 @@ def intervals(seen: Ideal, shapes: tuple[int, ...]) -> dict[str, tuple[float, fl
     return found
 
 
-def judge(seed: int, *, told: bool) -> dict[str, dict[str, bool]]:
-    """Tell of each parameter of a log whether its interval is vague, and whether it holds the truth."""
-    seen = ideal(seed)
+def judge(seen: Ideal, *, told: bool) -> dict[str, dict[str, bool]]:
+    """Tell of each parameter of a joint whether its interval is vague, and whether it holds the truth."""
     joint = seen.joint
     shapes = (joint.shape,) if told else tuple(range(len(SATURATIONS)))
     true = {"inertia": joint.inertia, "coulomb": joint.coulomb, "viscous": joint.viscous}
@@ -153,11 +152,19 @@ def main(
     for heading in ("shape of saturation", "vague", "of these joints that saturate", "viscous holds the truth"):
         table.add_column(heading, justify="left" if heading.startswith("shape") else "right")
     seeds = range(first, first + logs)
-    bent = np.array([draw_joint(np.random.default_rng(seed)).saturation > 0.0 for seed in seeds])
-    for told in (True, False):
-        judged = [judge(seed, told=told) for seed in seeds]
+    bent: list[bool] = []
+    cases: dict[bool, list[dict[str, dict[str, bool]]]] = {True: [], False: []}
+    for seen in map(ideal, seeds):  # one at a time: the series of all would fill the memory
+        bent.append(seen.joint.saturation > 0.0)
+        for told, judged in cases.items():
+            judged.append(judge(seen, told=told))
+    for told, judged in cases.items():
         vague = np.array([any(one[name]["vague"] for name in NAMES) for one in judged])
-        shares = (np.mean(vague), np.mean(vague & bent), np.mean([one["viscous"]["covers"] for one in judged]))
+        shares = (
+            np.mean(vague),
+            np.mean(vague & np.array(bent)),
+            np.mean([one["viscous"]["covers"] for one in judged]),
+        )
         table.add_row("told" if told else "one of three", *(f"{100.0 * share:.1f} %" for share in shares))
     Console().print(table)
 

@@ -36,7 +36,7 @@ def test_a_shape_that_is_not_told_makes_the_viscous_coefficient_vaguer():
     told, untold = (intervals(seen, shapes)["viscous"] for shapes in ((seen.joint.shape,), (0, 1, 2)))
     assert told[1] < seen.joint.viscous < told[2]
     assert untold[2] - untold[1] > 1.3 * (told[2] - told[1])
-    assert judge(SATURATES, told=True)["viscous"]["covers"]
+    assert judge(ideal(SATURATES), told=True)["viscous"]["covers"]
 
 
 def test_without_noise_the_true_terms_leave_nothing():
