@@ -42,6 +42,8 @@ class CandidateState(NamedTuple):
         Stribeck velocity in use, rad/s; without candidates, the assumed one.
     presliding : float
         Presliding distance in use, rad; zero without.
+    reversals : ndarray, shape (2,)
+        Least and largest acceleration at which the reference reversed of late, rad/s^2; zero before it did.
     row : ndarray, shape (n + 3,)
         Scratch: regressors and torque.
     products : ndarray, shape (n + 1, n + 3)
@@ -67,6 +69,7 @@ class CandidateState(NamedTuple):
     waited: float
     stribeck_velocity: float
     presliding: float
+    reversals: MutableArray
     row: MutableArray
     products: MutableArray
     factor: MutableArray
@@ -108,6 +111,7 @@ def initial_candidate_state(
         0.0,
         float(begin),
         0.0,
+        np.zeros(2),
         np.zeros(size + 3),
         np.zeros((size + 1, size + 3)),
         np.zeros((size + 1, size + 1)),
@@ -150,6 +154,7 @@ def with_numbers(
         waited,
         velocity,
         presliding,
+        state.reversals,
         state.row,
         state.products,
         state.factor,

@@ -84,6 +84,7 @@ SHORT_MARGIN = 0.7
 """The same where that is a short one, up to ``Vs`` by the pole of the filters, ``Vs J/Kp`` by default.
 
 It, or a lag in time, whichever is in use first, makes the joint move so that it fits: what stays has to be taken early.
+Where all reversals are alike, a way and a time are the same: the time stays, and only what is far better replaces it.
 """
 
 RETURN_MARGIN = 1.5
@@ -94,6 +95,12 @@ Else bristles that a disturbance of the plan has feigned would stay for ever: wh
 
 SHORT_RETURN_MARGIN = 1.3
 """The same where the one in use has a short one."""
+
+ALIKE = 1.5
+"""Largest over least acceleration at reversals up to which they are alike: what takes a time there bends on one way."""
+
+FADING = 0.1
+"""Share by which the least and the largest go back to the last one at each reversal."""
 
 FIRST = 1.0
 """Time for which there must have been moments before that, in memories of the estimator."""
@@ -178,11 +185,28 @@ def advance_candidates_one_way_in_place(
 
 
 @register_jitable(forceinline=True)
+def note_reversal_in_place(reversals: NDArray[np.float64], acceleration: float) -> None:
+    """Note the acceleration (rad/s^2, without its sign) at which the reference reversed."""
+    if reversals[1] == 0.0:
+        reversals[0], reversals[1] = acceleration, acceleration
+    reversals[0] = min(acceleration, reversals[0] + FADING * (acceleration - reversals[0]))
+    reversals[1] = max(acceleration, reversals[1] + FADING * (acceleration - reversals[1]))
+
+
+@register_jitable(forceinline=True)
+def alike(reversals: NDArray[np.float64]) -> bool:
+    """Return whether the reference reversed, and each time at about the same acceleration."""
+    return 0.0 < reversals[1] <= ALIKE * reversals[0]  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
 def follow_candidates_in_place(
     estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float
 ) -> None:
     """Advance the filters over the motion of the reference from a velocity to another (rad/s) in a duration (s)."""
-    if estimator.candidates.size > 0:
+    if estimator.candidates.size > 0 and duration > 0.0:
+        if start * end <= 0.0 and start != end:
+            note_reversal_in_place(candidates.reversals, abs(end - start) / duration)
         if start * end < 0.0:
             turn = duration * start / (start - end)
             advance_candidates_one_way_in_place(estimator, candidates, start, 0.0, turn)
@@ -213,9 +237,9 @@ def fit_in_place(
         factor[i, i] += prior
     # short bristles stand for a lag in time: a candidate of the other kind has a lag of its own
     bends = candidate_distance(estimator, candidates.turn) > 0.0
-    alike = bends != slides(candidates)
+    same = bends != slides(candidates)
     for i in range(size - 1):  # the last is not among what the estimator in use knows
-        if alike or i != FRICTION_LAG:
+        if same or i != FRICTION_LAG:
             gain[i] += prior * (recursion.estimate[i] - estimate[i]) / estimator.fit_scale[i]
         candidates.ranges[i, 0], candidates.ranges[i, 1] = ranges[i, 0], ranges[i, 1]
     candidates.ranges[size - 1, 1] = ranges[COULOMB, 1]
@@ -410,7 +434,7 @@ def compare_candidates_in_place(
     # errors on the same moments: one bad sample must not count for the one and not yet for the other
     complete_in_place(candidates.moments[chosen])
     usual = residual_moments_in_place(candidates.moments[chosen], candidates.estimates[chosen], candidates.row)
-    short = estimator.form.stribeck_velocity / estimator.form.pole
+    short = 0.0 if alike(candidates.reversals) else estimator.form.stribeck_velocity / estimator.form.pole
     if not error < margin_of(present, distance, short) * usual:
         return candidates
     take_candidate_in_place(estimator, state, tried, measured, model)

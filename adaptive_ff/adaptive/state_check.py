@@ -97,6 +97,10 @@ def check_candidate_state(
     _check_choice(estimator, state)
     if state.seen < 0.0 or state.waited < 0.0 or np.any(state.errors < 0.0):
         raise ValueError("state.estimator.candidates is not allowed: times and mean squares must be zero or more")
+    if not 0.0 <= state.reversals[0] <= state.reversals[1]:
+        raise ValueError(
+            f"state.estimator.candidates.reversals = {state.reversals} is not allowed: zero or more, in ascending order"
+        )
     if not FLAT_ROWS <= state.phase <= FITS:
         raise ValueError(f"state.estimator.candidates.phase = {state.phase} is not allowed: from {FLAT_ROWS} to {FITS}")
     check_share("estimator.candidates.share", state.share)
