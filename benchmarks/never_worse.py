@@ -68,6 +68,12 @@ MAPS |= {
 }
 """Joints on which ``adaptive`` has a map of friction over position or load, by name, and two of them without."""
 
+LIGHTNESS = 0.1
+"""Inertia of light joints over that of the built-in one."""
+
+LIGHT_PEAKS = {"light_slow": 0.0125, "light_medium": 0.05, "light": 0.35}
+"""Largest speeds of the plan of joints with a tenth of the built-in inertia, and of the gain, rad/s, by name."""
+
 SITUATIONS: dict[str, Asked] = {
     "paper_100hz": Asked(start=0.36),
     "noisy_1khz": Asked(start=0.15),
@@ -85,6 +91,7 @@ SITUATIONS: dict[str, Asked] = {
     "slow_010": Asked(),
     "slow_025": Asked(),
     "slow_050": Asked(),
+    **dict.fromkeys(LIGHT_PEAKS, Asked()),
     "steep_2": Asked(),
     "steep_5": Asked(),
     "steep_10": Asked(),
@@ -99,7 +106,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(MAPS, Asked()),
     "map_friction_drops_hats_25": Asked(after=0.28),
 }
-"""Situations by name of their scenario, or of ``MAPS``; other scenarios are asked for nothing but to be never worse."""
+"""Situations by name of their scenario, of ``MAPS`` or ``LIGHT_PEAKS``; others are asked to be never worse."""
 
 
 class Case(NamedTuple):
@@ -127,8 +134,13 @@ def named_cases(names: Iterable[str], first: int, references: int) -> list[Case]
 
 
 def named_scenario(name: str, seed: int) -> Scenario:
-    """Return a scenario of the matrix, or of ``MAPS``, with a seed."""
-    return told(MAPS[name], seed) if name in MAPS else load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
+    """Return a scenario of the matrix, of ``MAPS`` or of ``LIGHT_PEAKS``, with a seed."""
+    if name in MAPS:
+        return told(MAPS[name], seed)
+    if name in LIGHT_PEAKS:
+        light, peak = {"inertia": LIGHTNESS * load_scenario().joint.inertia}, LIGHT_PEAKS[name]
+        return load_scenario().modified(seed=seed, joint=light, feedback=light, reference={"peak": peak})
+    return load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
 
 
 def drawn_cases(joints: int, seed: int) -> list[Case]:
@@ -260,7 +272,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    known = [*scenario_names(), *MAPS]
+    known = [*scenario_names(), *LIGHT_PEAKS, *MAPS]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:
             if name not in allowed:

@@ -375,6 +375,7 @@ class AdaptiveController(AdaptiveBase):
     def _check_state(self, state: Any) -> None:
         super()._check_state(state)
         check_share("trust.trust", state.trust.trust)
+        check_share("trust.earned", state.trust.earned)
         check_share("observer.gain", state.observer.gain)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)

@@ -50,7 +50,7 @@ from adaptive_ff.adaptive.step import (
     turned_speed,
     write_adaptive,
 )
-from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, with_friction
+from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, soft_bound, with_friction
 from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
 from adaptive_ff.model.feedforward import FeedforwardState, is_held
 from adaptive_ff.regression.torque_form import Signals
@@ -278,6 +278,12 @@ def unobserved_error(
 
 
 @register_jitable(forceinline=True)
+def breakaway(estimator: EstimatorState) -> float:
+    """Return the friction at which the joint breaks away, N m, as it is identified."""
+    return max(estimator.recursion.estimate[COULOMB], estimator.recursion.estimate[STICTION])  # type: ignore[no-any-return]
+
+
+@register_jitable(forceinline=True)
 def fed_torque(fed: Fed, trust: float) -> float:
     """Return the torque that is fed forward when the friction is trusted to a share, N m."""
     return fed.torque - (1.0 - trust) * fed.friction
@@ -304,6 +310,7 @@ def step_supervised(
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     time = state.feedback.samples * block.period
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
+    bound = min(bound, soft_bound(trust, block.feedback.proportional, breakaway(estimator), time))
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
 from adaptive_ff.adaptive.noise_level import noise_known
-from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, trust_by_error
+from adaptive_ff.adaptive.supervised_step import breakaway
+from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 
 SHOWN = 0.995
 """Trust below which it is worth a sentence."""
@@ -36,7 +37,15 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
     block, state = controller.parameters, controller.state
     time, learnt = state.feedback.samples * block.period, state.estimator.levels.learnt
     bound = caution(state.trust, block.slowest, learnt, block.estimator.memory, time)
-    if bound < SHOWN:
+    friction, gain = breakaway(state.estimator), block.feedback.proportional
+    soft = soft_bound(state.trust, gain, friction, time)
+    if soft < min(bound, SHOWN):
+        yield (
+            f"The loop is soft for this friction: the proportional gain needs an error of {friction / gain:.2g} rad/s to "
+            f"overcome {friction:.3g} N m, and motion is up to {state.trust.peak:.2g} rad/s. What breaks the joint away "
+            f"there makes it slip: at most {100.0 * soft:.0f} % of friction and observed torque are used."
+        )
+    elif bound < SHOWN:
         yield (
             f"Motion up to {state.trust.peak:.2g} rad/s is too slow to learn from, which takes more than "
             f"{block.slowest:.2g} rad/s: at most {100.0 * bound:.0f} % of friction and observed torque are used."

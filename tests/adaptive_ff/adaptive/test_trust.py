@@ -14,9 +14,11 @@ from adaptive_ff.adaptive.trust import (
     MISSED,
     PEAK_MEMORY,
     RISE,
+    SOFT_GRACE,
     advance_trust,
     caution,
     initial_trust,
+    soft_bound,
     with_friction,
 )
 from adaptive_ff.model.bounds import COULOMB, STICTION
@@ -130,28 +132,30 @@ def advance_response(response, friction):
 
 
 def test_invalid_samples_and_a_joint_at_rest_leave_the_trust():
-    state = initial_trust(FEEDBACK)._replace(trust=0.4)
+    state = initial_trust(FEEDBACK)._replace(trust=0.4, earned=0.4)
     for _ in range(100):
         state = advance_trust(state, FEEDBACK, INERTIA, 0.0, math.nan, 0.0, 0.1, False, PERIOD)
     assert (state.trust, state.xx, state.yy) == (0.4, 0.0, 0.0)
 
 
-def test_little_learnt_and_slow_motion_hold_it_back():
-    def after(speed, seconds):
-        state = initial_trust(FEEDBACK)
-        for _ in range(round(seconds / PERIOD)):
-            state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, speed, True, PERIOD)
-        return state
+def moving(speed):
+    state = initial_trust(FEEDBACK)
+    for _ in range(round(1.0 / PERIOD)):
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, speed, True, PERIOD)
+    return state
 
-    fast, slow, medium = after(-0.1, 1.0), after(0.5 * SLOWEST, 1.0), after(0.625 * SLOWEST, 1.0)
+
+def test_little_learnt_and_slow_motion_hold_it_back():
+    fast, slow, medium = moving(-0.1), moving(0.25 * SLOWEST), moving(0.375 * SLOWEST)
     assert caution(fast, SLOWEST, 0.0, 5.0, GRACE) == 1.0
     assert caution(slow, SLOWEST, 0.0, 5.0, GRACE) == 0.0
     assert caution(medium, SLOWEST, 0.0, 5.0, GRACE) == pytest.approx(0.5)
     assert caution(slow, SLOWEST, LEARNT * 5.0, 5.0, GRACE) == 1.0
-    rested = fast
-    for _ in range(round(PEAK_MEMORY / PERIOD)):
-        rested = advance_trust(rested, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, True, PERIOD)
-    assert rested.peak == pytest.approx(0.1 / math.e, rel=1e-6)
+    for later, kept in ((0.0, 1.0), (1e-9, 1.0 / math.e)):  # it fades while the plan moves
+        later_on = fast
+        for _ in range(round(PEAK_MEMORY / PERIOD)):
+            later_on = advance_trust(later_on, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, later, True, PERIOD)
+        assert later_on.peak == pytest.approx(0.1 * kept, rel=1e-6)
 
 
 def test_at_the_start_slow_motion_is_no_reason_yet():
@@ -162,3 +166,28 @@ def test_at_the_start_slow_motion_is_no_reason_yet():
         0.0,
         0.0,
     ]
+
+
+@pytest.mark.parametrize(("share", "bound"), [(0.02, 0.0), (0.04, 0.0), (0.08, 0.5), (0.12, 1.0), (2.0, 1.0)])
+def test_plan_that_is_slow_for_friction_and_gain_holds_it_back(share, bound):
+    friction = 90.0
+    state = moving(-share * friction / FEEDBACK.proportional)
+    assert soft_bound(state, FEEDBACK.proportional, friction, 60.0) == pytest.approx(bound, abs=1e-9)
+    assert soft_bound(state, FEEDBACK.proportional, 0.0, 60.0) == 1.0  # without friction there is nothing to wait for
+
+
+def test_at_the_start_a_plan_that_is_slow_for_friction_is_no_reason_yet():
+    state = initial_trust(FEEDBACK)
+    assert [soft_bound(state, FEEDBACK.proportional, 90.0, share * SOFT_GRACE) for share in (0.0, 0.5, 1.0, 1.5, 3.0)] == [
+        1.0,
+        1.0,
+        0.5,
+        0.0,
+        0.0,
+    ]
+
+
+def test_what_was_held_back_is_there_at_once_when_the_reason_ends():
+    state = with_friction(initial_trust(FEEDBACK), 0.1, 0.0)
+    state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, True, PERIOD)
+    assert state.trust == 1.0

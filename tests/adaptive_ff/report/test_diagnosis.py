@@ -235,3 +235,13 @@ def test_it_says_why_friction_is_distrusted(missed, reason):
     (said,) = (line for line in controller.diagnose().supervision if "is fed forward" in line)
     assert said.startswith("Only 40 % of the identified friction is fed forward")
     assert reason in said
+
+
+def test_it_says_where_the_loop_is_soft_for_the_friction():
+    light = {"inertia": 2.0}
+    slow = SCENARIO.modified(duration=20.0, reference={"peak": 0.0125}, joint=light, feedback=light)
+    controller, run = worked(slow)
+    (said,) = (line for line in controller.diagnose().supervision if "soft for this friction" in line)
+    assert "at most 0 % of friction and observed torque" in said
+    pi = simulate(slow, "pi")
+    assert run.metrics.rms_error < 1.1 * pi.metrics.rms_error
