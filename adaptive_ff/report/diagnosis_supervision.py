@@ -41,9 +41,9 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
     soft = soft_bound(state.trust, gain, friction, time)
     if soft < min(bound, SHOWN):
         yield (
-            f"The loop is soft for this friction: the proportional gain needs an error of {friction / gain:.2g} rad/s to "
-            f"overcome {friction:.3g} N m, and motion is up to {state.trust.peak:.2g} rad/s. What breaks the joint away "
-            f"there makes it slip: at most {100.0 * soft:.0f} % of friction and observed torque are used."
+            f"The loop is soft for this friction: the proportional gain needs an error of {friction / gain:.2g} rad/s "
+            f"to overcome {friction:.3g} N m, and motion is up to {state.trust.peak:.2g} rad/s. What breaks the joint "
+            f"away there makes it slip: at most {100.0 * soft:.0f} % of friction and observed torque are used."
         )
     elif bound < SHOWN:
         yield (

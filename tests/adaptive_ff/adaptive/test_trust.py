@@ -168,7 +168,7 @@ def test_at_the_start_slow_motion_is_no_reason_yet():
     ]
 
 
-@pytest.mark.parametrize(("share", "bound"), [(0.02, 0.0), (0.04, 0.0), (0.08, 0.5), (0.12, 1.0), (2.0, 1.0)])
+@pytest.mark.parametrize(("share", "bound"), [(0.02, 0.0), (0.0375, 0.0), (0.06875, 0.5), (0.1, 1.0), (2.0, 1.0)])
 def test_plan_that_is_slow_for_friction_and_gain_holds_it_back(share, bound):
     friction = 90.0
     state = moving(-share * friction / FEEDBACK.proportional)
@@ -178,7 +178,9 @@ def test_plan_that_is_slow_for_friction_and_gain_holds_it_back(share, bound):
 
 def test_at_the_start_a_plan_that_is_slow_for_friction_is_no_reason_yet():
     state = initial_trust(FEEDBACK)
-    assert [soft_bound(state, FEEDBACK.proportional, 90.0, share * SOFT_GRACE) for share in (0.0, 0.5, 1.0, 1.5, 3.0)] == [
+    assert [
+        soft_bound(state, FEEDBACK.proportional, 90.0, share * SOFT_GRACE) for share in (0.0, 0.5, 1.0, 1.5, 3.0)
+    ] == [
         1.0,
         1.0,
         0.5,
