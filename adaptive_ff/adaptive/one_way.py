@@ -1,0 +1,56 @@
+"""Motion that goes one way for long: what changes slowly there is taken for a load.
+
+While a joint moves one way, offset and Coulomb friction are the same number, and what is left of the motion both ways
+decides how they share what changes. By default both are known equally well, so friction takes half of a weight that
+turns with the joint, and the next reversal, where friction changes its sign, misses all of that twice. Friction that
+changes slowly with the way is rarer than a load that does: a weight, a spring, a cable. So the further the memory is
+one of motion one way, the faster the offset is forgotten, while nothing is forgotten of friction,
+
+    rho^2 = M_oc^2/(M_oo M_cc),    M  ->  M - x/(1 + x) M d d'M/(d'M d),    x = 128/s rho^6 dt
+
+with the information ``M``, of the offset ``o`` and Coulomb friction ``c``, and the direction ``d`` of the offset. That
+is what a larger variance of the offset makes of the covariance. Motion both ways has a small ``rho`` and loses nothing.
+
+With a weight of 100 N m that is not modelled the built-in joint settles at 5.3 times better than PI, and at 3.5 without
+(seeds 131 to 150). Where a map is learnt, friction that depends on the position is expected, and it is left out.
+"""
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from adaptive_ff.model.bounds import COULOMB, OFFSET
+
+RATE = 128.0
+"""Rate at which the offset is forgotten where all that is remembered is motion one way, 1/s.
+
+At 64/s times the fourth power of ``rho`` it is better with a weight (5.7), but viscous friction moves by 10.1 % through
+a push of 80 N m, where 10 % is allowed.
+"""
+
+
+@register_jitable(forceinline=True)
+def loosen_offset_in_place(information: NDArray[np.float64], duration: float, work: NDArray[np.float64]) -> None:
+    """Forget the offset as far as the memory is one of motion one way.
+
+    Parameters
+    ----------
+    information : ndarray, shape (n, n)
+        Information matrix of the scaled parameters; changed in place.
+    duration : float
+        Time since the last sample, s.
+    work : ndarray, shape (n,)
+        Scratch.
+    """
+    offset = information[OFFSET, OFFSET]
+    both = offset * information[COULOMB, COULOMB]
+    if not both > 0.0:
+        return
+    alike = information[OFFSET, COULOMB] * information[OFFSET, COULOMB] / both
+    gone = RATE * duration * alike * alike * alike
+    share = gone / (1.0 + gone) / offset
+    for i in range(work.size):
+        work[i] = information[i, OFFSET]
+    for i in range(work.size):
+        for j in range(work.size):
+            information[i, j] -= share * work[i] * work[j]
