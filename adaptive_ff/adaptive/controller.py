@@ -17,11 +17,11 @@ from adaptive_ff.adaptive.candidate_choice import (
     chosen_names,
 )
 from adaptive_ff.adaptive.estimator_state import load_count
-from adaptive_ff.adaptive.first_map import MAP_DEVIATION, with_first_map
+from adaptive_ff.adaptive.first_map import with_first_map
 from adaptive_ff.adaptive.friction_map import coefficient_count
 from adaptive_ff.adaptive.held_integral import initial_held_integral
 from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_map
-from adaptive_ff.adaptive.map_settings import MAP_MEMORY
+from adaptive_ff.adaptive.map_settings import MAP_DEVIATION, MAP_MEMORY
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import (
@@ -289,7 +289,8 @@ class AdaptiveController(AdaptiveBase):
     position_map : sequence of float, optional
         First estimate of the map of friction over position, such as an identification gives: cosine and sine of each
         of ``position_periods``, then each of ``position_hats``, from -2 to 2, as shares of the friction of the
-        ``model``, which must have Coulomb friction. It is fed from the first position on. Over load it is learnt anew.
+        ``model``, which must have Coulomb friction. It is fed from the first sample on, so ``step`` must be given the
+        position from there on. What friction does over load is learnt anew.
     map_deviation : float or sequence of float, optional
         How sure that is: standard deviation of all its numbers, or of each, as a share of friction; infinite where
         nothing is known, as of a hat that was not visited. A map as vague as it is large is not fed until it is learnt.

@@ -1,6 +1,6 @@
-"""What a controller knows of friction over position before it has learnt: first map, how sure it is, the state to begin in.
+"""What a controller knows of friction over position before it has learnt, and how sure that is: its first state.
 
-The coefficients ``c_i`` with standard deviations ``s_i``, shares of the friction, begin with the information of the first
+Coefficients ``c_i`` with standard deviations ``s_i``, shares of the friction, begin with the information of the first
 model's parameters (:data:`adaptive_ff.adaptive.estimator_state.PRIOR`), in the units of the map,
 
     D_i = PRIOR (Kp Vs)^2/s_i^2
@@ -39,9 +39,6 @@ from adaptive_ff.adaptive.friction_map import (
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, SupervisedState, initial_supervised_state
 from adaptive_ff.model.bounds import COULOMB
 from adaptive_ff.regression.known_loads import INPUT, VALUE
-
-MAP_DEVIATION = 0.05
-"""How sure a first map is where nothing else is said: standard deviation of each coefficient, a share of friction."""
 
 LEAST_DEVIATION = 0.01
 """Least standard deviation of a coefficient: a map that is surer would not fade."""
@@ -100,10 +97,11 @@ def _checked(
                 f"position_map[{place}] = {value:g} is not allowed: it must be from {-LARGEST_COEFFICIENT:g} to "
                 f"{LARGEST_COEFFICIENT:g}"
             )
-    spread = np.full(count, deviation) if np.ndim(deviation) == 0 else _numbers("map_deviation", deviation, count)
+    one_for_all = np.ndim(deviation) == 0
+    spread = _numbers("map_deviation", [deviation] * count if one_for_all else deviation, count)
     for place, value in enumerate(spread.tolist()):
         if not value > 0.0:
-            where = "map_deviation" if np.ndim(deviation) == 0 else f"map_deviation[{place}]"
+            where = "map_deviation" if one_for_all else f"map_deviation[{place}]"
             raise ValueError(f"{where} = {value:g} is not allowed: it must be positive, or inf for what is not known")
     return known, np.maximum(spread, LEAST_DEVIATION)
 
@@ -161,5 +159,6 @@ def _silent_position(mapped: MapParameters, coefficients: Array) -> float:
         highest = 2.0 * math.pi / float(np.min(mapped.waves))
     if mapped.hats:
         lowest, highest = mapped.lowest, mapped.lowest + mapped.spacing * (mapped.hats - 1)
-    positions = np.linspace(lowest, highest, POINTS).tolist()
-    return min(positions, key=lambda position: abs(map_value(mapped, coefficients, position, 0.0)))
+    positions = np.linspace(lowest, highest, POINTS)
+    said = [map_value(mapped, coefficients, position, 0.0) for position in positions.tolist()]
+    return float(positions[np.argmin(np.abs(said))])

@@ -126,8 +126,9 @@ def _taking_regressors(export: Export) -> list[tuple[str, str]]:
     prefix, upper = export.prefix, export.upper
     return [
         (
-            "Take further known regressors, of the size of one, for the coming steps. Of one that is not finite the last "
-            f"one holds; where one is beyond {LARGEST_REGRESSOR:g} in size {upper}_BAD_INPUT is returned and none is taken.",
+            "Take further known regressors, of the size of one, for the coming steps. Of one that is not finite the "
+            f"last one holds; where one is beyond {LARGEST_REGRESSOR:g} in size {upper}_BAD_INPUT is returned and none "
+            "is taken.",
             f"int {prefix}_set_regressors({prefix}_Controller *controller, "
             f"const {export.precision.real} regressors[{upper}_REGRESSORS]);",
         )

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.adaptive.friction_map import LARGEST_COEFFICIENT
+from adaptive_ff.adaptive.map_settings import MAP_DEVIATION
 from adaptive_ff.errors import InputError
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import ASYMMETRY, SATURATIONS
@@ -74,7 +75,7 @@ class FirstEstimate(NamedTuple):
     position_hats: int = 0
     position_range: tuple[float, float] | None = None
     position_map: tuple[float, ...] | None = None
-    map_deviation: tuple[float, ...] | float = 1.0
+    map_deviation: tuple[float, ...] | float = MAP_DEVIATION
 
 
 class _Sliding(NamedTuple):

@@ -35,6 +35,9 @@ MADE = {
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004, False),
     "adaptive with a map of friction": adaptive_with_map,
+    "adaptive with a first map of friction": lambda: adaptive_with_map(
+        model={"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0}, position_map=[0.3, 0.1, *[0.0] * 9]
+    ),
 }
 
 
