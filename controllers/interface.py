@@ -199,11 +199,26 @@ class Controller:
         Raises
         ------
         ValueError
-            The torque or the velocity is not finite, or the controller has no integral.
+            The torque or the velocity is not finite, no drive can give such a torque, the controller has no integral,
+            or :meth:`step` refuses an argument. State, what was learnt and further regressors are then as they were.
         """
         _refuse(torque=torque, velocity=velocity)
-        if not feedback_state(self.parameters).integral > 0.0:
+        feedback = feedback_state(self.parameters)
+        if not feedback.integral > 0.0:
             raise ValueError("integral = 0 is not allowed for a takeover: it must be positive to hold the torque")
+        largest = largest_torque(feedback.proportional, feedback.integral)
+        if abs(torque) > largest:
+            raise ValueError(f"torque = {torque} N m is not allowed: at most {largest:g} is plausible")
+        held = self.state
+        self.state = copy.deepcopy(held)  # so that not even the arrays of the present one are touched
+        try:
+            self._begin_at(torque, reference, velocity, given)
+        except BaseException:
+            self.state = held
+            raise
+
+    def _begin_at(self, torque: float, reference: float, velocity: float, given: dict[str, Any]) -> None:
+        """Make the next step with these arguments return a torque (N m)."""
         self._prepare(float(reference), torque)
         feedback = feedback_state(self.state)
         started = feedback._replace(commands=(torque,) * len(feedback.commands), samples=0)

@@ -17,10 +17,11 @@ from adaptive_ff.adaptive.candidate_choice import (
     chosen_names,
 )
 from adaptive_ff.adaptive.estimator_state import load_count
+from adaptive_ff.adaptive.first_map import with_first_map
 from adaptive_ff.adaptive.friction_map import coefficient_count
 from adaptive_ff.adaptive.held_integral import initial_held_integral
 from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_map
-from adaptive_ff.adaptive.map_settings import MAP_MEMORY
+from adaptive_ff.adaptive.map_settings import MAP_DEVIATION, MAP_MEMORY
 from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import (
@@ -285,6 +286,14 @@ class AdaptiveController(AdaptiveBase):
         Whether friction may rise with the known torque, ``feedforward`` and identified gravity.
     map_memory : float, optional
         Memory of these maps, s of sliding motion at a position.
+    position_map : sequence of float, optional
+        First estimate of the map of friction over position, such as an identification gives: cosine and sine of each
+        of ``position_periods``, then each of ``position_hats``, from -2 to 2, as shares of the friction of the
+        ``model``, which must have Coulomb friction. It is fed from the first sample on, so ``step`` must be given the
+        position from there on. What friction does over load is learnt anew.
+    map_deviation : float or sequence of float, optional
+        How sure that is: standard deviation of all its numbers, or of each, as a share of friction; infinite where
+        nothing is known, as of a hat that was not visited. A map as vague as it is large is not fed until it is learnt.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``. By default it is that, but at
         most 10.3 Hz, and with a delay of the drive less. :meth:`controllers.DisturbanceObserver.design` tells what a
@@ -339,6 +348,8 @@ class AdaptiveController(AdaptiveBase):
         position_range: Sequence[float] | None = None,
         load_friction: bool = False,
         map_memory: float = MAP_MEMORY,
+        position_map: Sequence[float] | None = None,
+        map_deviation: float | Sequence[float] = MAP_DEVIATION,
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -370,7 +381,8 @@ class AdaptiveController(AdaptiveBase):
         self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
         pole = observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
-        super().__init__(SupervisedParameters(*block, observer), period, initial_supervised_state)
+        begun = with_first_map(block.estimator, position_map, map_deviation)
+        super().__init__(SupervisedParameters(*block, observer), period, begun or initial_supervised_state)
 
     def _check_state(self, state: Any) -> None:
         super()._check_state(state)

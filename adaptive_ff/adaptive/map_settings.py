@@ -11,6 +11,9 @@ from controllers import check_positive
 MAP_MEMORY = 2.0
 """Default memory of the map, s of sliding motion at a position."""
 
+MAP_DEVIATION = 0.05
+"""How sure a first map is where nothing else is said: standard deviation of each coefficient, a share of friction."""
+
 MOST_PERIODS = 8
 """Most known periods: many of them take each other's part for long."""
 

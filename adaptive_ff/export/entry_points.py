@@ -1,5 +1,6 @@
 """Functions in C by which a program uses an exported controller, but for those of its saved state."""
 
+from adaptive_ff.adaptive.settings import LARGEST_REGRESSOR
 from adaptive_ff.export.comments import joined
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
@@ -16,6 +17,7 @@ def entry_points(export: Export) -> str:
             _starting(export),
             _default_inputs(export),
             _step(export),
+            _regressors(export),
             *_switches(export),
         ]
     )
@@ -113,6 +115,30 @@ def _step(export: Export) -> str:
     ]
     arguments = f"{prefix}_Controller *controller, const {prefix}_Inputs *inputs, {prefix}_Output *output"
     return _function(f"int {prefix}_step({arguments})", lines)
+
+
+def _regressors(export: Export) -> str:
+    """Return the function that takes further known regressors, as a controller in Python does."""
+    if export.regressors is None:
+        return ""
+    prefix, upper, real = export.prefix, export.upper, export.precision.real
+    largest = export.precision.literal(LARGEST_REGRESSOR)
+    loop = f"for (int i = 0; i < {upper}_REGRESSORS; i++) {{"
+    lines = [
+        loop,
+        f"    if (isfinite(regressors[i]) && (regressors[i] > {largest} || regressors[i] < -{largest})) {{",
+        f"        return {upper}_BAD_INPUT;",
+        "    }",
+        "}",
+        loop,
+        "    if (isfinite(regressors[i])) {",
+        f"        controller->state_arrays.{export.regressors.storage}[i] = regressors[i];",
+        "    }",
+        "}",
+        f"return {upper}_OK;",
+    ]
+    arguments = f"{prefix}_Controller *controller, const {real} regressors[{upper}_REGRESSORS]"
+    return _function(f"int {prefix}_set_regressors({arguments})", lines)
 
 
 def _switches(export: Export) -> list[str]:

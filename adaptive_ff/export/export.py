@@ -11,7 +11,7 @@ from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.functions import Function
 from adaptive_ff.export.leaves import Leaf, leaves
 from adaptive_ff.export.literals import DOUBLE, SINGLE
-from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, switches
+from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, switches
 from adaptive_ff.export.scope import RESERVED
 from adaptive_ff.export.types import REAL, Array, Record, type_of
 from adaptive_ff.export.unit import Unit
@@ -73,6 +73,7 @@ class Export:
             writes = ESTIMATES[type(controller.parameters)]
             self.write_estimates = self.unit.function(writes, (self.parameters, self.state, row))
         self.switches = switches(controller)
+        self.regressors = regressor_leaf(controller)
 
     @cached_property
     def parameter_leaves(self) -> list[Leaf]:

@@ -2,6 +2,7 @@
 
 from importlib.metadata import version
 
+from adaptive_ff.adaptive.settings import LARGEST_REGRESSOR
 from adaptive_ff.export.buffer import HEADER
 from adaptive_ff.export.comments import block_comment, joined
 from adaptive_ff.export.export import Export
@@ -45,6 +46,7 @@ def header(export: Export) -> str:
             f"#define {upper}_PERIOD {export.precision.literal(export.controller.period)} /* nominal period, s */\n"
             f"#define {upper}_STATE_SIZE {HEADER.size + export.payload_size} /* bytes of a saved state */\n",
             *(struct.text for struct in export.public_structs),
+            _regressor_count(export),
             _arrays(export, f"{prefix}_ParameterArrays", "Arrays of the parameters.", export.parameter_leaves),
             _arrays(export, f"{prefix}_StateArrays", "Arrays of the state.", export.state_leaves),
             _controller(export),
@@ -63,6 +65,12 @@ def _arrays(export: Export, name: str, doc: str, found: list[Leaf]) -> str:
         for leaf in arrays_of(found)
     ]
     return f"/* {doc} */\ntypedef struct {{\n" + "\n".join(lines) + f"\n}} {name};\n"
+
+
+def _regressor_count(export: Export) -> str:
+    if export.regressors is None:
+        return ""
+    return f"enum {{ {export.upper}_REGRESSORS = {export.regressors.count} /* further known regressors */ }};\n"
 
 
 def _controller(export: Export) -> str:
@@ -95,6 +103,7 @@ def _functions(export: Export) -> str:
             f"int {prefix}_step({prefix}_Controller *controller, const {prefix}_Inputs *inputs, "
             f"{prefix}_Output *output);",
         ),
+        *_taking_regressors(export),
         *(
             (switch.doc, f"void {prefix}_set_{switch.name}({prefix}_Controller *controller, bool value);")
             for switch in export.switches
@@ -109,6 +118,21 @@ def _functions(export: Export) -> str:
         ),
     ]
     return joined([block_comment(doc) + text for doc, text in parts])
+
+
+def _taking_regressors(export: Export) -> list[tuple[str, str]]:
+    if export.regressors is None:
+        return []
+    prefix, upper = export.prefix, export.upper
+    return [
+        (
+            "Take further known regressors, of the size of one, for the coming steps. Of one that is not finite the "
+            f"last one holds; where one is beyond {LARGEST_REGRESSOR:g} in size {upper}_BAD_INPUT is returned and none "
+            "is taken.",
+            f"int {prefix}_set_regressors({prefix}_Controller *controller, "
+            f"const {export.precision.real} regressors[{upper}_REGRESSORS]);",
+        )
+    ]
 
 
 def _estimates(export: Export, real: str) -> str:

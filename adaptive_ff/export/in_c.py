@@ -51,14 +51,18 @@ class InC:
         set_own("_single", single)
         self._library.controller_init(self._handle)
         set_own("step", controller.step)
-        controller._compute = self._computing()
+        set_own("_in_c", self._computing())
+        controller._compute = self._in_c
 
     def _computing(self) -> Any:
         handle, inputs, output = self._handle, self._inputs, self._output
         run = self._library.controller_step
+        take = getattr(self._library, "controller_set_regressors", None)  # not there where the controller has none
 
         def compute(*given: float) -> float:
             inputs[0] = given
+            if take is not None:
+                take(handle, self._controller.regressors.tolist())
             run(handle, inputs, output)
             torque: float = output.torque
             return torque
@@ -94,7 +98,12 @@ class InC:
 
         def call(*arguments: Any, **named: Any) -> Any:
             self._fetch()
-            result = found(*arguments, **named)
+            own = self._controller
+            own._compute = own._plain_step  # a takeover tries a step, on the state in Python
+            try:
+                result = found(*arguments, **named)
+            finally:
+                own._compute = self._in_c
             self._hand_back()
             return result
 

@@ -114,6 +114,15 @@ def switches(controller: Controller) -> list[Switch]:
     return found
 
 
+def regressor_leaf(controller: Controller) -> Leaf | None:
+    """Return where a controller holds its further known regressors; None for one that takes none."""
+    held = getattr(controller, "regressors", None)
+    if held is None:
+        return None
+    found = [leaf for leaf in leaves(type_of(controller.state, "state")) if leaf.is_array and leaf.count]
+    return next((leaf for leaf in found if np.shares_memory(value_at(controller.state, leaf.path), held)), None)
+
+
 def record(controller: Controller, samples: int = SAMPLES) -> Recording:
     """Run a copy of a controller in plain Python along a made-up motion.
 

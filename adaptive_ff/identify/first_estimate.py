@@ -1,4 +1,4 @@
-"""What an identified joint is to a controller: its first model and how sure that is."""
+"""What an identified joint is to a controller: its first model, its friction over position, and how sure they are."""
 
 import math
 from collections.abc import Sequence
@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from adaptive_ff.adaptive.friction_map import LARGEST_COEFFICIENT
+from adaptive_ff.adaptive.map_settings import MAP_DEVIATION
 from adaptive_ff.errors import InputError
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import ASYMMETRY, SATURATIONS
@@ -51,6 +53,16 @@ class FirstEstimate(NamedTuple):
         First model: fields of ``TorqueModel``, and gravity.
     deviation : dict of float
         How sure it is: standard deviations in the units of ``model``, by name; not named is what it does not bound.
+    position_periods : tuple of float
+        Known periods that friction depends on, rad (m); none where it was not found to.
+    position_hats : int
+        Number of hats of friction over position; zero where there are none.
+    position_range : tuple of float or None
+        Positions of the first and of the last hat, rad (m); None without hats.
+    position_map : tuple of float or None
+        Cosine and sine of each period, then the hats, as shares of friction; None where it does not depend on position.
+    map_deviation : tuple of float
+        Their standard deviations; infinite for a hat that the log did not visit.
     """
 
     inertia: float
@@ -59,6 +71,11 @@ class FirstEstimate(NamedTuple):
     parameters: tuple[str, ...]
     model: dict[str, float]
     deviation: dict[str, float]
+    position_periods: tuple[float, ...] = ()
+    position_hats: int = 0
+    position_range: tuple[float, float] | None = None
+    position_map: tuple[float, ...] | None = None
+    map_deviation: tuple[float, ...] | float = MAP_DEVIATION
 
 
 class _Sliding(NamedTuple):
@@ -115,7 +132,28 @@ def first_estimate(
         error = sliding.deviation.get(name, _standard_deviation(estimate, values[name] / unit, found.confidence))
         if math.isfinite(error) and error > 0.0:
             deviation[name] = unit * error
-    return FirstEstimate(model.inertia, model.stribeck_velocity, model.stribeck_shape, names, values, deviation)
+    first = FirstEstimate(model.inertia, model.stribeck_velocity, model.stribeck_shape, names, values, deviation)
+    return _with_map(first, found)
+
+
+def _with_map(first: FirstEstimate, found: LogIdentification) -> FirstEstimate:
+    """Return a first estimate with friction over position as it was identified."""
+    learnt = found.position_map
+    if learnt is None or not learnt.coefficients or first.model["coulomb"] <= 0.0:
+        return first
+    interval = found.selection.chosen.regression.interval
+    pairs = list(zip(learnt.coefficients, learnt.standard_errors, strict=True))
+    spread = [
+        _standard_deviation(interval(value, error), value, found.confidence) if math.isfinite(error) else math.inf
+        for value, error in pairs
+    ]
+    return first._replace(
+        position_periods=learnt.periods,
+        position_hats=learnt.hats,
+        position_range=learnt.range if learnt.hats else None,
+        position_map=tuple(float(np.clip(value, -LARGEST_COEFFICIENT, LARGEST_COEFFICIENT)) for value, _ in pairs),
+        map_deviation=tuple(spread),
+    )
 
 
 def _checked(parameters: Sequence[str]) -> tuple[str, ...]:

@@ -43,6 +43,8 @@ class IdentifiedMap(NamedTuple):
         Positions of the first and of the last hat, rad.
     coefficients : tuple of float
         Of friction over position, in the order of the controller's map: cosine and sine of each period, hats.
+    standard_errors : tuple of float
+        Of these coefficients, in their order; infinite for a hat that the log did not visit, whose coefficient is zero.
     load_mean : float
         Mean known torque without its sign, N m, at which friction is that of the model.
     """
@@ -55,6 +57,7 @@ class IdentifiedMap(NamedTuple):
     hats: int
     range: tuple[float, float]
     coefficients: tuple[float, ...]
+    standard_errors: tuple[float, ...]
     load_mean: float
 
     def to_dict(self) -> dict[str, Any]:
@@ -66,6 +69,7 @@ class IdentifiedMap(NamedTuple):
             "position_range": list(self.range) if self.hats else None,
             "load_friction": None if self.load_share is None else self.load_share._asdict(),
             "coefficients": list(self.coefficients),
+            "standard_errors": [error if np.isfinite(error) else None for error in self.standard_errors],
         }
         if self.friction is not None or self.force is not None:
             result["position"] = self.position.tolist()
@@ -98,8 +102,22 @@ def identified_map(fitted: Fitted, basis: MapBasis, positions: tuple[float, floa
         basis.asked.hats if with_hats else 0,
         (basis.lowest, basis.highest),
         (*coefficients, *hats),
+        _standard_errors(fitted, basis, names),
         basis.load,
     )
+
+
+def _standard_errors(fitted: Fitted, basis: MapBasis, names: list[str]) -> tuple[float, ...]:
+    """Return the standard errors of the waves' coefficients and of those of all hats."""
+    places = [fitted.regression.names.index(FRICTION_OVER + name) for name in names]
+    covariance = fitted.regression.covariance[np.ix_(places, places)]
+    free = np.array([name.startswith("hat") for name in names], dtype=bool)
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))[~free].tolist()
+    if np.any(free):
+        squared = np.einsum("hi,ij,hj->h", basis.contrasts, covariance[np.ix_(free, free)], basis.contrasts)
+        visited = np.any(basis.contrasts != 0.0, axis=1)
+        errors += np.where(visited, np.sqrt(np.maximum(squared, 0.0)), np.inf).tolist()
+    return tuple(errors)
 
 
 def _curve(fitted: Fitted, kind: str, names: list[str], functions: dict[str, Array], mean: float) -> Curve | None:

@@ -164,10 +164,16 @@ class LogIdentification:
     def first_estimate(
         self, torque_constant: float | None = None, parameters: Sequence[str] | None = None
     ) -> "FirstEstimate":
-        """Return what an adaptive controller of this joint begins with: model, gravity and how sure they are.
+        """Return what an adaptive controller of this joint begins with: model, gravity, map, and how sure they are.
 
         ``AdaptiveController(proportional, integral, period, **found.first_estimate()._asdict())``. The standard
         deviations are those of the intervals, about the values, of the joint as it was recorded.
+
+        Where friction was found to depend on position, the controller is given the same periods and hats, and begins
+        with their coefficients, within what it allows, from -2 to 2. The position must be that of the log: the same
+        zero, and with ``gear_ratio`` the joint's. Friction over load is left out, because the controller counts
+        identified gravity as load and the log does not (``load_friction=True`` learns it anew); so is a force over
+        position, for which it has no map.
 
         Parameters
         ----------

@@ -1,7 +1,8 @@
 // A chainable velocity controller of ros2_control around exported controllers, one class for each axis.
 //
 // Reference interfaces: the planned velocity (rad/s), a torque known from elsewhere, such as gravity (N m), and what a
-// position loop adds to the plan (rad/s), which only the feedback follows.
+// position loop adds to the plan (rad/s), which only the feedback follows; for an axis whose controller was made for
+// further known regressors, such as sines of summed angles in a coupled arm, each of these, of the size of one.
 // State interfaces: velocity (rad/s) and effort (N m) of the joint; with the parameter use_position its position (rad).
 // Command interface: its effort (N m).
 #pragma once
@@ -68,7 +69,7 @@ public:
 
   CallbackReturn on_activate(const rclcpp_lifecycle::State &) override
   {
-    this->reference_interfaces_.assign(reference_count, 0.0);
+    begin_references();
     last_torque_ = std::numeric_limits<double>::quiet_NaN();
     return CallbackReturn::SUCCESS;
   }
@@ -90,12 +91,16 @@ public:
 protected:
   std::vector<hardware_interface::CommandInterface> on_export_reference_interfaces() override
   {
-    this->reference_interfaces_.assign(reference_count, 0.0);
+    begin_references();
     const std::string name = this->get_node()->get_name();
     std::vector<hardware_interface::CommandInterface> exported;
     exported.emplace_back(name, joint_ + "/velocity", &this->reference_interfaces_[0]);
     exported.emplace_back(name, joint_ + "/effort", &this->reference_interfaces_[1]);
     exported.emplace_back(name, joint_ + "/velocity_correction", &this->reference_interfaces_[2]);
+    for (std::size_t place = plain_references; place < reference_count; place++) {
+      const std::string number = std::to_string(place - plain_references + 1);
+      exported.emplace_back(name, joint_ + "/regressor_" + number, &this->reference_interfaces_[place]);
+    }
     return exported;
   }
 
@@ -119,6 +124,9 @@ protected:
     const double effort = this->state_interfaces_[1].get_value();
     inputs.realised_torque = std::isfinite(effort) ? effort : last_torque_;
     inputs.dt = period.seconds();
+    if (!take_regressors()) {
+      return return_type::ERROR;  // one is far too large for what is of the size of one; the last command stays
+    }
     typename Axis::Output output;
     if (Axis::step(&controller_, &inputs, &output) != 0) {
       return return_type::ERROR;  // a reference is not finite, or no time has passed; the last command stays
@@ -129,7 +137,27 @@ protected:
   }
 
 private:
-  static constexpr std::size_t reference_count = 3;
+  static constexpr std::size_t plain_references = 3;
+  static constexpr std::size_t reference_count = plain_references + Axis::regressors;
+
+  void begin_references()
+  {
+    this->reference_interfaces_.assign(plain_references, 0.0);
+    this->reference_interfaces_.resize(reference_count, std::numeric_limits<double>::quiet_NaN());  // the last ones hold
+  }
+
+  bool take_regressors()
+  {
+    if constexpr (Axis::regressors > 0) {
+      typename Axis::Real values[Axis::regressors];
+      for (std::size_t place = 0; place < Axis::regressors; place++) {
+        values[place] = static_cast<typename Axis::Real>(this->reference_interfaces_[plain_references + place]);
+      }
+      return Axis::set_regressors(&controller_, values) == 0;
+    }
+    return true;
+  }
+
   typename Axis::Controller controller_{};
   std::string joint_, state_file_;
   bool use_position_ = false;

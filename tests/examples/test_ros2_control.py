@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from exports import adaptive, made, printed
 
-from adaptive_ff import WITH_GRAVITY, export_controller
+from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, export_controller, run_in_c
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ros2_control"
 FLAGS = ("-Wall", "-Wextra", "-Wshadow", "-pedantic", "-Werror", "-O1")
@@ -62,9 +62,54 @@ int main(int, char ** arguments)
 """
 
 
-@pytest.mark.skipif(
+WITH_REGRESSORS = """
+#include <cstdio>
+#include "axis.hpp"
+#include "friction_compensation.hpp"
+#include "elbow.h"
+
+FRICTION_COMPENSATION_AXIS_WITH_REGRESSORS(Elbow, elbow, ELBOW)
+
+int main()
+{
+  friction_compensation::FrictionCompensation<Elbow> axis;
+  axis.get_node()->texts["joint"] = "joint_2";
+  double velocity = 0.0, effort = 0.0, command = 0.0;
+  using hardware_interface::LoanedInterface;
+  axis.state_interfaces_ = {LoanedInterface(&velocity), LoanedInterface(&effort)};
+  axis.command_interfaces_ = {LoanedInterface(&command)};
+  const rclcpp_lifecycle::State state;
+  using controller_interface::CallbackReturn;
+  if (axis.on_init() != CallbackReturn::SUCCESS || axis.on_configure(state) != CallbackReturn::SUCCESS) { return 1; }
+  auto references = axis.export_reference_interfaces();
+  if (axis.on_activate(state) != CallbackReturn::SUCCESS) { return 2; }
+  if (references.size() != 5 || references[3].get_name() != "controller/joint_2/regressor_1") { return 3; }
+  if (references[4].get_name() != "controller/joint_2/regressor_2") { return 4; }
+  const rclcpp::Duration period(0.01);
+  for (int k = 0; k < 300; k++) {
+    references[0].set_value(0.2 * std::sin(0.03 * k));
+    if (k >= 20) {
+      references[3].set_value(std::sin(0.05 * k));
+      references[4].set_value(k % 30 == 4 ? std::nan("") : std::cos(0.031 * k));
+    }
+    velocity = 0.19 * std::sin(0.03 * k - 0.03);
+    effort = command;
+    if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::OK) { return 5; }
+    std::printf("%.17g\\n", command);
+  }
+  const double last = command;
+  references[3].set_value(1e7);
+  if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::ERROR || command != last) { return 6; }
+  return 0;
+}
+"""
+
+needs_compilers = pytest.mark.skipif(
     shutil.which("g++") is None or shutil.which("gcc") is None, reason="there is no g++ on this machine"
 )
+
+
+@needs_compilers
 def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
     for place in range(1, 7):
         export_controller(adaptive(WITH_GRAVITY) if place == 1 else made("pi"), tmp_path, prefix=f"axis{place}")
@@ -82,6 +127,39 @@ def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
         assert np.ptp(commanded[mode]) > 40.0
         assert np.allclose(found, commanded[mode], rtol=1e-11, atol=1e-11)
     assert np.max(np.abs(commanded["cascaded"] - commanded["alone"])) > 1.0
+
+
+@needs_compilers
+@pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
+def test_the_wrapper_hands_on_further_known_regressors(tmp_path, single):
+    if single:
+        pytest.importorskip("cffi", reason="cffi is not installed")
+    made_for_two = adaptive(WITH_OFFSET, regressors=2)
+    export_controller(made_for_two, tmp_path, prefix="elbow", single=single)
+    (tmp_path / "use.cpp").write_text(WITH_REGRESSORS)
+    include = ("-I", EXAMPLE, "-I", EXAMPLE / "stubs")
+    printed("g++", "-std=c++17", *FLAGS, *include, "-c", "use.cpp", cwd=tmp_path)
+    printed("gcc", "-std=c99", "-O1", "-c", "elbow.c", cwd=tmp_path)
+    printed("g++", "use.o", "elbow.o", "-o", "use", "-lm", cwd=tmp_path)
+    found = np.array([float(line) for line in printed("./use", cwd=tmp_path).splitlines()])
+    given, without = (commands_with_regressors(told, single) for told in (True, False))
+    assert np.max(np.abs(given - without)) > 10.0
+    rounding = 1e-6 if single else 1e-11
+    assert np.allclose(found, given, rtol=rounding, atol=rounding)
+
+
+def commands_with_regressors(given, single):
+    """Commands of the axis with two regressors in the loop of the program, shape (300,); nothing damps that loop."""
+    controller, command = adaptive(WITH_OFFSET, regressors=2), 0.0
+    controller = run_in_c(controller, single=True) if single else controller.run_uncompiled()
+    commands = []
+    for k in range(300):
+        held = [math.sin(0.05 * k), math.nan if k % 30 == 4 else math.cos(0.031 * k)]
+        known = {"regressors": held} if given and k >= 20 else {}
+        velocity = 0.19 * math.sin(0.03 * k - 0.03)
+        command = controller.step(0.2 * math.sin(0.03 * k), velocity, realised_torque=command, **known)
+        commands.append(command)
+    return np.array(commands)
 
 
 def commands_of_python(cascaded):

@@ -45,9 +45,9 @@ def adaptive(parameters=ESTIMATED, delay=0.0, velocity_lag=0.0, tunes_lag=True, 
     )
 
 
-def adaptive_with_map():
+def adaptive_with_map(**further):
     """Make an adaptive controller that learns friction over position and load."""
-    return adaptive(WITH_OFFSET, position_periods=[0.3], position_hats=9, load_friction=True)
+    return adaptive(WITH_OFFSET, position_periods=[0.3], position_hats=9, load_friction=True, **further)
 
 
 def adaptive_variants():

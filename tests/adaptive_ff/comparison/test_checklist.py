@@ -106,6 +106,42 @@ def test_steps_leave_the_parameters_as_they_are(name):
     assert not any(np.shares_memory(a, b) for a, b in shared)
 
 
+REFUSED_TAKEOVERS = {
+    "torque": (math.nan, 0.1, 0.1, {}),
+    "torque of no drive": (1e300, 0.1, 0.1, {}),
+    "velocity": (1.0, 0.1, math.inf, {}),
+    "reference": (1.0, math.nan, 0.1, {}),
+    "next_reference": (1.0, 0.1, 0.1, {"next_reference": math.nan}),
+    "correction": (1.0, 0.1, 0.1, {"correction": math.inf}),
+    "feedforward": (1.0, 0.1, 0.1, {"feedforward": math.nan}),
+    "inertia": (1.0, 0.1, 0.1, {"inertia": 0.0}),
+    "dt": (1.0, 0.1, 0.1, {"dt": -0.01}),
+    "regressors": (1.0, 0.1, 0.1, {"regressors": [1.0, 2.0, 3.0]}),
+    "position": (1.0, 0.1, 0.1, {"position": "up"}),
+    "name": (1.0, 0.1, 0.1, {"load": 1.0}),
+}
+
+
+@pytest.mark.parametrize("compiled", [True, False], ids=["compiled", "plain"])
+@controllers
+def test_a_takeover_that_is_refused_leaves_state_and_parameters_as_they_were(name, compiled):
+    controller = make(name) if compiled else make(name).run_uncompiled()
+    for k in range(20):
+        controller.step(0.005 * k, 0.0045 * k, position=0.1 * k)
+    state, parameters = controller.state_to_json(), copy.deepcopy(controller.parameters)
+    held = arrays_of(controller.state)
+    twin = copy.deepcopy(controller)
+    for torque, reference, velocity, given in REFUSED_TAKEOVERS.values():
+        with pytest.raises((ValueError, TypeError)):
+            controller.take_over(torque, reference, velocity, **given)
+        assert controller.state_to_json() == state
+    assert all(one is other for one, other in zip(arrays_of(controller.state), held, strict=True))
+    pairs = zip(leaves(controller.parameters), leaves(parameters), strict=True)
+    assert all(np.array_equal(one, other) for one, other in pairs)
+    following = [(0.1 + 0.001 * k, 0.1) for k in range(20)]
+    assert [controller.step(*step) for step in following] == [twin.step(*step) for step in following]
+
+
 @controllers
 def test_asking_changes_nothing(name):
     controller = make(name)

@@ -35,6 +35,9 @@ MADE = {
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004, False),
     "adaptive with a map of friction": adaptive_with_map,
+    "adaptive with a first map of friction": lambda: adaptive_with_map(
+        model={"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0}, position_map=[0.3, 0.1, *[0.0] * 9]
+    ),
 }
 
 
@@ -108,6 +111,38 @@ def test_it_is_used_like_the_controller_that_it_was_made_from():
         runner.step(math.nan, 0.0)
     with pytest.raises(ValueError, match="dt = 0"):
         runner.step(0.0, 0.0, dt=0.0)
+
+
+def test_further_regressors_reach_the_c_code_and_the_last_ones_hold():
+    controller = adaptive(SIZES["offset"], regressors=2)
+    runner, silent = run_in_c(controller), adaptive(SIZES["offset"], regressors=2)
+    found, expected, without = [], [], []
+    for k in range(300):
+        plan, measured = 0.2 * math.sin(0.03 * k), 0.19 * math.sin(0.03 * k - 0.03)
+        given = [math.sin(0.05 * k), math.nan if k % 9 == 4 else math.cos(0.031 * k)]
+        known = {"regressors": given} if k % 7 else {}
+        found.append(runner.step(plan, measured, **known))
+        expected.append(controller.step(plan, measured, **known))
+        without.append(silent.step(plan, measured))
+    assert same(np.array(found), np.array(expected))
+    assert runner.regressors.tolist() == controller.regressors.tolist()
+    assert np.max(np.abs(np.array(found) - without)) > 10.0
+    with pytest.raises(ValueError, match=r"^regressors has shape \(1,\)"):
+        runner.step(0.1, 0.1, regressors=[0.5])
+
+
+def test_a_takeover_in_c_is_that_of_python():
+    controller = adaptive()
+    runner = run_in_c(controller)
+    for one in (controller, runner):
+        for k in range(50):
+            one.step(0.01 * k, 0.009 * k)
+        one.take_over(33.0, 0.5, 0.49)
+    assert runner.step(0.5, 0.49) == pytest.approx(33.0, abs=1e-9)
+    before = runner.state_to_json()
+    with pytest.raises(ValueError, match=r"^reference = nan"):
+        runner.take_over(33.0, math.nan, 0.49)
+    assert runner.state_to_json() == before
 
 
 def test_the_controller_that_it_was_made_from_stays_as_it_is():

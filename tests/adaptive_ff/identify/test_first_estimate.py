@@ -209,3 +209,83 @@ def test_first_seconds_are_better_than_without_a_model(lag):
             run = simulate(scenario, controller)
             errors[name].append(np.sqrt(np.mean((run.reference - run.velocity) ** 2)))
     assert np.median(errors["first"]) < np.median(errors["cold"])
+
+
+def mapped_log(period=0.4, part=slice(None), **options):
+    """A log whose friction is ``1 + 0.3 sin(2 pi q/period)`` times that of the joint, or a part of it."""
+    log = make_log(noise=0.02, **options)
+    velocity = np.gradient(log.position, log.time)
+    friction = JOINT["coulomb"] * np.sign(velocity) + JOINT["viscous"] * velocity
+    torque = log.torque + 0.3 * np.sin(2.0 * np.pi / period * log.position) * friction
+    return Log("log", log.time[part], torque[part], position=log.position[part])
+
+
+def test_friction_over_a_period_goes_along_with_its_deviation():
+    found = identify_log(mapped_log(), position_periods=(0.4,), held_out=0.0)
+    first = found.first_estimate()
+    assert (first.position_periods, first.position_hats, first.position_range) == ((0.4,), 0, None)
+    assert first.position_map == found.position_map.coefficients
+    assert first.position_map == pytest.approx((0.0, 0.3), abs=0.03)
+    for name, deviation in zip(("cosine_1", "sine_1"), first.map_deviation, strict=True):
+        estimate = found.selection.chosen.regression.estimate("friction_over_" + name)
+        half = 0.5 * (estimate.upper - estimate.lower)
+        assert deviation * NormalDist().inv_cdf(0.975) == pytest.approx(half)
+    curve = controller_of(first).learnt_map
+    assert curve.share == 1.0
+    truth = 1.0 + 0.3 * np.sin(2.0 * np.pi / 0.4 * curve.position)
+    assert np.max(np.abs(curve.factor - truth)) < 0.04
+
+
+def test_of_a_current_the_map_is_the_same_as_it_is_a_share():
+    log = mapped_log()
+    of_current = with_torque(log, log.torque / AMPERE)
+    asked = {"position_periods": (0.4,), "held_out": 0.0}
+    scaled = identify_log(of_current, is_current=True, **asked).first_estimate(AMPERE)
+    assert scaled.position_map == pytest.approx(identify_log(log, **asked).first_estimate().position_map, rel=1e-6)
+
+
+def test_without_a_map_none_goes_along(found):
+    first = found.first_estimate()
+    assert (first.position_periods, first.position_hats, first.position_map) == ((), 0, None)
+    assert controller_of(first).learnt_map is None
+
+
+def test_hats_of_which_the_log_says_nothing_are_unknown_to_the_controller():
+    log = mapped_log(period=0.8)
+    found = identify_log(log, position_hats=13, held_out=0.0)
+    learnt = found.position_map
+    errors = (*learnt.standard_errors[:-2], np.inf, np.inf)
+    unvisited = learnt._replace(coefficients=(*learnt.coefficients[:-2], 0.0, 2.5), standard_errors=errors)
+    first = replace(found, position_map=unvisited).first_estimate()
+    assert (first.position_hats, first.position_range) == (13, learnt.range)
+    assert first.position_map[-1] == 2.0
+    assert first.map_deviation[-2:] == (np.inf, np.inf)
+    state = controller_of(first).state.estimator.friction_map
+    assert np.flatnonzero(state.information == 0.0).tolist() == [11, 12]
+    assert state.coefficients[11:].tolist() == [0.0, 0.0]
+
+
+def test_first_seconds_over_position_are_better_with_the_map_than_without():
+    base = load_scenario().modified(variation={"position_amplitude": 0.3, "position_period": 0.3})
+    columns = simulate(base.modified(duration=60.0, sampling={"period": 0.001}, seed=101), "pi").columns()
+    velocity = columns["velocity"]
+    position = np.concatenate([[0.0], np.cumsum(0.0005 * (velocity[1:] + velocity[:-1]))])
+    position += 1e-5 * np.random.default_rng(101).standard_normal(position.size)
+    log = Log("run", columns["time"], columns["torque"], position=position)
+    first = identify_log(log, torque_delay=0.0005, position_periods=(0.3,)).first_estimate()
+    variants = {
+        "carried": first,
+        "learnt": first._replace(position_map=None),
+        "none": first._replace(position_map=None, position_periods=()),
+    }
+    errors = {name: [] for name in variants}
+    for seed in (1, 2, 3):
+        scenario = base.modified(duration=5.0, seed=seed)
+        for name, arguments in variants.items():
+            controller = AdaptiveController(*scenario.feedback.gains, 0.01, **arguments._asdict())
+            run = simulate(scenario, controller)
+            errors[name].append(np.sqrt(np.mean((run.reference - run.velocity) ** 2)))
+    for without in ("learnt", "none"):
+        ratios = np.array(errors["carried"]) / errors[without]
+        assert np.max(ratios) < 0.85
+        assert np.median(ratios) < 0.7

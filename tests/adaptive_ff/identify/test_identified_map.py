@@ -66,7 +66,7 @@ def test_it_is_told_and_saved(known_period):
     assert "A force over position is not used: what is held out does not get better with it." in known_period.verdict
     saved = known_period.to_dict()["friction_map"]
     assert (saved["position_periods"], saved["position_hats"]) == ([0.4], 0)
-    assert len(saved["coefficients"]) == 2
+    assert len(saved["coefficients"]) == len(saved["standard_errors"]) == 2
 
 
 def test_what_is_held_out_is_said_with_the_map(known_period):
@@ -86,6 +86,8 @@ def test_hats_are_those_of_the_controller():
     truth = 1.0 + AMPLITUDE * np.sin(2.0 * math.pi * learnt.position / 0.8 + PHASE)
     inner = slice(40, -40)
     assert np.max(np.abs(learnt.friction.value - truth)[inner]) < 0.1
+    half = np.interp(np.linspace(*learnt.range, 13), learnt.position, learnt.friction.upper - learnt.friction.value)
+    assert np.array(learnt.standard_errors) * 1.96 == pytest.approx(half, rel=0.05)  # at its own place a hat is the map
 
 
 def test_a_force_over_position_is_told_apart_from_friction():
