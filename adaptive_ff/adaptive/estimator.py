@@ -486,7 +486,8 @@ def learn_in_place(
         state = with_candidates(state, forgetful(state.candidates))
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
     levels = Levels(squared_error, largest_torque, speed, learnt, levels.stuck)
-    if estimate.size - loads > OFFSET and coefficient_count(estimator.friction_map) == 0:
+    unmapped = coefficient_count(estimator.friction_map) == 0
+    if estimate.size - loads > OFFSET and learnt > estimator.memory and unmapped:
         loosen_offset_in_place(recursion.information, duration, scratch.model_gradient)
     update_resetting_in_place(recursion, floor, keep, error)
     if recover_in_place(estimator, state):

@@ -253,7 +253,9 @@ def coming_factor(parameters: MapParameters, state: MapState, turn: float) -> fl
         return 1.0
     if state.share == 0.0:
         return 1.0
-    angle, load = state.signals[POSITION, INPUT] + turn, state.signals[LOAD, INPUT] - state.load
+    angle, load = state.signals[POSITION, INPUT], state.signals[LOAD, INPUT] - state.load
+    if state.known:  # else the map stands where it says nothing
+        angle += turn
     return limited_factor(state.share, map_value(parameters, state.coefficients, angle, load))
 
 

@@ -77,6 +77,9 @@ With 0.6 s, 12 of 116 drawn joints whose friction falls by more than 15 gains se
 at 0.69; with 2 s 10 as without it, the worst at 0.85 (seeds 101, 201 and 301).
 """
 
+HELD = 1.5
+"""Torque at which a joint still sticks, over the largest one with which it has moved, from which a brake holds it."""
+
 AWAY = 3.0
 """Error, in largest speeds of the plan, beyond which a joint has run away from it ..."""
 
@@ -219,6 +222,7 @@ def observe(
     held: bool,
     duration: float,
     peak: float,
+    moved: float,
 ) -> ObserverState:
     """Return the state after a period, before the gates are set.
 
@@ -226,8 +230,9 @@ def observe(
     no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
     the joint jumps, again and again. Where the joint sticks although the plan moves, the disturbance may grow along the
     error, which frees the joint, but not against it: what the integral holds from before would drive it there. Where
-    it sticks for longer than 2 s a brake holds it, and where the error is for 0.3 s three times the largest speed of
-    the plan, the drive gives less than it says; the observer would feed back its own torque then, and lets go of it.
+    it sticks for longer than 2 s, or although the drive gives 1.5 times the largest torque with which it has moved, a
+    brake holds it, and where the error is for 0.3 s three times the largest speed of the plan, the drive gives less
+    than it says; the observer would feed back its own torque then, and lets go of it.
 
     Parameters
     ----------
@@ -249,6 +254,8 @@ def observe(
         Length of the period, s.
     peak : float
         Largest speed of the plan of late, rad/s.
+    moved : float
+        Largest torque with which the joint has moved of late, N m; infinite before that is known.
     """
     seen = reference
     lacking, lagged_torque = torque - delayed(state.fed, feedback.delay), state.lagged_torque
@@ -264,6 +271,8 @@ def observe(
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)
     stuck = state.stuck + duration if sticks else 0.0
+    if abs(torque) > HELD * moved and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
+        stuck = CLAMPED + duration
     away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
     if stuck > CLAMPED or away > GONE:
         disturbance = state.disturbance * math.exp(-observer.pole * duration)

@@ -239,6 +239,7 @@ def watch(
             may_stick(block, state, inputs.reference),
             inputs.dt,
             state.trust.peak,
+            levels.torque if levels.learnt >= block.estimator.memory else math.inf,
         )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)

@@ -33,7 +33,9 @@ def observed(torques, velocities, references, observer=OBSERVER):
     """States while the drive gives torques; velocity and reference have one value more, of the start."""
     state, states = start_observer(initial_observer(FEEDBACK), references[0], velocities[0]), []
     for torque, reference, velocity in zip(torques, references[1:], velocities[1:], strict=True):
-        state = observe(observer, state, FEEDBACK, torque, INERTIA, reference, 0.0, velocity, False, PERIOD, 1.0)
+        state = observe(
+            observer, state, FEEDBACK, torque, INERTIA, reference, 0.0, velocity, False, PERIOD, 1.0, math.inf
+        )
         states.append(state)
     return states
 
@@ -56,14 +58,14 @@ def test_what_was_fed_forward_is_not_observed():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.1)
     for _ in range(50):
         state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0)
-        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.0, 0.1, False, PERIOD, 1.0)
+        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.0, 0.1, False, PERIOD, 1.0, math.inf)
     assert state.disturbance == pytest.approx(0.0, abs=1e-12)
 
 
 def test_while_the_plan_rests_what_was_observed_is_held():
     state = observed(np.full(100, 25.0), np.full(101, 0.1), np.full(101, 0.1))[-1]
     for torque in (50.0, -400.0, 0.0):  # a stuck joint answers to none of these
-        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, 0.0, True, PERIOD, 1.0)
+        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, 0.0, True, PERIOD, 1.0, math.inf)
         assert (held.disturbance, held.squared) == (state.disturbance, state.squared)
         assert (held.predicted_squared, held.error_squared) == (state.predicted_squared, state.error_squared)
         state = held
@@ -73,7 +75,7 @@ def test_while_the_plan_rests_what_was_observed_is_held():
 def test_while_the_joint_sticks_the_disturbance_does_not_grow_against_the_error(velocity, asked, moves):
     """The plan moves forward. What the integral asks for from before is no disturbance of a joint that sticks."""
     state = start_observer(initial_observer(FEEDBACK), 0.1, velocity)
-    following = observe(OBSERVER, state, FEEDBACK, asked, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0)
+    following = observe(OBSERVER, state, FEEDBACK, asked, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, math.inf)
     assert (following.disturbance != 0.0) == moves
 
 
@@ -81,7 +83,7 @@ def test_an_error_as_small_as_noise_does_not_tell_that_the_joint_sticks():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.0)
     for deviation, moves in ((0.03, False), (0.04, True)):
         noisy = state._replace(noise=state.noise._replace(variance=deviation**2))
-        following = observe(OBSERVER, noisy, FEEDBACK, -50.0, INERTIA, 0.1, 0.0, 0.0, False, PERIOD, 1.0)
+        following = observe(OBSERVER, noisy, FEEDBACK, -50.0, INERTIA, 0.1, 0.0, 0.0, False, PERIOD, 1.0, math.inf)
         assert (following.disturbance != 0.0) == moves
 
 
@@ -114,7 +116,9 @@ def gain_at_an_error(error, correction=0.0):
         velocity = 0.1 + correction - error + noise[sample]
         torque = 60.0 + INERTIA * (velocity - state.velocity) / PERIOD if sample else 60.0
         # a residual that the loop has long made up for: what it would make of it is no error any more
-        state = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, correction, velocity, False, PERIOD, 1.0)
+        state = observe(
+            OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, correction, velocity, False, PERIOD, 1.0, math.inf
+        )
         gains.append(observer_gain(OBSERVER, state, FEEDBACK, INERTIA, 0.0))
     return gains[-1]
 
@@ -136,7 +140,7 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
     for value in white:
         noise += 0.8 * (value - noise)
-        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0)
+        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, math.inf)
         gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
     fit, unfit = np.mean(gains[10000:], axis=0)
     assert unfit > 0.1
@@ -249,3 +253,18 @@ def test_observer_that_is_asked_for_may_be_as_fast_as_the_loop():
 def test_line_up_has_no_faster_observer_either():
     fast = SCENARIO.modified(sampling={"period": 0.001}, feedback={"bandwidth": 50.0}, sensor={"velocity_noise": 0.0})
     assert make("adaptive", fast).parameters.observer.pole == pytest.approx(FASTEST)
+
+
+def test_a_joint_that_sticks_at_more_torque_than_it_ever_moved_with_is_held_by_a_brake():
+    """What was observed fades, and stays away until the torque is a plausible one again, though the joint moves."""
+    state = start_observer(initial_observer(FEEDBACK)._replace(disturbance=100.0), 0.1, 0.0)
+
+    def after(state, torque, velocity, moved):
+        return observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, moved)
+
+    for moved, fades in ((math.inf, False), (300.0, False), (200.0, True)):
+        assert (after(state, 310.0, 0.0, moved).disturbance < 100.0) == fades
+    held = after(state, 310.0, 0.0, 200.0)
+    let_go = after(held, 310.0, 0.09, 200.0)
+    assert let_go.disturbance < held.disturbance
+    assert after(let_go, 290.0, 0.09, 200.0).stuck == 0.0

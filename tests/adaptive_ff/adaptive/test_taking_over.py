@@ -231,15 +231,18 @@ def test_what_a_brake_that_clamps_the_joint_from_the_start_teaches_is_soon_forgo
     assert controller.estimates["inertia"] == pytest.approx(20.0, rel=0.1)
 
 
-@pytest.mark.parametrize("clamped", [1.0, 6.0])
-def test_a_brake_and_a_drive_that_saturates_untold_do_not_make_the_joint_run_away(clamped):
+@pytest.mark.parametrize("limit", [400.0, math.inf], ids=["saturates", "unlimited"])
+@pytest.mark.parametrize("clamped", [0.4, 1.0, 6.0])
+def test_a_brake_that_is_not_told_throws_the_joint_no_further_than_pi_does(clamped, limit):
     """The observer would feed back its own torque as long as the brake holds, and as long as the drive saturates."""
-    thrown, tracking, limit = {}, {}, 400.0
+    thrown, torque, tracking = {}, {}, {}
     for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
         joint = reference_joint()
         drive(controller, joint, 0.0, 12.0, limit=limit)
-        drive(controller, joint, 12.0, 12.0 + clamped, limit=limit, clamped=lambda time: True)
+        held = drive(controller, joint, 12.0, 12.0 + clamped, limit=limit, clamped=lambda time: True)
         after = drive(controller, joint, 12.0 + clamped, 22.0 + clamped, limit=limit)
-        thrown[name], tracking[name] = np.max(np.abs(after.error)), rms(after.error[after.time > 17.0 + clamped])
-    assert thrown["adaptive"] < 2.5 * thrown["pi"]
+        thrown[name], torque[name] = np.max(np.abs(after.error)), np.max(np.abs(held.torque))
+        tracking[name] = rms(after.error[after.time > 17.0 + clamped])
+    assert thrown["adaptive"] < (1.2 if limit == math.inf else 1.4) * thrown["pi"]
+    assert torque["adaptive"] < 1.2 * torque["pi"]
     assert tracking["adaptive"] < tracking["pi"]
