@@ -63,8 +63,7 @@ from adaptive_ff.adaptive.estimator_state import (
     with_levels,
     with_map,
 )
-from adaptive_ff.adaptive.friction_map import coefficient_count, follow_map_in_place, learn_map_in_place, taken_over
-from adaptive_ff.adaptive.one_way import loosen_offset_in_place
+from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_place, taken_over
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
     ResettingState,
@@ -486,9 +485,6 @@ def learn_in_place(
         state = with_candidates(state, forgetful(state.candidates))
     squared_error = keep * levels.squared_error + (1.0 - keep) * squared
     levels = Levels(squared_error, largest_torque, speed, learnt, levels.stuck)
-    unmapped = coefficient_count(estimator.friction_map) == 0
-    if estimate.size - loads > OFFSET and learnt > estimator.memory and unmapped:
-        loosen_offset_in_place(recursion.information, duration, scratch.model_gradient)
     update_resetting_in_place(recursion, floor, keep, error)
     if recover_in_place(estimator, state):
         return with_levels(state, levels, surprise, alarm)

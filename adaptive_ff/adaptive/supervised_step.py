@@ -18,10 +18,13 @@ from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
+from adaptive_ff.adaptive.friction_map import coefficient_count
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
+from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.observer import (
+    TINY,
     ObserverParameters,
     ObserverState,
     error_beyond_noise,
@@ -34,6 +37,7 @@ from adaptive_ff.adaptive.observer import (
     saturated,
     start_observer,
 )
+from adaptive_ff.adaptive.one_way import loosen_offset_in_place
 from adaptive_ff.adaptive.outer_loop import (
     OuterLoop,
     initial_outer_loop,
@@ -51,7 +55,7 @@ from adaptive_ff.adaptive.step import (
     write_adaptive,
 )
 from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, soft_bound, with_friction
-from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
+from adaptive_ff.model.bounds import COULOMB, INERTIA, OFFSET, STICTION
 from adaptive_ff.model.feedforward import FeedforwardState, is_held
 from adaptive_ff.regression.torque_form import Signals
 from controllers import (
@@ -78,6 +82,9 @@ LEAST_TRUST = 0.02
 STEEP = 5.0
 """Fall of friction with the velocity, in gains of the feedback, from which the predicted error begins to mislead; at
 twice that, it is not used."""
+
+LEFT = 0.01
+"""Torque that the model leaves at least before what changes slowly is taken for a load, over the friction (rms)."""
 
 FULL_TRUST = 0.95
 """Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
@@ -285,6 +292,26 @@ def breakaway(estimator: EstimatorState) -> float:
 
 
 @register_jitable(forceinline=True)
+def left_over(block: SupervisedParameters, state: SupervisedState, unfit: float) -> float:
+    """Return the share to which a model that is unfit to a share leaves torque that is a load, or friction."""
+    if not noise_known(state.observer.noise):
+        return 0.0
+    least = LEFT * breakaway(state.estimator)
+    return min(unfit, saturated(unexplained(block.estimator, state.estimator) / (least * least + TINY) - 1.0))
+
+
+@register_jitable(forceinline=True)
+def note_one_way_in_place(
+    estimator: EstimatorParameters, old: EstimatorState, new: EstimatorState, duration: float
+) -> None:
+    """Forget the offset over a time (s) where something has been learnt on motion one way."""
+    learnt = new.levels.learnt
+    if learnt > max(old.levels.learnt, estimator.memory) and coefficient_count(estimator.friction_map) == 0:
+        if new.recursion.estimate.size - load_count(estimator) > OFFSET:
+            loosen_offset_in_place(new.recursion.information, duration, new.scratch.model_gradient)
+
+
+@register_jitable(forceinline=True)
 def fed_torque(fed: Fed, trust: float) -> float:
     """Return the torque that is fed forward when the friction is trusted to a share, N m."""
     return fed.torque - (1.0 - trust) * fed.friction
@@ -308,6 +335,8 @@ def step_supervised(
     error = seen + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
+    share = left_over(block, state, unfit)
+    note_one_way_in_place(block.estimator, state.estimator, fed.estimator, share * inputs.dt)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     time = state.feedback.samples * block.period
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)

@@ -149,7 +149,7 @@ def test_bristles_are_found_and_fed_forward():
 
 def test_feedforward_goes_on_smoothly_when_bristles_are_given_up():
     """An unmodelled weight looks like bristles for a while; without them friction is fed as if they had never been."""
-    scenario = load_scenario(SCENARIOS / "gravity_100.toml").modified(seed=133, duration=21.0)
+    scenario = load_scenario(SCENARIOS / "gravity_100.toml").modified(seed=113, duration=21.0)
     run = simulate(scenario, "adaptive", uncertain=False)
     bent = run.estimates["presliding"]
     given_up = np.flatnonzero((bent[:-1] > 0.0) & (bent[1:] == 0.0)) + 1

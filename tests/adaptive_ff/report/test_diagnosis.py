@@ -137,7 +137,7 @@ def test_an_inertia_far_from_the_assumed_one_is_reported(assumed, ratio):
 
 
 def test_friction_that_varies_with_the_position_is_a_model_that_does_not_fit():
-    scenario = SCENARIO.modified(variation={"position_amplitude": 0.5, "position_period": 0.2})
+    scenario = SCENARIO.modified(variation={"position_amplitude": 0.8, "position_period": 0.2})
     (warning,) = (text for text in worked(scenario)[0].diagnose().warnings if text.startswith("the model leaves "))
     assert "the model does not suit the joint" in warning
 
