@@ -305,10 +305,10 @@ def note_one_way_in_place(
     estimator: EstimatorParameters, old: EstimatorState, new: EstimatorState, duration: float
 ) -> None:
     """Forget the offset over a time (s) where something has been learnt on motion one way."""
-    learnt = new.levels.learnt > max(old.levels.learnt, estimator.memory)
-    offset = new.recursion.estimate.size - load_count(estimator) > OFFSET
-    if learnt and offset and coefficient_count(estimator.friction_map) == 0:
-        loosen_offset_in_place(new.recursion.information, duration, new.scratch.model_gradient)
+    if new.recursion.estimate.size - load_count(estimator) > OFFSET:
+        learnt = new.levels.learnt > max(old.levels.learnt, estimator.memory)
+        if learnt and coefficient_count(estimator.friction_map) == 0:
+            loosen_offset_in_place(new.recursion.information, duration, new.scratch.model_gradient)
 
 
 @register_jitable(forceinline=True)
