@@ -262,9 +262,9 @@ def test_a_joint_that_sticks_at_more_torque_than_it_ever_moved_with_is_held_by_a
     def after(state, torque, velocity, moved):
         return observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, moved)
 
-    for moved, fades in ((math.inf, False), (300.0, False), (200.0, True)):
+    for moved, fades in ((math.inf, False), (110.0, False), (100.0, True)):
         assert (after(state, 310.0, 0.0, moved).disturbance < 100.0) == fades
-    held = after(state, 310.0, 0.0, 200.0)
-    let_go = after(held, 310.0, 0.09, 200.0)
+    held = after(state, 310.0, 0.0, 100.0)
+    let_go = after(held, 310.0, 0.09, 100.0)
     assert let_go.disturbance < held.disturbance
-    assert after(let_go, 290.0, 0.09, 200.0).stuck == 0.0
+    assert after(let_go, 290.0, 0.09, 100.0).stuck == 0.0
