@@ -40,7 +40,7 @@ from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, WITH_GRAVITY, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import IdentifyingController
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
-from controllers.plausible_sizes import largest_torque
+from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis, Recorded
@@ -388,6 +388,9 @@ class AdaptiveController(AdaptiveBase):
         super()._check_state(state)
         check_share("trust.trust", state.trust.trust)
         check_share("trust.earned", state.trust.earned)
+        trust = state.trust
+        if min(trust.xx, trust.yy, trust.peak) < 0.0 or trust.peak > LARGEST_VELOCITY:
+            raise ValueError("state.trust is not allowed: mean squares and the largest speed must be plausible")
         check_share("observer.gain", state.observer.gain)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)

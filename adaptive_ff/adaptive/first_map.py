@@ -100,9 +100,11 @@ def _checked(
     one_for_all = np.ndim(deviation) == 0
     spread = _numbers("map_deviation", [deviation] * count if one_for_all else deviation, count)
     for place, value in enumerate(spread.tolist()):
-        if not value > 0.0:
+        if not value >= 0.0:
             where = "map_deviation" if one_for_all else f"map_deviation[{place}]"
-            raise ValueError(f"{where} = {value:g} is not allowed: it must be positive, or inf for what is not known")
+            raise ValueError(
+                f"{where} = {value:g} is not allowed: it must be zero or more, or inf for what is not known"
+            )
     return known, np.maximum(spread, LEAST_DEVIATION)
 
 
@@ -129,8 +131,10 @@ def _begun(estimator: EstimatorParameters, known: Array, spread: Array) -> MapSt
     state.information[place:] = PRIOR * (estimator.torque_scale / spread) ** 2
     size, doubt = _mean_squares(mapped, state.coefficients[place:], spread)
     explained = max(size - doubt, 0.0)
-    slope = explained / (size + DOUBT * explained) if explained > 0.0 else 0.0
     state.signals[POSITION, [INPUT, VALUE]] = _silent_position(mapped, state.coefficients)
+    if explained == 0.0:
+        return state
+    slope = explained / (size + DOUBT * explained)
     return state._replace(
         share=min(max((slope - LEAST_SLOPE) / (FULL_SLOPE - LEAST_SLOPE), 0.0), 1.0),
         seen=FIRST * estimator.memory,
@@ -144,7 +148,8 @@ def _begun(estimator: EstimatorParameters, known: Array, spread: Array) -> MapSt
 def _mean_squares(mapped: MapParameters, known: Array, spread: Array) -> tuple[float, float]:
     """Return the mean square of a map over position, and of its standard deviation."""
     waves = 2 * mapped.waves.size
-    size, doubt = 0.5 * float(np.sum(known[:waves] ** 2)), 0.5 * float(np.sum(spread[:waves] ** 2))
+    sized = np.isfinite(spread[:waves])
+    size, doubt = (0.5 * float(np.sum(numbers[:waves][sized] ** 2)) for numbers in (known, spread))
     visited = np.isfinite(spread[waves:])
     if np.any(visited):
         size += float(np.mean(known[waves:][visited] ** 2))

@@ -161,7 +161,6 @@ NO_MAP = MapParameters(np.zeros(0), 0, 0.0, 1.0, 0.0, 1.0)
 """Friction that depends neither on position nor on load."""
 
 
-@register_jitable(forceinline=True)
 def coefficient_count(parameters: MapParameters) -> int:
     """Return how many coefficients a map has."""
     return 2 * parameters.waves.size + parameters.hats + (1 if parameters.load > 0.0 else 0)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.friction_map import MapParameters, MapState, limited_factor, map_value
+from adaptive_ff.adaptive.friction_map import LARGEST_COEFFICIENT, MapParameters, MapState, limited_factor, map_value
 
 POINTS = 400
 """Positions at which a map is read."""
@@ -90,6 +90,11 @@ def check_map_state(state: MapState, largest: float) -> None:
         raise ValueError("state.estimator.friction_map is not allowed: times and squares must be zero or more")
     if not 0.0 <= state.share <= 1.0 or abs(state.direction) > 1.0:
         raise ValueError(f"state.estimator.friction_map.share = {state.share} is not allowed: it must be from 0 to 1")
+    if np.any(np.abs([state.coefficients, state.before]) > LARGEST_COEFFICIENT):
+        raise ValueError(
+            f"state.estimator.friction_map.coefficients = {state.coefficients} is not allowed: from "
+            f"{-LARGEST_COEFFICIENT:g} to {LARGEST_COEFFICIENT:g}"
+        )
     if max(state.xx, state.yy, abs(state.xy), state.friction) > largest * largest:
         raise ValueError(
             "state.estimator.friction_map is not allowed: its torques are beyond the largest plausible one"

@@ -80,8 +80,8 @@ at 0.69; with 2 s 10 as without it, the worst at 0.85 (seeds 101, 201 and 301).
 HELD = 3.0
 """Torque at which a joint still sticks, over the largest one with which it has moved, from which a brake holds it.
 
-Not less: at 1.5 friction that triples is taken for a brake, and the first 5 s after it leave 0.39 of the error of PI, not
-0.24.
+Not less: at 1.5 friction that triples is taken for a brake, and the first 5 s after it leave 0.39 of the error of PI,
+not 0.24.
 """
 
 AWAY = 3.0
@@ -214,6 +214,12 @@ def runs_away(noise: NoiseState, error: float, peak: float) -> bool:
 
 
 @register_jitable(forceinline=True)
+def strains(torque: float, moved: float) -> bool:
+    """Tell whether a torque is far larger than any with which the joint has moved, both less what is known, N m."""
+    return abs(torque) > HELD * moved
+
+
+@register_jitable(forceinline=True)
 def observe(
     observer: ObserverParameters,
     state: ObserverState,
@@ -226,7 +232,7 @@ def observe(
     held: bool,
     duration: float,
     peak: float,
-    moved: float,
+    strained: bool,
 ) -> ObserverState:
     """Return the state after a period, before the gates are set.
 
@@ -258,8 +264,8 @@ def observe(
         Length of the period, s.
     peak : float
         Largest speed of the plan of late, rad/s.
-    moved : float
-        Largest torque with which the joint has moved of late, N m; infinite before that is known.
+    strained : bool
+        Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
     """
     seen = reference
     lacking, lagged_torque = torque - delayed(state.fed, feedback.delay), state.lagged_torque
@@ -275,7 +281,7 @@ def observe(
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)
     stuck = state.stuck + duration if sticks else 0.0
-    if abs(torque) > HELD * moved and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
+    if strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
         stuck = CLAMPED + duration
     away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
     if stuck > CLAMPED or away > GONE:

@@ -19,7 +19,6 @@ from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
-from adaptive_ff.adaptive.friction_map import coefficient_count
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.noise_level import noise_known
@@ -36,6 +35,7 @@ from adaptive_ff.adaptive.observer import (
     observer_gain,
     saturated,
     start_observer,
+    strains,
 )
 from adaptive_ff.adaptive.one_way import loosen_offset_in_place
 from adaptive_ff.adaptive.outer_loop import (
@@ -67,6 +67,7 @@ from controllers import (
     PIParameters,
     PIState,
     asked_torque,
+    delayed,
     feed_back,
     hand_over,
     plausible_inputs,
@@ -234,6 +235,9 @@ def watch(
         torque = inputs.realised_torque
         if not math.isfinite(torque):
             torque = asked_torque(feedback, state.feedback)
+        # with adaptation off a new load is not among what moved the joint
+        tried = state.enabled and levels.learnt >= block.estimator.memory
+        strained = tried and strains(torque - delayed(state.known_torques, feedback.delay), levels.torque)
         observer = observe(
             block.observer,
             observer,
@@ -246,7 +250,7 @@ def watch(
             may_stick(block, state, inputs.reference),
             inputs.dt,
             state.trust.peak,
-            levels.torque if levels.learnt >= block.estimator.memory else math.inf,
+            strained,
         )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
@@ -307,7 +311,7 @@ def note_one_way_in_place(
     """Forget the offset over a time (s) where something has been learnt on motion one way."""
     if new.recursion.estimate.size - load_count(estimator) > OFFSET:
         learnt = new.levels.learnt > max(old.levels.learnt, estimator.memory)
-        if learnt and coefficient_count(estimator.friction_map) == 0:
+        if learnt and new.friction_map.share == 0.0:
             loosen_offset_in_place(new.recursion.information, duration, new.scratch.model_gradient)
 
 
@@ -335,8 +339,8 @@ def step_supervised(
     error = seen + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
-    share = left_over(block, state, unfit)
-    note_one_way_in_place(block.estimator, state.estimator, fed.estimator, share * inputs.dt)
+    forgets = left_over(block, state, unfit)
+    note_one_way_in_place(block.estimator, state.estimator, fed.estimator, forgets * inputs.dt)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     time = state.feedback.samples * block.period
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)

@@ -31,11 +31,12 @@ Before half a memory has been learnt, trust and observer are held back further o
 the identification, ``0.2 Vs``: at most ``sat(4 peak |r| / (0.2 Vs) - 1)``, or at the start, when the motion is not
 known yet, ``sat(1 - t/5 s)`` where that is more.
 
-They are held back for good where the loop is soft for its friction, at most ``sat(16 peak |r| Kp/F - 0.6)``. An error
-of ``F/Kp`` is what the proportional gain needs to overcome the friction ``F``. Where the plan is much slower than that,
-PI alone leaves the joint stuck for seconds, with an error of no more than the plan; what breaks it away more often
-makes it slip, far faster than the plan. With a tenth of the built-in inertia, gain and all, and a plan of 0.0125 rad/s
-(``peak Kp/F`` 0.02) it settled at 0.27 to 0.9 of PI alone on 16 references, and every one had a window that was worse.
+They are held back for good where the loop is soft for its friction, at most ``sat(16 peak |r| Kp/F - 0.6)``, or at the
+start ``sat(1.5 - t/1 s)`` where that is more. An error of ``F/Kp`` is what the proportional gain needs to overcome the
+friction ``F``. Where the plan is much slower than that, PI alone leaves the joint stuck for seconds, with an error of
+no more than the plan; what breaks it away more often makes it slip, far faster than the plan. With a tenth of the
+built-in inertia, gain and all, and a plan of 0.0125 rad/s (``peak Kp/F`` 0.02) it settled at 0.27 to 0.9 of PI alone on
+16 references, and every one had a window that was worse.
 """
 
 import math
@@ -83,7 +84,7 @@ them have a window that is worse than that of PI.
 """
 
 SOFT_GRACE = 1.0
-"""Time after the start which is half over when that begins to be a reason to hold back, s; full one such time later."""
+"""From half of this time after the start on, s, that is a reason to hold back; in full from one and a half on."""
 
 GRACE = 5.0
 """Time after the start in which slow motion becomes a reason to hold back, s: it may begin slowly."""
@@ -110,7 +111,7 @@ class TrustState(NamedTuple):
     peak : float
         Largest speed of the plan of late, rad/s.
     earned : float
-        Share that would be fed if nothing held it back.
+        Share that would be fed without :func:`caution` and :func:`soft_bound`; ``trust`` is the one in force.
     """
 
     trust: float

@@ -76,7 +76,11 @@ class InC:
     def _fetch(self) -> None:
         """Give the controller in Python the state that C has."""
         self._library.controller_save_state(self._handle, self._buffer, len(self._buffer))
+        held = getattr(self._controller, "regressors", None)
+        written = None if held is None else held.copy()  # for the next step, C may not have taken them yet
         state_from_bytes(self._controller, bytes(self._ffi.buffer(self._buffer)), single=self._single)
+        if written is not None:
+            self._controller.regressors[:] = written
 
     def _hand_back(self) -> None:
         """Give C the state of the controller in Python."""

@@ -130,7 +130,7 @@ def test_a_group_takes_the_map_from_its_table():
         ),
         ({**PERIOD, "position_map": [2.5, 0.0]}, r"^position_map\[0\] = 2.5 is not allowed"),
         ({**PERIOD, "position_map": "ab"}, "^position_map = 'ab' is not allowed: it must be 2 numbers"),
-        ({**PERIOD, "position_map": [0.1, 0.1], "map_deviation": 0.0}, "^map_deviation = 0 is not allowed"),
+        ({**PERIOD, "position_map": [0.1, 0.1], "map_deviation": -0.1}, "^map_deviation = -0.1 is not allowed"),
         (
             {**PERIOD, "position_map": [0.1, 0.1], "map_deviation": [0.1, -1]},
             r"^map_deviation\[1\] = -1 is not allowed",
@@ -143,3 +143,21 @@ def test_what_cannot_be_is_refused_in_one_line(options, message):
     with pytest.raises(ValueError, match=message) as raised:
         make(**options)
     assert "\n" not in str(raised.value)
+
+
+def test_a_wave_of_unknown_size_does_not_keep_the_others_from_being_fed():
+    one = make(position_periods=[0.3], position_map=[0.0, 0.3], map_deviation=0.02)
+    two = make(
+        position_periods=[0.3, 0.5], position_map=[0.0, 0.3, 0.0, 0.0], map_deviation=[0.02, 0.02, math.inf, math.inf]
+    )
+    assert two.learnt_map.share == one.learnt_map.share == 1.0
+
+
+def test_a_map_that_is_exact_is_taken_for_one_of_a_hundredth():
+    exact, sure = (make(**PERIOD, position_map=[0.0, 0.3], map_deviation=each) for each in (0.0, 0.01))
+    assert exact.state_to_json() == sure.state_to_json()
+
+
+def test_a_map_that_says_nothing_waits_as_without_one():
+    nothing, without = make(**PERIOD, position_map=[0.0, 0.0]), make(**PERIOD)
+    assert nothing.state.estimator.friction_map.seen == without.state.estimator.friction_map.seen == 0.0

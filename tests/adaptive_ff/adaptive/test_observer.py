@@ -18,6 +18,7 @@ from adaptive_ff.adaptive.observer import (
     observed_inertia,
     observer_gain,
     start_observer,
+    strains,
 )
 from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.simulation.experiment import empty_record
@@ -58,14 +59,14 @@ def test_what_was_fed_forward_is_not_observed():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.1)
     for _ in range(50):
         state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0)
-        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.0, 0.1, False, PERIOD, 1.0, math.inf)
+        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.0, 0.1, False, PERIOD, 1.0, False)
     assert state.disturbance == pytest.approx(0.0, abs=1e-12)
 
 
 def test_while_the_plan_rests_what_was_observed_is_held():
     state = observed(np.full(100, 25.0), np.full(101, 0.1), np.full(101, 0.1))[-1]
     for torque in (50.0, -400.0, 0.0):  # a stuck joint answers to none of these
-        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, 0.0, True, PERIOD, 1.0, math.inf)
+        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, 0.0, True, PERIOD, 1.0, False)
         assert (held.disturbance, held.squared) == (state.disturbance, state.squared)
         assert (held.predicted_squared, held.error_squared) == (state.predicted_squared, state.error_squared)
         state = held
@@ -75,7 +76,7 @@ def test_while_the_plan_rests_what_was_observed_is_held():
 def test_while_the_joint_sticks_the_disturbance_does_not_grow_against_the_error(velocity, asked, moves):
     """The plan moves forward. What the integral asks for from before is no disturbance of a joint that sticks."""
     state = start_observer(initial_observer(FEEDBACK), 0.1, velocity)
-    following = observe(OBSERVER, state, FEEDBACK, asked, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, math.inf)
+    following = observe(OBSERVER, state, FEEDBACK, asked, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, False)
     assert (following.disturbance != 0.0) == moves
 
 
@@ -83,7 +84,7 @@ def test_an_error_as_small_as_noise_does_not_tell_that_the_joint_sticks():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.0)
     for deviation, moves in ((0.03, False), (0.04, True)):
         noisy = state._replace(noise=state.noise._replace(variance=deviation**2))
-        following = observe(OBSERVER, noisy, FEEDBACK, -50.0, INERTIA, 0.1, 0.0, 0.0, False, PERIOD, 1.0, math.inf)
+        following = observe(OBSERVER, noisy, FEEDBACK, -50.0, INERTIA, 0.1, 0.0, 0.0, False, PERIOD, 1.0, False)
         assert (following.disturbance != 0.0) == moves
 
 
@@ -140,7 +141,7 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
     for value in white:
         noise += 0.8 * (value - noise)
-        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, math.inf)
+        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, False)
         gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
     fit, unfit = np.mean(gains[10000:], axis=0)
     assert unfit > 0.1
@@ -260,7 +261,9 @@ def test_a_joint_that_sticks_at_more_torque_than_it_ever_moved_with_is_held_by_a
     state = start_observer(initial_observer(FEEDBACK)._replace(disturbance=100.0), 0.1, 0.0)
 
     def after(state, torque, velocity, moved):
-        return observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, moved)
+        return observe(
+            OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, strains(torque, moved)
+        )
 
     for moved, fades in ((math.inf, False), (110.0, False), (100.0, True)):
         assert (after(state, 310.0, 0.0, moved).disturbance < 100.0) == fades

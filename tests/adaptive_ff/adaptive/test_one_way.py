@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO
 
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.one_way import RATE, loosen_offset_in_place
@@ -57,9 +56,7 @@ def test_without_information_nothing_happens():
 
 
 def test_weight_that_is_not_modelled_is_no_friction():
-    """At its reversals the joint misses friction less than half as much as PI does, on every reference."""
     weight = load_scenario(SCENARIOS / "gravity_100.toml")
     for seed in (101, 105):
         found = judge(weight.modified(seed=seed, duration=30.0), "adaptive", draws=1)
-        assert found.settled > 4.0
-    assert judge(SCENARIO.modified(seed=101, duration=30.0), "adaptive", draws=1).settled > 5.0
+        assert found.settled > 4.0, "it was 2.8 and 5.6 while half of the weight was taken for friction"

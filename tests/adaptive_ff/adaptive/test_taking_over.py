@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import WITH_OFFSET, AdaptiveController, TorqueModel
+from adaptive_ff.adaptive.observer import CLAMPED
 from controllers import PI, pi_gains
 from tests.helpers.driven_joint import NOISE, PERIOD, drive, noise_at, plan, reference_joint, rms, slope
 
@@ -246,3 +247,15 @@ def test_a_brake_that_is_not_told_throws_the_joint_no_further_than_pi_does(clamp
     assert thrown["adaptive"] < (1.2 if limit == math.inf else 1.4) * thrown["pi"]
     assert torque["adaptive"] < 1.2 * torque["pi"]
     assert tracking["adaptive"] < tracking["pi"]
+
+
+def test_a_known_torque_far_larger_than_friction_is_no_brake():
+    """What is known does not tell what moved the joint; else each reversal would let the observer go for good."""
+
+    def known(time, position):
+        return 600.0
+
+    controller, joint = make(), reference_joint()
+    for k in range(10):
+        drive(controller, joint, 2.0 * k, 2.0 * k + 2.0, load=known, feedforward=known)
+        assert controller.state.observer.stuck < CLAMPED
