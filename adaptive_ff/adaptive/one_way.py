@@ -10,9 +10,9 @@ one of motion one way, the faster the offset is forgotten, while nothing is forg
 
 with the information ``M``, of the offset ``o`` and Coulomb friction ``c``, and the direction ``d`` of the offset. That
 is what a larger variance of the offset makes of the covariance; no estimate is changed. Motion both ways has a small
-``rho`` and loses nothing. ``x`` is less as far as noise explains what the model leaves, or that is less than a hundredth
-of the friction (:func:`adaptive_ff.adaptive.supervised_step.left_over`): where there is no load that changes, nothing is
-lost either.
+``rho`` and loses nothing. ``x`` is less as far as noise explains what the model leaves, or as that is less than a
+hundredth of the friction (:func:`adaptive_ff.adaptive.supervised_step.left_over`): where there is no load that changes,
+nothing is lost either.
 
 With a weight of 100 N m that is not modelled the built-in joint settles at 5.1 times better than PI, and at 3.5 without
 (seeds 131 to 150). It begins when a memory has been learnt: before, nothing is known of either, and the first seconds
