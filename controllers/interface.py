@@ -222,7 +222,7 @@ class Controller:
         self._prepare(float(reference), torque)
         feedback = feedback_state(self.state)
         started = feedback._replace(commands=(torque,) * len(feedback.commands), samples=0)
-        begun = with_feedback_state(copy.deepcopy(self.state), started)
+        begun = with_feedback_state(self.state, started)
         self.state = copy.deepcopy(begun)
         self.step(reference, velocity, **given)
         missing = torque - feedback_state(self.state).commands[0]

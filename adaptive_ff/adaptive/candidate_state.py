@@ -43,7 +43,7 @@ class CandidateState(NamedTuple):
     presliding : float
         Presliding distance in use, rad; zero without.
     reversals : ndarray, shape (2,)
-        Least and largest acceleration at which the reference reversed of late, rad/s^2; zero before it did.
+        Least and largest acceleration at which the reference reversed, started or stopped of late, rad/s^2, else zero.
     row : ndarray, shape (n + 3,)
         Scratch: regressors and torque.
     products : ndarray, shape (n + 1, n + 3)

@@ -186,7 +186,7 @@ def advance_candidates_one_way_in_place(
 
 @register_jitable(forceinline=True)
 def note_reversal_in_place(reversals: NDArray[np.float64], acceleration: float) -> None:
-    """Note the acceleration (rad/s^2, without its sign) at which the reference reversed."""
+    """Note the acceleration (rad/s^2, without its sign) at which the reference reversed, started or stopped."""
     if reversals[1] == 0.0:
         reversals[0], reversals[1] = acceleration, acceleration
     reversals[0] = min(acceleration, reversals[0] + FADING * (acceleration - reversals[0]))

@@ -38,7 +38,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimation.quadratic import quadratic_form
+from adaptive_ff.estimation.quadratic import quadratic_form, take_square_in_place
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET
 
 JUMP = 6.0
@@ -164,10 +164,7 @@ def release_in_place(
     total = quadratic_form(information, direction, work)
     if not total > known:
         return
-    share = (1.0 - known / total) / total
-    for i in range(direction.size):
-        for j in range(direction.size):
-            information[i, j] -= share * work[i] * work[j]
+    take_square_in_place(information, (1.0 - known / total) / total, work)
 
 
 NOTHING, UNDECIDED, FRICTION, LOAD, EITHER = range(5)

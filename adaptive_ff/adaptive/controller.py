@@ -293,7 +293,8 @@ class AdaptiveController(AdaptiveBase):
         position from there on. What friction does over load is learnt anew.
     map_deviation : float or sequence of float, optional
         How sure that is: standard deviation of all its numbers, or of each, as a share of friction; infinite where
-        nothing is known, as of a hat that was not visited. A map as vague as it is large is not fed until it is learnt.
+        nothing is known, as of a hat that was not visited; less than a hundredth is a hundredth. A map
+        as vague as it is large is not fed until it is learnt.
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``. By default it is that, but at
         most 10.3 Hz, and with a delay of the drive less. :meth:`controllers.DisturbanceObserver.design` tells what a

@@ -23,6 +23,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.estimation.quadratic import take_square_in_place
 from adaptive_ff.model.bounds import COULOMB, OFFSET
 
 RATE = 128.0
@@ -52,9 +53,6 @@ def loosen_offset_in_place(information: NDArray[np.float64], duration: float, wo
         return
     alike = information[OFFSET, COULOMB] * information[OFFSET, COULOMB] / both
     gone = RATE * duration * alike * alike * alike
-    share = gone / (1.0 + gone) / offset
     for i in range(work.size):
         work[i] = information[i, OFFSET]
-    for i in range(work.size):
-        for j in range(work.size):
-            information[i, j] -= share * work[i] * work[j]
+    take_square_in_place(information, gone / (1.0 + gone) / offset, work)

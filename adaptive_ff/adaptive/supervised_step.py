@@ -296,12 +296,12 @@ def breakaway(estimator: EstimatorState) -> float:
 
 
 @register_jitable(forceinline=True)
-def left_over(block: SupervisedParameters, state: SupervisedState, unfit: float) -> float:
-    """Return the share to which a model that is unfit to a share leaves torque that is a load, or friction."""
+def left_over(state: SupervisedState, squared: float, unfit: float) -> float:
+    """Return the share to which what a model leaves, squared (N^2 m^2), unfit to a share, is a load, or friction."""
     if not noise_known(state.observer.noise):
         return 0.0
     least = LEFT * breakaway(state.estimator)
-    return min(unfit, saturated(unexplained(block.estimator, state.estimator) / (least * least + TINY) - 1.0))
+    return min(unfit, saturated(squared / (least * least + TINY) - 1.0))
 
 
 @register_jitable(forceinline=True)
@@ -332,14 +332,15 @@ def step_supervised(
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
-    unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
+    left = unexplained(block.estimator, state.estimator)
+    unfit = misfit(state.observer.noise, block.feedback, left)
     observer, trust = watch(block, state, inputs, doubt, unfit)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     seen = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = seen + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
-    forgets = left_over(block, state, unfit)
+    forgets = left_over(state, left, unfit)
     note_one_way_in_place(block.estimator, state.estimator, fed.estimator, forgets * inputs.dt)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     time = state.feedback.samples * block.period

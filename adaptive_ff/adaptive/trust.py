@@ -172,8 +172,17 @@ def advance_trust(
     moved = duration if reference != 0.0 else 0.0
     peak = max(abs(reference), state.peak * math.exp(-moved / PEAK_MEMORY))
     if not valid:
-        earned, frictions = state.earned, state.frictions
-        return TrustState(earned, response, frictions, state.xx, state.xy, state.yy, state.missed, peak, earned)
+        return TrustState(
+            state.earned,
+            response,
+            state.frictions,
+            state.xx,
+            state.xy,
+            state.yy,
+            state.missed,
+            peak,
+            state.earned,
+        )
     x = response.measured
     y = predicted + state.trust * x
     keep = math.exp(-duration / MEMORY)

@@ -1,4 +1,4 @@
-"""Product of a symmetric matrix and a vector, and the quadratic form."""
+"""Product of a symmetric matrix and a vector, the quadratic form, and what a square of a vector takes from a matrix."""
 
 import numpy as np
 from numba.extending import register_jitable
@@ -16,3 +16,11 @@ def quadratic_form(matrix: NDArray[np.float64], vector: NDArray[np.float64], pro
         product[i] = entry
         total += vector[i] * entry
     return total
+
+
+@register_jitable(forceinline=True)
+def take_square_in_place(matrix: NDArray[np.float64], share: float, vector: NDArray[np.float64]) -> None:
+    """Take ``share v v'`` from a matrix, shape (n, n)."""
+    for i in range(vector.size):
+        for j in range(vector.size):
+            matrix[i, j] -= share * vector[i] * vector[j]

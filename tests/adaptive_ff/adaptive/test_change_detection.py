@@ -109,7 +109,11 @@ def test_release_leaves_what_is_known_of_the_rest(seed, size, share):
     result = released(information, direction, share * (direction @ information @ direction))
     expected = of_the_rest(information)
     assert np.allclose(of_the_rest(result), expected, rtol=0.0, atol=1e-9 * np.max(information))
-    assert size == 2 or not np.allclose(rest.T @ result @ rest, rest.T @ information @ rest, rtol=1e-6)
+    total = direction @ information @ direction
+    cross = rest.T @ information @ direction
+    taken = (1.0 - share) * np.outer(cross, cross) / total
+    assert np.allclose(rest.T @ (information - result) @ rest, taken, rtol=0.0, atol=1e-9 * np.max(information))
+    assert np.max(taken) > 0.0
 
 
 @seeds

@@ -51,9 +51,13 @@ def test_joint_with_weight_settles_as_without(unloaded, parameters):
 
 
 def test_what_the_weight_costs_where_it_is_not_identified(unloaded):
-    """The margin of the test above means something."""
-    run = drive(make(WITH_OFFSET), reference_joint(), 0.0, END, load=weight, position=known_position)
-    assert settled(run) > 1.3 * unloaded
+    """The margins of the test above mean something. Twice the weight: what changes slowly is taken for a load."""
+
+    def heavier(time, position):
+        return 2.0 * weight(time, position)
+
+    run = drive(make(WITH_OFFSET), reference_joint(), 0.0, END, load=heavier, position=known_position)
+    assert settled(run) > 1.5 * unloaded
 
 
 def test_without_a_position_nothing_of_gravity_is_identified_or_fed():

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from closed_loops import make
 
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.one_way import RATE, loosen_offset_in_place
+from adaptive_ff.adaptive.supervised_step import left_over, note_one_way_in_place
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.windows import judge
 from adaptive_ff.model.bounds import COULOMB, OFFSET
@@ -60,3 +62,32 @@ def test_weight_that_is_not_modelled_is_no_friction():
     for seed in (101, 105):
         found = judge(weight.modified(seed=seed, duration=30.0), "adaptive", draws=1)
         assert found.settled > 4.0, "it was 2.8 and 5.6 while half of the weight was taken for friction"
+
+
+def noisy(state, variance=4e-6):
+    noise = state.observer.noise._replace(measured=1e3, variance=variance)
+    return state._replace(observer=state.observer._replace(noise=noise))
+
+
+def test_what_is_left_counts_only_beyond_noise_and_a_hundredth_of_the_friction():
+    state = make("adaptive").state
+    state.estimator.recursion.estimate[COULOMB] = 50.0
+    assert left_over(state, 100.0, 1.0) == 0.0, "the noise is not known"
+    state = noisy(state)
+    assert left_over(state, 100.0, 1.0) == 1.0
+    assert left_over(state, 100.0, 0.3) == 0.3
+    assert left_over(state, 0.25, 1.0) == 0.0
+    assert left_over(state, 0.375, 1.0) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("learnt", "share", "changes"), [(100.0, 0.0, True), (0.5, 0.0, False), (100.0, 0.1, False), (0.0, 0.0, False)]
+)
+def test_the_offset_is_forgotten_once_a_memory_has_been_learnt_and_no_map_is_fed(learnt, share, changes):
+    controller = make("adaptive")
+    old = controller.state.estimator
+    new = old._replace(levels=old.levels._replace(learnt=learnt), friction_map=old.friction_map._replace(share=share))
+    new.recursion.information[:] = information_of(0.95)
+    before = new.recursion.information.copy()
+    note_one_way_in_place(controller.parameters.estimator, old, new, PERIOD)
+    assert np.any(new.recursion.information != before) == changes

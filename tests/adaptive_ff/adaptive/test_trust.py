@@ -1,5 +1,6 @@
 """Trust in the friction that is fed forward."""
 
+import json
 import math
 
 import numpy as np
@@ -193,3 +194,14 @@ def test_what_was_held_back_is_there_at_once_when_the_reason_ends():
     state = with_friction(initial_trust(FEEDBACK), 0.1, 0.0)
     state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, True, PERIOD)
     assert state.trust == 1.0
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("earned", 1.5), ("peak", -1.0), ("peak", 1e9), ("xx", -1e-9), ("yy", -1.0)]
+)
+def test_trust_that_cannot_be_is_refused_when_it_is_restored(field, value):
+    controller = make("adaptive", SCENARIO)
+    saved = json.loads(controller.state_to_json())
+    saved["state"]["trust"][field] = value
+    with pytest.raises(ValueError, match="trust"):
+        controller.state_from_json(json.dumps(saved))
