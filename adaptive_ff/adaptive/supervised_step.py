@@ -332,14 +332,14 @@ def step_supervised(
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
     inputs = undoubted_inputs(doubt, inputs)
     command = fade(state.command, inputs.dt)
-    left = unexplained(block.estimator, state.estimator)
-    unfit = misfit(state.observer.noise, block.feedback, left)
+    unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
     observer, trust = watch(block, state, inputs, doubt, unfit)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     seen = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = seen + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), doubt)
     fed = learn_and_feed_in_place(block, state, period, inputs)
+    left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
     forgets = left_over(state, left, unfit)
     note_one_way_in_place(block.estimator, state.estimator, fed.estimator, forgets * inputs.dt)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
