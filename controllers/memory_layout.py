@@ -2,8 +2,7 @@
 
 A controller's parameters and state are read and written by its compiled kernels at fixed addresses, so that neither
 has to be made anew at each call. The layout is that of a struct in C: numbers at their natural alignment, a named tuple
-as a struct within the struct, an array as the descriptor that numba uses (owner, object, count, item size, data, shape,
-strides) of the memory that the numpy array owns.
+as a struct within the struct, an array as a pointer to the memory that the numpy array owns, and its shape.
 """
 
 import struct
@@ -87,7 +86,7 @@ def _layout(value: Any) -> np.dtype[Any]:
         fields = [(f"f{place}", _layout(item)) for place, item in enumerate(value)]
         return np.dtype(fields, align=True)
     if isinstance(value, np.ndarray):
-        return np.dtype([("descriptor", POINTER, (5 + 2 * value.ndim,))], align=True)
+        return np.dtype([("descriptor", POINTER, (1 + value.ndim,))], align=True)
     return NUMBERS[_number(value)]
 
 
@@ -105,7 +104,7 @@ def _places(value: Any, layout: np.dtype[Any], offset: int) -> Iterator[tuple[st
             kind, start = layout.fields[f"f{place}"][:2]  # type: ignore[index]
             yield from _places(item, kind, offset + start)
     elif isinstance(value, np.ndarray):
-        for word in range(5 + 2 * value.ndim):
+        for word in range(1 + value.ndim):
             yield "q", offset + 8 * word
     else:
         yield _number(value), offset
@@ -127,7 +126,7 @@ def _spread(value: Any, words: list[Any], arrays: dict[int, np.ndarray[Any, Any]
             _spread(item, words, arrays)
     elif isinstance(value, np.ndarray):
         address = value.ctypes.data
-        words += (0, 0, value.size, value.itemsize, address, *value.shape, *value.strides)
+        words += (address, *value.shape)
         arrays[address] = value
     else:
         words.append(value)
@@ -138,6 +137,6 @@ def _rebuilt(template: Any, words: Iterator[Any], arrays: dict[int, Any]) -> Any
         items = [_rebuilt(item, words, arrays) for item in template]
         return type(template)(*items) if hasattr(template, "_fields") else tuple(items)
     if isinstance(template, np.ndarray):
-        descriptor = [next(words) for _ in range(5 + 2 * template.ndim)]
-        return arrays[descriptor[4]]
+        descriptor = [next(words) for _ in range(1 + template.ndim)]
+        return arrays[descriptor[0]]
     return next(words)

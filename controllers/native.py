@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Hashable
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba import types
 from numba.core.ccallback import CFunc
@@ -28,6 +27,7 @@ from controllers.kernels import (
     write_estimates,
     write_monitors,
 )
+from controllers.memory_arrays import type_in_memory
 from controllers.memory_layout import Memory, structure
 from controllers.pointers import call, load, row_at, store
 
@@ -76,8 +76,7 @@ def _addresses(parameters: Any, state: Any, *structures: Hashable) -> tuple[int,
     kernels = ESTIMATES[kind], MONITORS.get(kind)
     key = (*structures, *kernels)
     if key not in _KNOWN:
-        typeof: Any = numba.typeof
-        kinds = typeof(parameters), typeof(state)
+        kinds = type_in_memory(parameters), type_in_memory(state)
         _KNOWN[key] = (
             _address(_step_once, *kinds),
             0 if kernels[0] is without_estimates else _address(_write_estimates_once, *kinds),

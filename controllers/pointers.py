@@ -5,7 +5,8 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
-from numba.np.arrayobj import make_array, populate_array
+
+from controllers.memory_arrays import ArrayInMemory, packed_array
 
 typed_intrinsic: Any = intrinsic  # numba's own types take its first argument for one of the caller's
 
@@ -49,11 +50,9 @@ def call(typing: Any, address: Any, parameters: Any, state: Any, numbers: Any, c
 @typed_intrinsic
 def row_at(typing: Any, pointer: Any, count: Any) -> Any:
     """Return numbers at a pointer as an array, without a copy."""
+    kind = ArrayInMemory(types.float64, 1)
 
-    # numba.carray does the same, but only where references are counted
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, size = make_array(signature.return_type)(context, builder), context.get_constant(types.intp, 8)
-        populate_array(array, arguments[0], [arguments[1]], [size], size, None)
-        return array._getvalue()
+        return packed_array(context, builder, kind, *arguments)
 
-    return types.Array(types.float64, 1, "C")(pointer, types.intp), generate
+    return kind(pointer, types.intp), generate

@@ -424,7 +424,7 @@ def forget_offset_in_place(
     """Forget the offset, but for what the short window holds; arguments as of :func:`forget_friction_in_place`."""
     if scale.size - loads > OFFSET:
         direction = work[0]
-        direction[:] = 0.0
-        direction[OFFSET] = 1.0
+        for k in range(direction.size):
+            direction[k] = 1.0 if k == OFFSET else 0.0
         size = scale[OFFSET] / unit
         release_in_place(information, direction, share * (size * size), work[1])

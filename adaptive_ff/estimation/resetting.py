@@ -117,8 +117,8 @@ def move_parameter_in_place(
     work : ndarray, shape (n,)
         Scratch.
     """
-    work[:] = 0.0
-    work[index] = 1.0
+    for k in range(work.size):
+        work[k] = 1.0 if k == index else 0.0
     solve_in_place(factor, work)
     share = distance / work[index]
     for i in range(work.size):

@@ -180,7 +180,8 @@ def learn_canudas_in_place(
     """Take a period into account: the torque (N m) in it, the velocity (rad/s) at its end, its length (s)."""
     backwards = 1 if state.velocity < 0.0 else 0
     gain = block.feedback.proportional * duration / (block.inertia * block.torque_scale)
-    state.row[:] = 0.0
+    for k in range(state.row.size):
+        state.row[k] = 0.0
     state.row[INERTIA] = gain * torque
     state.row[COULOMB + backwards] = -gain * math.copysign(block.scale[COULOMB], state.velocity)
     state.row[VISCOUS + backwards] = -gain * state.velocity * block.scale[VISCOUS]

@@ -6,9 +6,8 @@ import numba
 import numpy as np
 import pytest
 
-from controllers.compiled import compiled_in_place
 from controllers.memory_layout import Memory
-from controllers.pointers import typed_intrinsic
+from tests.helpers.in_memory import run_in_memory
 
 
 class Inner(NamedTuple):
@@ -35,19 +34,7 @@ def made():
     )
 
 
-@typed_intrinsic
-def at(typing, address, like):
-    """What lies at an address, of the type of another value."""
-
-    def generate(context, builder, signature, arguments):
-        pointer = builder.inttoptr(arguments[0], context.get_data_type(signature.return_type).as_pointer())
-        return context.unpack_value(builder, signature.return_type, pointer)
-
-    return like(address, like), generate
-
-
-def read(address, like):
-    value = at(address, like)
+def read(value):
     value.vector[0] = 9.0
     return (
         value.first,
@@ -63,8 +50,7 @@ def read(address, like):
 
 def test_compiled_code_reads_what_was_laid_down():
     value = made()
-    memory = Memory(value)
-    found = compiled_in_place(read)(memory.address, made())
+    found = run_in_memory(read, value)
     assert found == (value.first, value.inner, value.count, value.line, 2.0, 1.0, value.again, value.last)
     assert value.vector[0] == 9.0
 
