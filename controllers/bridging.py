@@ -14,7 +14,7 @@ FADING = 1.0
 """Time in which the torque then fades to zero, s."""
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def bridging_share(lost: float) -> float:
     """Return the share of the torque that is still given after a time (s) without a measurement."""
     return min(1.0, max(0.0, 1.0 - (lost - BRIDGED) / FADING))

@@ -23,7 +23,7 @@ def delay_line(delay: float) -> tuple[float, ...]:
     return (0.0,) * min(length for length in LENGTHS if length >= needed)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def delayed(line: tuple[float, ...], delay: float) -> float:
     """Return the mean over the period that ends now of what the line held back, computed at earlier samples."""
     whole = int(delay)
@@ -34,7 +34,7 @@ def delayed(line: tuple[float, ...], delay: float) -> float:
     return mean
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def remember(line: tuple[float, ...], value: float) -> tuple[float, ...]:
     """Return the line with what has been computed at this sample."""
     return (value, *line[:-1])

@@ -80,8 +80,9 @@ class EntryLibrary(JITCodeLibrary):
 
     def _optimize_final_module(self) -> None:
         """Optimise once; numba's first, cheaper round serves to prune counted references, which kernels do not have."""
-        manager, builder = self._codegen._module_pass_manager()  # type: ignore[no-untyped-call]
-        manager.run(self._final_module, builder)
+        found = self._codegen._module_pass_manager()  # type: ignore[no-untyped-call]
+        manager, *builder = found if isinstance(found, tuple) else (found,)  # older versions of numba have no builder
+        manager.run(self._final_module, *builder)
 
 
 def _link_with_callees(module: Any, libraries: list[Any]) -> None:

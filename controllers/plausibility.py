@@ -56,19 +56,19 @@ def initial_guard() -> Guard:
     return Guard(0.0, 0.0, 0.0, 0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def within(value: float, bound: float) -> bool:
     """Tell whether a value is a finite number and at most as large as a bound."""
     return math.isfinite(value) and abs(value) <= bound
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def absurd(value: float, bound: float) -> bool:
     """Tell whether a value that may be unknown, then not a number, is infinite or beyond a bound."""
     return not math.isnan(value) and not within(value, bound)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def kept(value: float) -> float:
     """Return what an observer holds, or zero where that cannot be."""
     return value if abs(value) < LARGEST_OBSERVED else 0.0
@@ -96,7 +96,7 @@ def checked_inputs(
     return replaced_inputs(inputs, guard, proportional, integral, period)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
     """Tell in few comparisons whether all inputs are plausible; where it is false some may be, or all.
 

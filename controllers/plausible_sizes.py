@@ -8,7 +8,7 @@ LARGEST_VELOCITY = 1e5
 """Largest plausible velocity, rad/s or m/s: a million revolutions a minute."""
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def largest_torque(proportional: float, integral: float) -> float:
     """Return the largest plausible torque, N m: what the feedback would answer to the largest velocity.
 

@@ -23,7 +23,7 @@ what the plan did then would pass for bristles.
 """
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_own_columns_in_place(candidates: CandidateState, place: int, factor: float) -> None:
     """Write a candidate's own columns into the row: ``g``, ``h`` and micro-damping; friction is times a factor."""
     row, filters = candidates.row, candidates.filters[place]
@@ -38,7 +38,7 @@ def write_own_columns_in_place(candidates: CandidateState, place: int, factor: f
             row[row.size - 2] = candidates.bent[bent, DAMPING, 0]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def left_of(row: NDArray[np.float64], estimate: NDArray[np.float64]) -> float:
     """Return what an estimate leaves of the last element of a row, the torque, or of its products with the others."""
     left = row[estimate.size + 1] - estimate[INERTIA] * (row[1] + estimate[FRICTION_LAG] * row[0])
@@ -47,7 +47,7 @@ def left_of(row: NDArray[np.float64], estimate: NDArray[np.float64]) -> float:
     return left  # type: ignore[no-any-return]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def robust_share(candidates: CandidateState, share: float, factor: float) -> float:
     """Return the share of the row: less of it where the candidate in use leaves an error that is out of proportion."""
     write_own_columns_in_place(candidates, candidates.chosen, factor)
@@ -56,7 +56,7 @@ def robust_share(candidates: CandidateState, share: float, factor: float) -> flo
     return share * most / (left * left) if 0.0 < most < left * left else share
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def note_moments_in_place(candidates: CandidateState, share: float, first: int, last: int, factor: float) -> None:
     """Take the row into account with a share, for candidates from one place to before another."""
     row, counted = candidates.row, robust_share(candidates, share, factor)
@@ -68,7 +68,7 @@ def note_moments_in_place(candidates: CandidateState, share: float, first: int, 
                 moments[j, k] += counted * (row[j] * row[k] - moments[j, k])
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def complete_in_place(matrix: NDArray[np.float64]) -> None:
     """Write the upper triangle of a symmetric matrix, of which the lower one is given."""
     for i in range(matrix.shape[0]):
@@ -76,7 +76,7 @@ def complete_in_place(matrix: NDArray[np.float64]) -> None:
             matrix[j, i] = matrix[i, j]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def residual_moments_in_place(
     moments: NDArray[np.float64], estimate: NDArray[np.float64], correlation: NDArray[np.float64]
 ) -> float:
@@ -90,7 +90,7 @@ def residual_moments_in_place(
     return max(left_of(correlation, estimate), 0.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_information(
     estimator: EstimatorParameters,
     moments: NDArray[np.float64],

@@ -121,13 +121,13 @@ def initial_candidate_state(
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def slides(state: CandidateState) -> bool:
     """Return whether the candidate in use has no bristles; with them, what looks like a change is how they bend."""
     return state.presliding <= 0.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_numbers(
     state: CandidateState,
     turn: int,
@@ -164,21 +164,21 @@ def with_numbers(
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_turn(state: CandidateState, turn: int, phase: int, share: float, seen: float, waited: float) -> CandidateState:
     """Return the state with another turn, phase, share, time seen and time waited (s)."""
     chosen, velocity, presliding = state.chosen, state.stribeck_velocity, state.presliding
     return with_numbers(state, turn, phase, share, seen, waited, chosen, velocity, presliding)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_choice(state: CandidateState, chosen: int, velocity: float, presliding: float) -> CandidateState:
     """Return the state with another candidate in use; its Stribeck velocity is in rad/s, its distance in rad."""
     turn, phase, share, seen, waited = state.turn, state.phase, state.share, state.seen, state.waited
     return with_numbers(state, turn, phase, share, seen, waited, chosen, velocity, presliding)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def forgetful(state: CandidateState) -> CandidateState:
     """Return the state as if there had been no moments: those that there are fade with the next ones."""
     return with_turn(state, state.turn, 0, 0.0, 0.0, 0.0)

@@ -115,7 +115,7 @@ LEAST_PRIOR = 1e-9
 """... and at least this."""
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def candidate_velocity(estimator: EstimatorParameters, place: int) -> float:
     """Return the Stribeck velocity of a candidate, rad/s; those with a presliding distance have the assumed one."""
     if place < estimator.candidates.size:
@@ -123,7 +123,7 @@ def candidate_velocity(estimator: EstimatorParameters, place: int) -> float:
     return estimator.form.stribeck_velocity
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def candidate_distance(estimator: EstimatorParameters, place: int) -> float:
     """Return the presliding distance of a candidate, rad; zero of those without one."""
     distance = 0.0
@@ -134,7 +134,7 @@ def candidate_distance(estimator: EstimatorParameters, place: int) -> float:
     return distance
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def settle_candidates_in_place(estimator: EstimatorParameters, candidates: CandidateState, velocity: float) -> None:
     """Set the filters to those of a reference that has had a velocity (rad/s) for long."""
     if estimator.candidates.size > 0:
@@ -152,7 +152,7 @@ def settle_candidates_in_place(estimator: EstimatorParameters, candidates: Candi
             bent[BENT, 0], bent[BENT, 1] = direction * (1.0 - share), direction * share
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_candidates_one_way_in_place(
     estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float
 ) -> None:
@@ -184,7 +184,7 @@ def advance_candidates_one_way_in_place(
                 advance_filter_in_place(filters[2], pole, decay, first, last, duration)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def note_reversal_in_place(reversals: NDArray[np.float64], acceleration: float) -> None:
     """Note the acceleration (rad/s^2, without its sign) at which the reference reversed, started or stopped."""
     if reversals[1] == 0.0:
@@ -193,13 +193,13 @@ def note_reversal_in_place(reversals: NDArray[np.float64], acceleration: float) 
     reversals[1] = max(acceleration, reversals[1] + FADING * (acceleration - reversals[1]))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def alike(reversals: NDArray[np.float64]) -> bool:
     """Return whether the reference reversed, and each time at about the same acceleration."""
     return 0.0 < reversals[1] <= ALIKE * reversals[0]  # type: ignore[no-any-return]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def follow_candidates_in_place(
     estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float
 ) -> None:
@@ -215,7 +215,7 @@ def follow_candidates_in_place(
             advance_candidates_one_way_in_place(estimator, candidates, start, end, duration)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def fit_in_place(
     estimator: EstimatorParameters, recursion: ResettingState, candidates: CandidateState, ranges: NDArray[np.float64]
 ) -> bool:
@@ -250,7 +250,7 @@ def fit_in_place(
     return solved and math.isfinite(total_of(estimate))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def least_error(errors: NDArray[np.float64], count: int) -> float:
     """Return the least of the first errors, so many."""
     least = errors[0]
@@ -259,7 +259,7 @@ def least_error(errors: NDArray[np.float64], count: int) -> float:
     return least  # type: ignore[no-any-return]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def margin_of(present: float, tried: float, short: float) -> float:
     """Return the share of the error in use below which another candidate is taken.
 
@@ -277,7 +277,7 @@ def margin_of(present: float, tried: float, short: float) -> float:
     return SHORT_RETURN_MARGIN if present > 0.0 else MARGIN
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def take_candidate_in_place(
     estimator: EstimatorParameters, state: EstimatorState, place: int, measured: Signals, model: Signals
 ) -> None:
@@ -317,7 +317,7 @@ def take_candidate_in_place(
             model.filters[FILTER_SHARE, k] = filters[2, k]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_row_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,
@@ -337,7 +337,7 @@ def write_row_in_place(
     row[row.size - 1] = measured.filters[FILTER_TORQUE, 0] - loads
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def begin_anew_in_place(candidates: CandidateState, estimate: NDArray[np.float64]) -> None:
     """Let all candidates begin with the estimate in use, the micro-damping as it is."""
     for i in range(candidates.errors.size):
@@ -345,7 +345,7 @@ def begin_anew_in_place(candidates: CandidateState, estimate: NDArray[np.float64
             candidates.estimates[i, j] = estimate[j]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def recover_candidates_in_place(candidates: CandidateState, estimate: NDArray[np.float64]) -> None:
     """Let all candidates begin with the estimate in use and without moments, and clear what is computed with.
 
@@ -371,7 +371,7 @@ def recover_candidates_in_place(candidates: CandidateState, estimate: NDArray[np
             candidates.products[i, j] = 0.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def compare_candidates_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,

@@ -115,7 +115,7 @@ class Surprise(NamedTuple):
     error: float
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def note_surprise(surprise: Surprise, friction: float, error: float, duration: float, window: float) -> Surprise:
     """Return the means over the short window with one more error taken into account.
 
@@ -136,7 +136,7 @@ def note_surprise(surprise: Surprise, friction: float, error: float, duration: f
     return Surprise(product, squared, surprise.error + share * (error - surprise.error))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def explained_by_friction(surprise: Surprise) -> float:
     """Return the part of the mean squared error that a common factor on friction explains."""
     if not surprise.friction_squared > 0.0:
@@ -205,7 +205,7 @@ class Alarm(NamedTuple):
 NO_ALARM = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def load_is_undone(alarm: Alarm, surprise: Surprise, window: float) -> bool:
     """Return whether a change that has filled the short window (s) is about the reverse of the last load.
 
@@ -215,14 +215,14 @@ def load_is_undone(alarm: Alarm, surprise: Surprise, window: float) -> bool:
     return filled and abs(surprise.error + alarm.load) < UNDONE * abs(alarm.load)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def since_turned(mean: float, before: float, windows: float) -> float:
     """Return the mean over the time since the joint turned, in short windows, of a short mean that holds older ones."""
     left = math.exp(-windows)
     return (mean - left * before) / (1.0 - left)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def attribute_change(
     alarm: Alarm, noticed: bool, surprise: Surprise, friction: float, window: float, longest: float, duration: float
 ) -> Alarm:
@@ -284,7 +284,7 @@ def attribute_change(
     return Alarm(UNDECIDED, product, alarm.friction, age, turned, load, undone)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def undecided_factor(alarm: Alarm, surprise: Surprise, window: float) -> float:
     """Return the factor on the friction that is fed forward while it is not known whether a change is a load.
 
@@ -298,19 +298,19 @@ def undecided_factor(alarm: Alarm, surprise: Surprise, window: float) -> float:
     return 1.0 + HEDGE * (factor - 1.0) if LEAST_LIKELY < factor < LARGEST_LIKELY else 1.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def shows_cause(alarm: Alarm, plan: float) -> bool:
     """Return whether a plan (rad/s) moves the way that shows whether a change was a load, which is not known yet."""
     return (alarm.cause == UNDECIDED or alarm.cause == EITHER) and plan * alarm.friction < 0.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def is_decided(alarm: Alarm) -> bool:
     """Return whether a change has just been attributed to a load or to friction."""
     return (alarm.cause == LOAD or alarm.cause == FRICTION) and alarm.age == 0.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def scale_estimate_in_place(estimate: NDArray[np.float64], factor: float, loads: int) -> None:
     """Multiply all friction of an estimate by a factor, but for so many loads at the end."""
     for i in range(estimate.size - loads):
@@ -318,7 +318,7 @@ def scale_estimate_in_place(estimate: NDArray[np.float64], factor: float, loads:
             estimate[i] *= factor
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def follow_friction_in_place(estimate: NDArray[np.float64], product: float, squared: float, loads: int) -> None:
     """Scale friction, in place, by the factor that ``<e f>`` and ``<f^2>`` say, but for so many loads at the end."""
     if squared > 0.0:
@@ -326,7 +326,7 @@ def follow_friction_in_place(estimate: NDArray[np.float64], product: float, squa
         scale_estimate_in_place(estimate, factor, loads)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def leave_to_loads_in_place(correction: NDArray[np.float64], loads: int) -> None:
     """Keep of a correction that of the offset and of known loads, while a change that was a load settles.
 
@@ -337,7 +337,7 @@ def leave_to_loads_in_place(correction: NDArray[np.float64], loads: int) -> None
             correction[i] = 0.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def explain_in_place(correction: NDArray[np.float64], gradient: NDArray[np.float64], error: float) -> None:
     """Scale a correction so that it explains an error, all in the scaled units of the gradient."""
     explained = 0.0
@@ -348,7 +348,7 @@ def explain_in_place(correction: NDArray[np.float64], gradient: NDArray[np.float
             correction[i] *= error / explained
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def error_to_learn(alarm: Alarm, followed: bool, surprise: Surprise, error: float, usual: float) -> float:
     """Return the prediction error that is learnt from, in units of the torque scale.
 

@@ -47,13 +47,13 @@ def initial_command_state() -> CommandState:
     return CommandState(True, 1.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def limited(torque: float, limit: float) -> float:
     """Return a torque (N m) cut off at a limit."""
     return min(max(torque, -limit), limit)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def limited_torque(commands: tuple[float, ...], delay: float, limit: float) -> float:
     """Return the mean torque (N m) over the period that ends, every command of the line cut off at a limit."""
     whole = int(delay)
@@ -64,14 +64,14 @@ def limited_torque(commands: tuple[float, ...], delay: float, limit: float) -> f
     return torque
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def inertia_torque(inertia: float, state: FeedforwardState, inputs: Inputs, period: float, delay: float) -> float:
     """Return the torque (N m) that moves the assumed inertia (kg m^2), or the given one, along the plan."""
     start, end = ahead(state, inputs.reference, inputs.next_reference, delay)
     return present_inertia(inputs, inertia) * (end - start) / period
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def machine_inputs(
     command: CommandParameters,
     feedback: PIParameters,
@@ -92,7 +92,7 @@ def machine_inputs(
     return inputs
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def fade(state: CommandState, duration: float) -> CommandState:
     """Return the state after a time (s)."""
     step = duration / FADE

@@ -8,7 +8,7 @@ from adaptive_ff.estimation.resetting import move_parameter_in_place
 from adaptive_ff.model.bounds import confine_in_place
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_in_place(
     scale: NDArray[np.float64],
     estimate: NDArray[np.float64],

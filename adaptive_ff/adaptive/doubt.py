@@ -64,13 +64,13 @@ def initial_doubt() -> Doubt:
     return Doubt(0.0, 0.0, 0.0, False, False)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def leaps(reference: float, speed: float) -> bool:
     """Tell whether a plan (rad/s), not a number where it is not known, is far beyond a speed (rad/s)."""
     return abs(reference) > TOO_FAST * speed
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt:
     """Return the doubt about a sample.
 
@@ -100,7 +100,7 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
     return Doubt(speed, reference, max(0.0, before.left - inputs.dt), False, False)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
     """Return the inputs as the model is to see them: of a doubtful sample no motion, of a leap the last plan.
 

@@ -111,7 +111,7 @@ SPEED_FACTOR = 3.0
 """A joint this many times faster than its reference ever was is a fault of the measurement; nothing is learnt then."""
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def add_friction(torque: float, estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
     """Add to a torque (N m) the filtered friction, without the offset, that an estimate predicts from regressors."""
     for i in range(COULOMB, FRICTION_LAG):
@@ -122,7 +122,7 @@ def add_friction(torque: float, estimate: NDArray[np.float64], row: NDArray[np.f
     return torque
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def add_loads(torque: float, estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
     """Add to a torque (N m) what an estimate predicts of known loads and their derivatives from regressors."""
     loads = row.size - estimate.size - 1
@@ -131,7 +131,7 @@ def add_loads(torque: float, estimate: NDArray[np.float64], row: NDArray[np.floa
     return torque
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> float:
     """Return the filtered torque (N m) that an estimate predicts from a row of regressors."""
     lag = estimate[FRICTION_LAG]
@@ -141,7 +141,7 @@ def predict_torque(estimate: NDArray[np.float64], row: NDArray[np.float64]) -> f
     return add_loads(prediction, estimate, row)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_gradient(
     estimator: EstimatorParameters,
     estimate: NDArray[np.float64],
@@ -161,14 +161,14 @@ def write_gradient(
         gradient[i] *= estimator.scale[i] / estimator.torque_scale
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def scale_inertia_in_place(row: NDArray[np.float64], ratio: float) -> None:
     """Multiply the regressors of the inertia by the ratio of the present inertia to the one that is estimated."""
     row[0] *= ratio
     row[1] *= ratio
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def scale_friction_in_place(row: NDArray[np.float64], factor: float, loads: int) -> None:
     """Multiply the regressors of friction, but for the offset and the last ones, of loads, by a factor."""
     for i in range(COULOMB + 1, FRICTION_LAG + 1):
@@ -177,7 +177,7 @@ def scale_friction_in_place(row: NDArray[np.float64], factor: float, loads: int)
         row[i] *= factor
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def follow_loads_in_place(
     estimator: EstimatorParameters, state: EstimatorState, position: float, duration: float, first: bool
 ) -> None:
@@ -186,13 +186,13 @@ def follow_loads_in_place(
     advance_loads_in_place(state.loads, state.regressors, estimator.form.pole, angle, duration, first)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def estimated_load(estimator: EstimatorParameters, state: EstimatorState, turn: float) -> float:
     """Return the torque (N m) that carries the known loads, gravity as it is after a change of position (rad)."""
     return load_torque(state.recursion.estimate, state.loads, state.regressors, turn / estimator.gear_ratio)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def follow_friction_map(
     estimator: EstimatorParameters, state: EstimatorState, position: float, known: float, duration: float, first: bool
 ) -> EstimatorState:
@@ -204,7 +204,7 @@ def follow_friction_map(
     return with_map(state, follow_map_in_place(state.friction_map, estimator.form.pole, angle, load, duration, first))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def learn_friction_map(
     estimator: EstimatorParameters, state: EstimatorState, measured: Signals, duration: float
 ) -> EstimatorState:
@@ -220,7 +220,7 @@ def learn_friction_map(
     return with_map(state, new)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def time_stuck(levels: Levels, speed: float, measured: Signals, model: Signals, duration: float) -> float:
     """Return for how long the joint has not followed its reference, s; while that is slow itself, nothing is known.
 
@@ -242,7 +242,7 @@ def time_stuck(levels: Levels, speed: float, measured: Signals, model: Signals, 
     return levels.stuck + duration
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def guess_friction_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,
@@ -285,7 +285,7 @@ def guess_friction_in_place(
     return with_levels(state, new, state.surprise, state.alarm)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def faded(levels: Levels, keep: float, memory: float) -> Levels:
     """Return the levels with peaks that fade, once there is so much behind them that the present can speak for itself.
 
@@ -306,7 +306,7 @@ def faded(levels: Levels, keep: float, memory: float) -> Levels:
     return Levels(levels.squared_error, fading * levels.torque, fading * levels.speed, levels.learnt, levels.stuck)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def recover_in_place(estimator: EstimatorParameters, state: EstimatorState) -> bool:
     """Begin anew with the estimate as it is, where the gain is not finite; tell whether that was so.
 
@@ -327,7 +327,7 @@ def recover_in_place(estimator: EstimatorParameters, state: EstimatorState) -> b
     return True
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def forget_in_place(
     estimator: EstimatorParameters, recursion: ResettingState, mean: float, alarm: Alarm, share: float
 ) -> None:
@@ -394,7 +394,7 @@ def is_change(
     return explained > usual * (1.0 + doubt)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def learn_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,

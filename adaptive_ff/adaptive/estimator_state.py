@@ -166,13 +166,13 @@ class EstimatorState(NamedTuple):
     friction_map: MapState
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def load_count(estimator: EstimatorParameters) -> int:
     """Return how many of the last parameters are sizes of known loads."""
     return estimator.regressors + (2 if estimator.gravity else 0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def carries_loads(estimator: EstimatorParameters, state: "EstimatorState") -> bool:
     """Return whether there are loads to identify: further regressors, or gravity once a position has been given."""
     if estimator.regressors > 0:
@@ -210,7 +210,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
     """Return the state with other levels, short means and alarm; it shares the arrays."""
     return EstimatorState(
@@ -227,7 +227,7 @@ def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_curve(state: EstimatorState, candidates: CandidateState, friction_map: MapState) -> EstimatorState:
     """Return the state with other states of the candidates and of the map; it shares the arrays."""
     return EstimatorState(
@@ -244,19 +244,19 @@ def with_curve(state: EstimatorState, candidates: CandidateState, friction_map: 
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_candidates(state: EstimatorState, candidates: CandidateState) -> EstimatorState:
     """Return the state with another state of the candidates; it shares the arrays."""
     return with_curve(state, candidates, state.friction_map)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_map(state: EstimatorState, friction_map: MapState) -> EstimatorState:
     """Return the state with another state of the map; it shares the arrays."""
     return with_curve(state, state.candidates, friction_map)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def damping_in_use(state: EstimatorState) -> float:
     """Return the micro-damping of the candidate in use, N m."""
     damping = 0.0
@@ -265,20 +265,20 @@ def damping_in_use(state: EstimatorState) -> float:
     return damping
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def form_in_use(estimator: EstimatorParameters, state: EstimatorState) -> TorqueForm:
     """Return the regression with the Stribeck velocity that is in use."""
     form = estimator.form
     return TorqueForm(form.pole, state.candidates.stribeck_velocity, form.stribeck_shape, state.candidates.presliding)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def has_learnt(state: EstimatorState) -> bool:
     """Return whether the estimator has learnt from any sample."""
     return state.levels.learnt > 0.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def may_guess(estimator: EstimatorParameters, state: EstimatorState) -> bool:
     """Return whether friction may be guessed: nothing was learnt, and no model was given."""
     return not (estimator.given or has_learnt(state))

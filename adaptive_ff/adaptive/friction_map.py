@@ -173,7 +173,7 @@ def initial_map(parameters: MapParameters) -> MapState:
     return MapState(*arrays, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def follow_map_in_place(
     state: MapState, pole: float, angle: float, load: float, duration: float, first: bool
 ) -> MapState:
@@ -203,7 +203,7 @@ def follow_map_in_place(
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def hat_place(parameters: MapParameters, angle: float) -> tuple[int, float]:
     """Return the hat below a position (rad), and the share of the one above; at the ends the map goes on as it is."""
     place = min(max((angle - parameters.lowest) / parameters.spacing, 0.0), parameters.hats - 1.0)
@@ -211,7 +211,7 @@ def hat_place(parameters: MapParameters, angle: float) -> tuple[int, float]:
     return below, place - below
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def map_value(parameters: MapParameters, coefficients: NDArray[np.float64], angle: float, load: float) -> float:
     """Return what a map says at a position (rad) under a known torque (N m, without its sign, beyond its mean)."""
     value, place = 0.0, 0
@@ -228,13 +228,13 @@ def map_value(parameters: MapParameters, coefficients: NDArray[np.float64], angl
     return value
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def limited_factor(share: float, value: float) -> float:
     """Return the factor on friction of a share of what a map says."""
     return min(max(1.0 + share * value, LEAST_FACTOR), LARGEST_FACTOR)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def filtered_factor(parameters: MapParameters, state: MapState) -> float:
     """Return the factor on the friction of the regression: that at the filtered position."""
     if state.coefficients.size == 0:
@@ -245,7 +245,7 @@ def filtered_factor(parameters: MapParameters, state: MapState) -> float:
     return limited_factor(state.share, map_value(parameters, state.coefficients, angle, load))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def coming_factor(parameters: MapParameters, state: MapState, turn: float) -> float:
     """Return the factor on the friction that is fed, after a change of position (rad)."""
     if state.coefficients.size == 0:
@@ -258,7 +258,7 @@ def coming_factor(parameters: MapParameters, state: MapState, turn: float) -> fl
     return limited_factor(state.share, map_value(parameters, state.coefficients, angle, load))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_entry_in_place(
     state: MapState, place: int, value: float, memory: float, total: float, duration: float, torque: float
 ) -> None:
@@ -289,7 +289,7 @@ def correct_entry_in_place(
         state.coefficients[place] = min(max(moved, -LARGEST_COEFFICIENT), LARGEST_COEFFICIENT)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def likeness(parameters: MapParameters, state: MapState) -> float:
     """Return how far hats that have been visited are like the next ones, from 0 to 1."""
     product, square = 0.0, 0.0
@@ -303,7 +303,7 @@ def likeness(parameters: MapParameters, state: MapState) -> float:
     return max(product / square, 0.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def begin_hat_in_place(parameters: MapParameters, state: MapState, place: int, neighbour: int) -> None:
     """Let a hat that is visited for the first time begin as far like its neighbour as others are.
 
@@ -313,7 +313,7 @@ def begin_hat_in_place(parameters: MapParameters, state: MapState, place: int, n
         state.coefficients[place] = likeness(parameters, state) ** 2 * state.coefficients[neighbour]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def taken_over(parameters: MapParameters, old: MapState, new: MapState) -> float:
     """Return the factor on the friction of the model by which a change of the share leaves what is fed as it is.
 
@@ -326,7 +326,7 @@ def taken_over(parameters: MapParameters, old: MapState, new: MapState) -> float
     return limited_factor(old.share, value) / limited_factor(new.share, value)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_map_in_place(
     parameters: MapParameters, state: MapState, friction: float, error: float, duration: float
 ) -> None:
@@ -372,7 +372,7 @@ def correct_map_in_place(
         correct_entry_in_place(state, place + below + 1, share, memory, total, duration, torque)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def learn_map_in_place(
     parameters: MapParameters, state: MapState, friction: float, error: float, duration: float, memory: float
 ) -> MapState:

@@ -62,7 +62,7 @@ def initial_held_integral() -> HeldIntegral:
     return HeldIntegral(0.0, 0.0, 0.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def hold_integral(
     held: HeldIntegral, integral: float, leaves: float, lost: float, duration: float
 ) -> tuple[HeldIntegral, float]:

@@ -131,13 +131,13 @@ def initial_timing_state(feedback: PIParameters, lag: float, deviation: float) -
     return TimingState(0.0, 0.0, 0.0, 0.0, line, line, empty_evidence(lag), lag, 1.0 / deviation**2)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def empty_evidence(identified: float) -> Evidence:
     """Return the sums as they begin, while the identified lag is this, s."""
     return Evidence(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, identified)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_evidence(state: TimingState, evidence: Evidence, lag: float, seen: float) -> TimingState:
     """Return the state with other evidence, lag (s) of the feedforward, and information seen so far (1/s^2)."""
     return TimingState(
@@ -153,7 +153,7 @@ def with_evidence(state: TimingState, evidence: Evidence, lag: float, seen: floa
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def lag_torque(lag: float, lagged: float, torque: float, duration: float) -> tuple[float, float]:
     """Return the mean over a period of a torque (N m) behind a low-pass with a lag (s), and its value at the end.
 
@@ -166,7 +166,7 @@ def lag_torque(lag: float, lagged: float, torque: float, duration: float) -> tup
     return torque + gap * share * lag / duration, torque + gap * (1.0 - share)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_response(
     state: TimingState, feedback: PIParameters, inertia: float, velocity_lag: float, duration: float
 ) -> TimingState:
@@ -201,7 +201,7 @@ def advance_response(
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def learn_timing(state: TimingState, error: float, learnt: float, memory: float, duration: float) -> TimingState:
     """Return the state with the tracking error at one sample taken into account.
 
@@ -239,7 +239,7 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
     return with_evidence(state, evidence, state.lag, seen)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def drop_stale_evidence(state: TimingState, identified: float, period: float, young: bool) -> TimingState:
     """Return the state without what was fitted around an identified lag that has moved much since.
 
@@ -263,7 +263,7 @@ def drop_stale_evidence(state: TimingState, identified: float, period: float, yo
     return state
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def best_lag(state: TimingState, identified: float, largest: float, period: float) -> float:
     """Return the lag of the feedforward that the errors so far ask for, s.
 
@@ -285,13 +285,13 @@ def best_lag(state: TimingState, identified: float, largest: float, period: floa
     return min(max(lag, 0.0), largest)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def lateness(state: TimingState, identified: float) -> float:
     """Return by how much the feedforward is late on purpose, s, while little tells of the identified lag, s."""
     return min(identified, LATE) / (1.0 + state.seen * identified * identified / TOLD)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def note_friction(state: TimingState, start: float, end: float, lag: float, period: float) -> TimingState:
     """Note what is fed forward over the coming period.
 

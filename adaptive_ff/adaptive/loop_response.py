@@ -45,7 +45,7 @@ def initial_loop_response(feedback: PIParameters) -> LoopResponse:
     return LoopResponse(0.0, 0.0, 0.0, delay_line(feedback.delay))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_loop_response(
     response: LoopResponse,
     feedback: PIParameters,

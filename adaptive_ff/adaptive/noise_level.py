@@ -51,13 +51,13 @@ def initial_noise() -> NoiseState:
     return NoiseState(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def noise_known(state: NoiseState) -> bool:
     """Tell whether there has been enough to measure."""
     return state.measured > SETTLING * WINDOW
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_noise(state: NoiseState, error: float, counts: bool, duration: float) -> NoiseState:
     """Take an error (rad/s) into account.
 

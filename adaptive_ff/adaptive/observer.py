@@ -178,7 +178,7 @@ def initial_observer(feedback: PIParameters) -> ObserverState:
     return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def start_observer(state: ObserverState, reference: float, velocity: float) -> ObserverState:
     """Return the state at the first sample, from which on differences are taken."""
     return ObserverState(
@@ -200,26 +200,26 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
     """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
     return seen + (plan - seen) * duration / (duration + lag)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def runs_away(noise: NoiseState, error: float, peak: float) -> bool:
     """Tell whether an error (rad/s) is out of all proportion to the largest speed of the plan (rad/s)."""
     square = error * error
     return noise_known(noise) and square > AWAY * AWAY * peak * peak + BEYOND * BEYOND * noise.variance
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def strains(torque: float, moved: float) -> bool:
     """Tell whether a torque is far larger than any with which the joint has moved, both less what is known, N m."""
     return abs(torque) > HELD * moved
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def observe(
     observer: ObserverParameters,
     state: ObserverState,
@@ -314,13 +314,13 @@ def observe(
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def saturated(value: float) -> float:
     """Return a value cut off at 0 and 1."""
     return min(1.0, max(0.0, value))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def misfit(noise: NoiseState, feedback: PIParameters, squared_error: float) -> float:
     """Return how badly the identified model fits, ``q``: 0 where noise explains its error, up to 1.
 
@@ -339,27 +339,27 @@ def misfit(noise: NoiseState, feedback: PIParameters, squared_error: float) -> f
     return saturated(squared_error / (LOUDER * explained + TINY) - 1.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def observed_inertia(observer: ObserverParameters, identified: float, unfit: float) -> float:
     """Return the inertia ``J_o`` (kg m^2) for an identified one (kg m^2) of a model that is unfit to a share."""
     least = min(identified, observer.inertia)
     return least + unfit * (observer.inertia - least)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def smoothed_noise(state: ObserverState, share: float) -> float:
     """Return the variance (rad^2/s^2) of the noise behind a mean that takes a share of each new value."""
     return state.noise.variance * share / (2.0 - share)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def error_beyond_noise(observer: ObserverParameters, state: ObserverState) -> float:
     """Return by how much the mean squared error that the feedback sees is more than noise explains, rad^2/s^2."""
     share = -math.expm1(-observer.pole * observer.period)
     return state.error_squared - EXPLAINED * smoothed_noise(state, share)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def observer_gain(
     observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float, unfit: float
 ) -> float:
@@ -378,7 +378,7 @@ def observer_gain(
     return min(saturated(observed), max(saturated(predicted), saturated(left)))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def hand_over_to_observer(
     state: ObserverState, change: float, gain: float, fed: float, integral: float
 ) -> tuple[ObserverState, float]:

@@ -34,7 +34,7 @@ With 64/s times the fourth power of ``rho`` viscous friction moves by 10.1 % thr
 """
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def loosen_offset_in_place(information: NDArray[np.float64], duration: float, work: NDArray[np.float64]) -> None:
     """Forget the offset as far as the memory is one of motion one way.
 

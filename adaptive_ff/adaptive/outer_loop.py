@@ -72,14 +72,14 @@ def initial_outer_loop() -> OuterLoop:
     return OuterLoop(0.0, 0.0, 0, 0.0, 0.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def answers(state: OuterLoop, correction: float, velocity: float) -> bool:
     """Tell whether a correction has changed because the joint moved, by the measured velocity (rad/s)."""
     change = correction - state.correction
     return change * velocity < 0.0 and TINY <= abs(change) < ANSWER * abs(velocity)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def note_correction(state: OuterLoop, correction: float, velocity: float, rests: bool, duration: float) -> OuterLoop:
     """Return the state after a correction and a measured velocity (rad/s), and a period (s) of rest or not."""
     if not rests:
@@ -95,13 +95,13 @@ def note_correction(state: OuterLoop, correction: float, velocity: float, rests:
     return OuterLoop(correction, state.step, min(state.seen + 1, ENOUGH), play, rested)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def play_after(state: OuterLoop, correction: float) -> float:
     """Return where a correction (rad/s) that the joint made is in the play, from its middle, rad/s."""
     return max(-0.5 * state.step, min(state.play + correction - state.correction, 0.5 * state.step))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def unseen_velocity(state: OuterLoop, correction: float, velocity: float, rests: bool) -> float:
     """Return the part of the measured velocity that is none, rad/s; ``state`` is that before the correction."""
     known = state.seen == ENOUGH and state.rested == SETTLED
@@ -110,7 +110,7 @@ def unseen_velocity(state: OuterLoop, correction: float, velocity: float, rests:
     return velocity * (play_after(state, correction) - state.play) / (correction - state.correction)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def unseen_error(state: OuterLoop, rests: bool) -> float:
     """Return the part of the last correction that the integral leaves out, rad/s."""
     if not rests or state.seen < ENOUGH:

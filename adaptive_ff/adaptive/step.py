@@ -231,7 +231,7 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
@@ -240,7 +240,7 @@ def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueMode
     return with_bristles(model, form.presliding, damping_in_use(estimator))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def present_model(block: Block, estimator: EstimatorState, lag: float, reference: float) -> TorqueModel:
     """Return the model that is fed forward where the joint will be, on its plan (rad/s), when the torque acts."""
     turn = (block.feedback.delay + 0.5) * block.period * reference / block.estimator.gear_ratio
@@ -250,14 +250,14 @@ def present_model(block: Block, estimator: EstimatorState, lag: float, reference
     return with_friction_times(fed_model(block, estimator, lag), factor)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def gate_speed(block: Block, estimator: EstimatorState) -> float:
     """Return the speed below which the joint may stick, rad/s: it is that of the curve in use."""
     speed: float = block.slowest * (estimator.candidates.stribeck_velocity / block.estimator.form.stribeck_velocity)
     return speed
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def inertia_ratio(block: Block, inputs: Inputs) -> float:
     """Return the inertia that is given for the present configuration over the one that is estimated at first.
 
@@ -267,7 +267,7 @@ def inertia_ratio(block: Block, inputs: Inputs) -> float:
     return present_inertia(inputs, assumed) / assumed
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def turned_speed(block: Block, coulomb: float, inertia: float) -> float:
     """Return the speed (rad/s) of a reversed plan at which friction (N m) is turned, for an identified inertia.
 
@@ -277,7 +277,7 @@ def turned_speed(block: Block, coulomb: float, inertia: float) -> float:
     return turning_speed(coulomb, max(inertia, float(block.estimator.first[INERTIA])), block.period)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def step_model(
     block: Block,
     model: TorqueModel,
@@ -300,13 +300,13 @@ def step_model(
     return torque + estimated_load(block.estimator, estimator, turn), friction, new
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def identified_model(block: Block, state: Block) -> TorqueModel:
     """Return the model as it is identified now."""
     return fed_model(block, state.estimator, state.estimator.recursion.estimate[FRICTION_LAG])
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def tune_lag(block: Block, state: Block, inputs: Inputs, error: float) -> TimingState:
     """Return the state of the lag's tuning after the period that has ended and left a tracking error (rad/s)."""
     timing, estimator, levels = state.timing, block.estimator, state.estimator.levels
@@ -317,7 +317,7 @@ def tune_lag(block: Block, state: Block, inputs: Inputs, error: float) -> Timing
     return timing
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float, doubt: Doubt) -> Period:
     """Advance the filters, in place, and what else follows the signals over the period that has ended.
 
@@ -347,7 +347,7 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float
     return Period(measured, model, lagged_torque, sliding, timing, clear)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def bent_shares(candidates: CandidateState) -> tuple[float, float]:
     """Return the shares of Coulomb friction and stiction of the candidate in use, as they are over the reference."""
     slip, adhesion = 0.0, 0.0
@@ -358,7 +358,7 @@ def bent_shares(candidates: CandidateState) -> tuple[float, float]:
     return slip, adhesion
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def choose_candidate_in_place(
     block: Block, estimator: EstimatorState, period: Period, duration: float, ratio: float, factor: float
 ) -> EstimatorState:
@@ -375,7 +375,7 @@ def choose_candidate_in_place(
     return estimator
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def learn_curve_in_place(
     block: Block,
     state: Block,
@@ -394,7 +394,7 @@ def learn_curve_in_place(
     return estimator
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: Inputs) -> Fed:
     """Learn, or guess before there is anything to learn, and feed forward for the period that begins.
 
@@ -440,7 +440,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     return Fed(before, old_friction, torque, friction, feedforward, estimator, timing)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def given_inertia_torque(block: Block, state: Block, inputs: Inputs) -> float:
     """Return the torque (N m) of the inertia along the plan that is part of the torque known from elsewhere."""
     if not block.command.includes_inertia:
@@ -449,7 +449,7 @@ def given_inertia_torque(block: Block, state: Block, inputs: Inputs) -> float:
     return inertia_torque(first, state.feedforward, inputs, block.period, delay)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Inputs) -> tuple[Output, AdaptiveState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback.
 
@@ -484,7 +484,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_adaptive(block: Block, state: Block, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
     loads = load_count(block.estimator)

@@ -194,13 +194,13 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def plan_rests(state: SupervisedState, plan: float) -> bool:
     """Tell whether the plan has rested over the period that ends with it now (rad/s)."""
     return plan == 0.0 and state.feedforward.reference == 0.0
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) -> bool:
     """Tell whether the plan has rested over the period, or moved so slowly that friction was held that hinders it."""
     if plan_rests(state, plan):
@@ -212,7 +212,7 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
     return is_held(state.feedforward.friction, state.feedforward.reference, plan, turned)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def unexplained(estimator: EstimatorParameters, state: EstimatorState) -> float:
     """Return the mean squared torque that the model leaves (N^2 m^2), on rows of the reference where there are any.
 
@@ -223,7 +223,7 @@ def unexplained(estimator: EstimatorParameters, state: EstimatorState) -> float:
     return state.levels.squared_error * estimator.torque_scale * estimator.torque_scale
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt, unfit: float
 ) -> tuple[ObserverState, TrustState]:
@@ -273,7 +273,7 @@ def watch(
     return observer, trust
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def unobserved_error(
     block: SupervisedParameters, state: SupervisedState, observer: ObserverState, error: float
 ) -> float:
@@ -289,13 +289,13 @@ def unobserved_error(
     return error + share * state.observer.gain * (observer.response.velocity - error)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def breakaway(estimator: EstimatorState) -> float:
     """Return the friction at which the joint breaks away, N m, as it is identified."""
     return max(estimator.recursion.estimate[COULOMB], estimator.recursion.estimate[STICTION])  # type: ignore[no-any-return]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def left_over(state: SupervisedState, squared: float, unfit: float) -> float:
     """Return the share to which what a model leaves, squared (N^2 m^2), unfit to a share, is a load, or friction."""
     if not noise_known(state.observer.noise):
@@ -304,7 +304,7 @@ def left_over(state: SupervisedState, squared: float, unfit: float) -> float:
     return min(unfit, saturated(squared / (least * least + TINY) - 1.0))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def note_one_way_in_place(
     estimator: EstimatorParameters, old: EstimatorState, new: EstimatorState, duration: float
 ) -> None:
@@ -315,13 +315,13 @@ def note_one_way_in_place(
             loosen_offset_in_place(new.recursion.information, duration, new.scratch.model_gradient)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def fed_torque(fed: Fed, trust: float) -> float:
     """Return the torque that is fed forward when the friction is trusted to a share, N m."""
     return fed.torque - (1.0 - trust) * fed.friction
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def step_supervised(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs
 ) -> tuple[Output, SupervisedState]:
@@ -396,13 +396,13 @@ def step_supervised(
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_supervised(block: SupervisedParameters, state: SupervisedState, row: NDArray[np.float64]) -> None:
     """Write the physical estimates into a row."""
     write_adaptive(block, state, row)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_supervision(block: SupervisedParameters, state: SupervisedState, row: NDArray[np.float64]) -> None:
     """Write trust, observer gain and observed torque that is fed back (N m) into a row."""
     row[0] = state.trust.trust

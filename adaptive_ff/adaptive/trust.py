@@ -131,7 +131,7 @@ def initial_trust(feedback: PIParameters) -> TrustState:
     return TrustState(1.0, initial_loop_response(feedback), line, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_trust(
     state: TrustState,
     feedback: PIParameters,
@@ -199,13 +199,13 @@ def advance_trust(
     return TrustState(trust, response, state.frictions, xx, xy, yy, against, peak, trust)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def trust_by_error(missed: float, xx: float) -> float:
     """Return the bound on trust that the error that there is sets, from the fading sums of :class:`TrustState`."""
     return saturated(2.0 - missed / (MISSED * MISSED * xx + LEAST_ENERGY))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def caution(state: TrustState, slowest: float, learnt: float, memory: float, time: float) -> float:
     """Return the bound on trust and on the observer's gain while little has been learnt.
 
@@ -225,7 +225,7 @@ def caution(state: TrustState, slowest: float, learnt: float, memory: float, tim
     return max(saturated(STEEPNESS * state.peak / slowest - 1.0), saturated(1.0 - time / GRACE))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def soft_bound(state: TrustState, proportional: float, friction: float, time: float) -> float:
     """Return the bound on trust and on the observer's gain where the feedback is soft for the friction.
 
@@ -246,7 +246,7 @@ def soft_bound(state: TrustState, proportional: float, friction: float, time: fl
     return max(saturated(SOFT * reached / friction - SOFTEST), saturated(1.5 - time / SOFT_GRACE))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_friction(state: TrustState, trust: float, friction: float) -> TrustState:
     """Return the state with the trust in force over the coming period and the model's friction (N m) for it."""
     return TrustState(

@@ -43,7 +43,7 @@ def initial_exponential_resetting_state(block: ResettingParameters) -> Estimatio
     return initial_state(block.settings, initial_resetting_state(first, block.floor * np.eye(first.size)))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_with_instrument_in_place(
     block: ResettingParameters, state: EstimationState, error: float, duration: float
 ) -> None:
@@ -66,7 +66,7 @@ def correct_with_instrument_in_place(
         recursion.estimate[i] += recursion.gain[i] * error
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_resetting_in_place(
     block: ResettingParameters,
     state: EstimationState,

@@ -47,7 +47,7 @@ def initial_instrumental_state(block: InstrumentalParameters) -> EstimationState
     return initial_state(block.settings, recursion, instruments=True)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_instrumental_in_place(
     block: InstrumentalParameters,
     state: EstimationState,

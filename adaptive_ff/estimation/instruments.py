@@ -14,7 +14,7 @@ What is left of it then is the model's own change, which follows the noise: over
 """
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def fade_agreement_in_place(
     agreement: NDArray[np.float64], model: NDArray[np.float64], measured: NDArray[np.float64], keep: float
 ) -> None:
@@ -24,7 +24,7 @@ def fade_agreement_in_place(
         agreement[i, 1] = keep * agreement[i, 1] + (1.0 - keep) * model[i] * measured[i]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def gradients_agree(agreement: NDArray[np.float64], unexcited: float) -> bool:
     """Return whether the model's gradient resembles the measured one on the average, in every parameter.
 
@@ -39,7 +39,7 @@ def gradients_agree(agreement: NDArray[np.float64], unexcited: float) -> bool:
     return True
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def choose_instrument_in_place(
     agreement: NDArray[np.float64],
     model: NDArray[np.float64],

@@ -61,7 +61,7 @@ def initial_random_walk_state(block: RandomWalkParameters) -> EstimationState:
     return initial_state(block.settings, RandomWalkState(first.copy(), np.zeros(first.size)))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def walk_in_place(
     spread: NDArray[np.float64], walk: NDArray[np.float64], largest: NDArray[np.float64], duration: float
 ) -> None:
@@ -76,7 +76,7 @@ def walk_in_place(
             spread[i, i] = largest[i] * largest[i]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_random_walk_in_place(
     block: RandomWalkParameters,
     state: EstimationState,

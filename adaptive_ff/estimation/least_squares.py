@@ -31,7 +31,7 @@ def initial_least_squares_state(block: LeastSquaresParameters) -> EstimationStat
     return initial_state(settings, initial_rls_state(settings.first, initial_spread(settings)))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def correct_least_squares_in_place(
     block: LeastSquaresParameters,
     state: EstimationState,

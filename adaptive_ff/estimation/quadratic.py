@@ -5,7 +5,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def quadratic_form(matrix: NDArray[np.float64], vector: NDArray[np.float64], product: NDArray[np.float64]) -> float:
     """Fill in ``M v``, shape (n,), and return ``v' M v``."""
     total = 0.0
@@ -18,7 +18,7 @@ def quadratic_form(matrix: NDArray[np.float64], vector: NDArray[np.float64], pro
     return total
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def take_square_in_place(matrix: NDArray[np.float64], share: float, vector: NDArray[np.float64]) -> None:
     """Take ``share v v'`` from a matrix, shape (n, n)."""
     for i in range(vector.size):

@@ -56,7 +56,7 @@ def initial_resetting_state(first: NDArray[np.float64], information: NDArray[np.
     return ResettingState(first.copy(), information.copy(), np.zeros(size), np.zeros(size), np.zeros((size, size)))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def factor_in_place(matrix: NDArray[np.float64]) -> None:
     """Overwrite the lower triangle of a symmetric positive definite matrix by its Cholesky factor."""
     for i in range(matrix.shape[0]):
@@ -71,7 +71,7 @@ def factor_in_place(matrix: NDArray[np.float64]) -> None:
         matrix[i, i] = math.sqrt(total)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def total_of(vector: NDArray[np.float64]) -> float:
     """Return the sum of a vector: it is not finite where one of its numbers is not."""
     total = 0.0
@@ -80,7 +80,7 @@ def total_of(vector: NDArray[np.float64]) -> float:
     return total
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def solve_in_place(factor: NDArray[np.float64], vector: NDArray[np.float64]) -> None:
     """Overwrite a vector by the solution of the equations whose matrix has the given Cholesky factor."""
     size = vector.size
@@ -96,7 +96,7 @@ def solve_in_place(factor: NDArray[np.float64], vector: NDArray[np.float64]) -> 
         vector[i] = total / factor[i, i]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def move_parameter_in_place(
     factor: NDArray[np.float64], index: int, distance: float, correction: NDArray[np.float64], work: NDArray[np.float64]
 ) -> None:
@@ -144,7 +144,7 @@ def prediction_variance_in_place(state: ResettingState) -> float:
     return total
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def update_resetting_in_place(state: ResettingState, floor: float, keep: float, error: float) -> None:
     """Take one equation into account, of which the instrument is in the state; the estimate is left to the caller.
 

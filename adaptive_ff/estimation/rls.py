@@ -47,7 +47,7 @@ def initial_rls_state(first: NDArray[np.float64], covariance: NDArray[np.float64
     return RLSState(first.copy(), covariance.copy(), np.zeros(first.size))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def trace(matrix: NDArray[np.float64]) -> float:
     """Return the sum of the diagonal of a square matrix."""
     total = 0.0

@@ -16,7 +16,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def update_spread_in_place(
     spread: NDArray[np.float64],
     gain: NDArray[np.float64],

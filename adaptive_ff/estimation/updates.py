@@ -113,7 +113,7 @@ correct_in_place = dispatched(CORRECTIONS, _correct)
 """Correct any estimator's estimate and fill in the gain of the correction."""
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def usable(regressors: NDArray[np.float64], instruments: NDArray[np.float64], output: float) -> bool:
     """Return whether all numbers of an equation are finite, and their squares can be represented."""
     for i in range(regressors.size):
@@ -122,7 +122,7 @@ def usable(regressors: NDArray[np.float64], instruments: NDArray[np.float64], ou
     return abs(output) <= LARGEST_NUMBER
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def count_error(tally: Tally, error: float, predicted: float, keep: float) -> Tally:
     """Count an error in units of the expected one.
 
@@ -139,13 +139,13 @@ def count_error(tally: Tally, error: float, predicted: float, keep: float) -> Ta
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_tally(state: EstimationState, tally: Tally) -> EstimationState:
     """Return the state with another tally; it shares the arrays."""
     return EstimationState(state.recursion, state.agreement, state.spread, state.projected, tally)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def update_in_place(
     block: Any,
     state: EstimationState,

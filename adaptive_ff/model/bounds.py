@@ -52,7 +52,7 @@ def largest_lag(response: float) -> float:
     return max(LARGEST_LAG * response, LARGEST_LAG_AT_LEAST)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_ranges(
     possible: NDArray[np.float64], torque: float, speed: float, ranges: NDArray[np.float64], loads: int = 0
 ) -> None:
@@ -86,14 +86,14 @@ def write_ranges(
         ranges[VISCOUS_ASYMMETRY, 0], ranges[VISCOUS_ASYMMETRY, 1] = -torque / speed, torque / speed
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def confine_in_place(estimate: NDArray[np.float64], ranges: NDArray[np.float64]) -> None:
     """Move an estimate to the nearest possible one, parameter by parameter."""
     for i in range(estimate.size):
         estimate[i] = min(max(estimate[i], ranges[i, 0]), ranges[i, 1])
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def torque_model(
     estimate: NDArray[np.float64],
     lag: float,
@@ -135,7 +135,7 @@ def torque_model(
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -> TorqueModel:
     """Return the model with a presliding distance (rad) and the damping of the bristles (N m)."""
     return TorqueModel(
@@ -154,7 +154,7 @@ def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
     """Return the model with all its friction, but for the offset and the damping of bristles, times a factor."""
     return TorqueModel(
@@ -173,7 +173,7 @@ def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_model(model: TorqueModel, row: NDArray[np.float64], loads: int = 0) -> None:
     """Write the identified parameters of a model into a row of as many as are identified, but for its last, loads."""
     size = row.size - loads

@@ -34,7 +34,7 @@ def initial_loads(count: int) -> NDArray[np.float64]:
     return np.zeros((count, 3))
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_load_in_place(
     load: NDArray[np.float64], pole: float, decay: float, value: float, duration: float, fresh: bool
 ) -> None:
@@ -49,7 +49,7 @@ def advance_load_in_place(
     load[INPUT] = value
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def advance_loads_in_place(
     loads: NDArray[np.float64],
     regressors: NDArray[np.float64],
@@ -91,7 +91,7 @@ def advance_loads_in_place(
         advance_load_in_place(loads[gravity + i], pole, decay, regressors[i], duration, first)
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def write_loads(loads: NDArray[np.float64], row: NDArray[np.float64]) -> None:
     """Write the regressors behind the others of a row: all filtered values, then all derivatives."""
     count = loads.shape[0]
@@ -101,7 +101,7 @@ def write_loads(loads: NDArray[np.float64], row: NDArray[np.float64]) -> None:
         row[first + count + i] = loads[i, SLOPE]
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def load_torque(
     estimate: NDArray[np.float64], loads: NDArray[np.float64], regressors: NDArray[np.float64], angle: float
 ) -> float:

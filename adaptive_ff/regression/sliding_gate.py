@@ -8,7 +8,7 @@ closes at low speed and opens a hold time after.
 from numba.extending import register_jitable
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def sliding_time(
     elapsed: float, velocity: float, reference: float, valid: bool, slowest: float, duration: float
 ) -> float:

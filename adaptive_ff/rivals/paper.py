@@ -142,7 +142,7 @@ def initial_paper_state(block: PaperParameters) -> PaperState:
     )
 
 
-@register_jitable(forceinline=True)
+@register_jitable
 def identified_model(block: PaperParameters, state: PaperState) -> TorqueModel:
     """Return the model as it is identified now."""
     physical = state.physical
