@@ -10,7 +10,17 @@ from adaptive_ff.comparison.drawn_joints import CLASSES
 from adaptive_ff.comparison.matrix.cells import scenario_names
 from adaptive_ff.comparison.windows import Errors, Judgement
 from benchmarks import never_worse
-from benchmarks.never_worse import LIGHT_PEAKS, MAPS, SITUATIONS, asked_of, drawn_cases, named_cases, row_of
+from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, draw_machine
+from benchmarks.never_worse import (
+    LIGHT_PEAKS,
+    MAPS,
+    SITUATIONS,
+    asked_of,
+    drawn_cases,
+    machine_cases,
+    named_cases,
+    row_of,
+)
 
 
 def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
@@ -63,6 +73,20 @@ def test_cases_are_references_of_their_own_and_joints_by_class():
     assert seeds == [101, 102, 103]
     assert {case.name for case in drawn_cases(20, 101)} <= CLASSES.keys()
     assert asked_of("slow_stribeck") == asked_of("up to 0.5 Kp")
+
+
+def test_machines_are_drawn_over_decades_and_each_seed_has_its_own():
+    drawn = [case.scenario for case in machine_cases(60, 101)]
+    assert {scenario.sampling.period for scenario in drawn} == set(PERIODS)
+    assert {scenario.joint.kind for scenario in drawn} == {"stribeck", "lugre", "elasto_plastic"}
+    assert {scenario.reference.kind for scenario in drawn} == {"multisine", "triangle", "point_to_point"}
+    inertias = [scenario.joint.inertia for scenario in drawn]
+    assert INERTIAS[0] <= min(inertias) < 1e-3 * max(inertias) <= 1e-3 * INERTIAS[1]
+    peaks = [np.max(np.abs(scenario.reference_velocity())) for scenario in drawn]
+    assert SPEEDS[0] <= 1.01 * min(peaks) < 0.1 * max(peaks) <= 0.101 * SPEEDS[1]
+    assert draw_machine(101, 3) == drawn[3]
+    assert draw_machine(102, 3) != drawn[3]
+    assert asked_of("machine, lugre") == asked_of("payload_half")
 
 
 def test_command_prints_the_rows_and_writes_them(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
 from adaptive_ff.comparison.windows import judge
+from benchmarks.drawn_machines import draw_machine
 from benchmarks.never_worse import named_scenario, row_of
 
 SEED, DRAWS = 101, 5
@@ -29,6 +30,12 @@ def test_settled_on_joints_that_hunt(draw):
     scenario = draw_scenario(load_scenario(), SEED, draw)
     assert fall_over_gain(scenario) > 5.0
     assert judge(scenario, draws=DRAWS).settled >= 0.95
+
+
+@pytest.mark.parametrize("draw", range(8))
+def test_on_machines_of_other_sizes_speeds_and_rates(draw):
+    scenario = draw_machine(SEED, draw)
+    assert missed("machine", scenario) == []
 
 
 @pytest.mark.parametrize(

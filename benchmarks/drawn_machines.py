@@ -1,0 +1,121 @@
+"""Machines drawn at random over decades of size, speed and sampling rate: none is built around the built-in joint."""
+
+import math
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from adaptive_ff import Scenario
+
+PERIODS = (0.02, 0.01, 0.005, 0.002, 0.001)
+"""Sampling periods, s."""
+
+INERTIAS = (0.003, 100.0)
+"""Smallest and largest inertia, kg m^2."""
+
+SPEEDS = (0.05, 20.0)
+"""Smallest and largest peak of the plan, rad/s."""
+
+TEMPOS = (0.1, 0.6)
+"""Slowest and fastest plan: its peak acceleration over its peak speed, by 2 pi, Hz."""
+
+FRICTION = (0.2, 20.0)
+"""Smallest and largest Coulomb friction over the torque of the inertia at that acceleration."""
+
+PRESLIDING = (3e-4, 3e-2)
+"""Smallest and largest way before a joint with bristles slides, in seconds of the peak speed."""
+
+LAGS = (0.002, 0.05)
+"""Shortest and longest lag of friction, s, of two joints of three."""
+
+NOISE = (2e-4, 8e-3)
+"""Least and largest noise of the measured velocity over the peak speed; or a count of the encoder a period."""
+
+BANDWIDTHS = (0.04, 0.1)
+"""Smallest and largest bandwidth of the loop over the sampling rate, without delay."""
+
+DELAYS = {0: 1.0, 1: 0.45, 2: 0.3}
+"""Periods of delay of the drive, and the share of the bandwidth that they leave."""
+
+LONGEST_STEP = 1e-3
+"""Step of the simulated joint, s, about; shorter where its friction asks for it."""
+
+KINDS = ("stribeck", "lugre", "elasto_plastic")
+"""Kinds of friction, as often the one as the other."""
+
+
+def draw_machine(seed: int, draw: int) -> Scenario:
+    """Return a machine, what is told of it, and a plan for it.
+
+    Told are its inertia (off by up to 1.25), the delay of its drive, and a Stribeck velocity (off by up to 2, with a
+    shape of 1 where half the machines have 2).
+    """
+    generator = np.random.default_rng([seed, draw])
+
+    def wide(bounds: tuple[float, float]) -> float:
+        return float(np.exp(generator.uniform(*np.log(bounds))))
+
+    def choice(values: Any) -> Any:
+        return values[generator.integers(len(values))]
+
+    period, inertia, peak, tempo, kind = choice(PERIODS), wide(INERTIAS), wide(SPEEDS), wide(TEMPOS), choice(KINDS)
+    torque = inertia * 2.0 * math.pi * tempo * peak
+    coulomb = wide(FRICTION) * torque
+    stiction, viscous = float(generator.uniform(1.0, 1.8)) * coulomb, float(generator.uniform(0.0, 1.5)) * coulomb
+    stribeck_velocity, way, lag = (
+        peak * wide((0.03, 0.4)),
+        peak * wide(PRESLIDING),
+        choice((0.0, 1.0, 1.0)) * wide(LAGS),
+    )
+    delay, noise = choice(tuple(DELAYS)), peak * wide(NOISE)
+    bandwidth = float(generator.uniform(*BANDWIDTHS)) / period * DELAYS[delay]
+    joint = {
+        "kind": kind,
+        "inertia": inertia,
+        "coulomb": coulomb,
+        "stiction": stiction,
+        "viscous": viscous / peak,
+        "stribeck_velocity": stribeck_velocity,
+        "stribeck_shape": choice((1.0, 2.0)),
+    }
+    joint |= {"stiffness": coulomb / way} if kind == "lugre" else {"friction_lag": lag}
+    joint |= {"presliding": way} if kind == "elasto_plastic" else {}
+    sensor = choice(({"velocity_noise": noise}, {"velocity_noise": noise}, {"encoder_resolution": noise * period}))
+    plans: list[dict[str, Any]] = [
+        {
+            "kind": "multisine",
+            "peak": peak,
+            "frequencies": [2.5 * tempo * each for each in (0.03, 0.11, 0.23, 0.41, 1.0)],
+            "amplitudes": [0.12, 0.1, 0.08, 0.06, 0.03],
+        },
+        {"kind": "triangle", "peak": peak, "period": 4.0 / (2.0 * math.pi * tempo)},
+        {
+            "kind": "point_to_point",
+            "distance": peak * 1.5 / tempo,
+            "speed": peak,
+            "acceleration": 2.0 * math.pi * tempo * peak,
+            "dwell": 0.5 / tempo,
+        },
+    ]
+    strength = 3.0 * (stiction + viscous + 4.0 * torque) + 60.0 * math.pi * inertia * bandwidth * noise
+    table = {
+        "duration": 60.0,
+        "seed": draw,
+        "sampling": {"period": period},
+        "sensor": sensor,
+        "velocity": {"cutoff": min(5.0 * bandwidth, 0.4 / period)},
+        "actuator": {"torque_limit": strength, "delay": delay * period},
+        "reference": choice(plans),
+        "feedback": {"inertia": inertia * wide((0.8, 1.25)), "bandwidth": bandwidth},
+        "adaptation": {"stribeck_velocity": stribeck_velocity * wide((0.5, 2.0))},
+        "fixed": {"inertia": inertia, "coulomb": coulomb, "viscous": viscous / peak},
+    }
+    parts = math.ceil(period / LONGEST_STEP + 3.0)
+    while True:
+        try:
+            return Scenario(**table, joint={**joint, "solver_period": period / parts})
+        except ValidationError as error:
+            if "solver_period" not in str(error) or parts > 1000:
+                raise
+            parts *= 2
