@@ -23,6 +23,9 @@ TEMPOS = (0.1, 0.6)
 FRICTION = (0.2, 20.0)
 """Smallest and largest Coulomb friction over the torque of the inertia at that acceleration."""
 
+STRIBECK_VELOCITIES = (0.03, 0.4)
+"""Smallest and largest Stribeck velocity over the peak speed."""
+
 PRESLIDING = (3e-4, 3e-2)
 """Smallest and largest way before a joint with bristles slides, in seconds of the peak speed."""
 
@@ -63,11 +66,8 @@ def draw_machine(seed: int, draw: int) -> Scenario:
     torque = inertia * 2.0 * math.pi * tempo * peak
     coulomb = wide(FRICTION) * torque
     stiction, viscous = float(generator.uniform(1.0, 1.8)) * coulomb, float(generator.uniform(0.0, 1.5)) * coulomb
-    stribeck_velocity, way, lag = (
-        peak * wide((0.03, 0.4)),
-        peak * wide(PRESLIDING),
-        choice((0.0, 1.0, 1.0)) * wide(LAGS),
-    )
+    stribeck_velocity, way = peak * wide(STRIBECK_VELOCITIES), peak * wide(PRESLIDING)
+    lag = choice((0.0, 1.0, 1.0)) * wide(LAGS)
     delay, noise = choice(tuple(DELAYS)), peak * wide(NOISE)
     bandwidth = float(generator.uniform(*BANDWIDTHS)) / period * DELAYS[delay]
     joint = {

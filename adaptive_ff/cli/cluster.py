@@ -37,7 +37,7 @@ def workers(scheduler: str | None) -> Iterator[Executor | None]:
     try:
         make: Any = distributed.Client
         client = make(scheduler, timeout=PATIENCE)
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, AssertionError) as error:  # the last where its own loop does not begin
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
             f"--scheduler = {scheduler} is not allowed: it must be the address of a running Dask scheduler ({reason})"

@@ -7,6 +7,7 @@ import pytest
 from adaptive_ff import load_scenario
 from adaptive_ff.cli import cluster
 from adaptive_ff.comparison import drawn_joints
+from adaptive_ff.errors import InputError
 from tests.helpers.command_line import run_command_line
 
 distributed = pytest.importorskip("distributed")
@@ -63,3 +64,15 @@ def test_scheduler_that_does_not_answer_is_refused_in_one_line(command, address,
     message = [line for line in done.messages if "--scheduler" in line]
     assert len(message) == 1
     assert f"--scheduler = {address} is not allowed" in message[0]
+
+
+def test_client_that_does_not_begin_is_an_error_in_one_line(monkeypatch):
+    def stalled(address, timeout):
+        assert not address  # as its own thread leaves it that has not begun in time
+
+    monkeypatch.setattr(distributed, "Client", stalled)
+    with (
+        pytest.raises(InputError, match="--scheduler = tcp://there:1 is not allowed"),
+        cluster.workers("tcp://there:1"),
+    ):
+        pass
