@@ -3,6 +3,7 @@
 import copy
 import json
 import math
+import operator
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -29,6 +30,9 @@ COLUMNS = Inputs._fields
 
 OPTIONAL = (*(name for name in COLUMNS if name not in ("reference", "velocity", "dt")), "regressors")
 """Inputs that a step may do without."""
+
+ADDED = ("correction", "feedforward")
+"""Inputs that are nothing by default; the others but the period are not known then."""
 
 MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
 """Inputs that need not be finite, joint by joint: then they are not known."""
@@ -83,6 +87,11 @@ class JointGroup:
         self.period = periods.pop()
         self._regressors = JointRegressors(self.joints, preceding)
         self._compiled = compiles()
+        self._rows = np.full((len(self.joints), len(COLUMNS) + len(Output._fields)), math.nan)
+        self._rows[:, [COLUMNS.index(name) for name in ADDED]] = 0.0
+        self._rows[:, COLUMNS.index("dt")] = self.period
+        self._blocks: list[Any] = [None] * len(self.joints)
+        self._places = np.empty((len(self.joints), 3), dtype=np.intp)
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Self:
@@ -180,22 +189,15 @@ class JointGroup:
             its inertia or ``dt`` not positive and finite, or its regressors are not as many as it takes or beyond 1e6
             in size. The message names the joint; nothing has been changed then, and no joint has been stepped.
         """
-        given = {
-            "reference": reference,
-            "velocity": velocity,
-            "next_reference": math.nan if next_reference is None else next_reference,
-            "correction": correction,
-            "position": math.nan if position is None else position,
-            "realised_torque": math.nan if realised_torque is None else realised_torque,
-            "feedforward": feedforward,
-            "inertia": math.nan if inertia is None else inertia,
-            "dt": self.period if dt is None else dt,
-        }
-        rows = np.empty((len(self._controllers), len(COLUMNS) + len(Output._fields)))
-        for place, name in enumerate(COLUMNS):
-            may_be_unknown = name in MAY_BE_UNKNOWN or (name == "inertia" and inertia is None)
-            rows[:, place] = self._checked(name, given[name], may_be_unknown)
-        self._regressors.place(rows[:, COLUMNS.index("position")], self._regressors.checked(regressors))
+        rows = self._rows.copy()
+        given = (reference, velocity, next_reference, correction, position, realised_torque, feedforward, inertia, dt)
+        for place, (name, values) in enumerate(zip(COLUMNS, given, strict=True)):
+            stands = values is None or (isinstance(values, float) and values == 0.0 and name in ADDED)
+            if name == "reference" or not stands:
+                rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
+        further = self._regressors.checked(regressors)
+        if self._regressors.forms or regressors is not None:
+            self._regressors.place(rows[:, COLUMNS.index("position")], further)
         if self._compiled:
             step_group(self._addresses(), rows)
             return rows[:, len(COLUMNS)].copy()
@@ -205,7 +207,10 @@ class JointGroup:
 
     def _addresses(self) -> NDArray[np.intp]:
         blocks = [controller.native for controller in self._controllers]
-        return np.array([(block.step, block.parameters, block.state) for block in blocks], dtype=np.intp)
+        if any(map(operator.is_not, blocks, self._blocks)):
+            found = [(block.step, block.parameters, block.state) for block in blocks]
+            self._blocks, self._places = blocks, np.array(found, dtype=np.intp)
+        return self._places
 
     def _checked(self, name: str, values: ArrayLike, may_be_unknown: bool) -> Array | float:
         array: Array | float = values if isinstance(values, float) else self._shaped(name, values)
