@@ -190,7 +190,8 @@ class JointGroup:
             in size. The message names the joint; nothing has been changed then, and no joint has been stepped.
         """
         rows = self._rows.copy()
-        given = (reference, velocity, next_reference, correction, position, realised_torque, feedforward, inertia, dt)
+        given: Any = (reference, velocity, next_reference, correction, position)
+        given += (realised_torque, feedforward, inertia, dt)
         for place, (name, values) in enumerate(zip(COLUMNS, given, strict=True)):
             stands = values is None or (isinstance(values, float) and values == 0.0 and name in ADDED)
             if name == "reference" or not stands:
@@ -201,8 +202,8 @@ class JointGroup:
         if self._compiled:
             step_group(self._addresses(), rows)
             return rows[:, len(COLUMNS)].copy()
-        given = rows[:, : len(COLUMNS)].tolist()
-        pairs = zip(self._controllers, given, strict=True)
+        inputs = rows[:, : len(COLUMNS)].tolist()
+        pairs = zip(self._controllers, inputs, strict=True)
         return np.array([controller.step_plain(Inputs(*row)).torque for controller, row in pairs])
 
     def _addresses(self) -> NDArray[np.intp]:

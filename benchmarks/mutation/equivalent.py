@@ -32,11 +32,6 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "if False:",
     ): "a short cut: nothing is done for no load",
     (
-        "controllers.pi.feed_back",
-        "if valid:",
-        "if True:",
-    ): "without a measurement the error is zero",
-    (
         "plant.step.step_ready_joint",
         "if free_velocity < 0.0:",
         "if free_velocity <= 0.0:",
