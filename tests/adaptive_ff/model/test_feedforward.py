@@ -12,6 +12,7 @@ from adaptive_ff.model.feedforward import (
     BENT_FADING,
     FADING,
     HELD,
+    TURNED,
     FeedforwardState,
     exchange_model,
     feedforward_parts,
@@ -313,6 +314,12 @@ def test_exchanged_model_at_rest_changes_nothing_and_in_motion_what_friction_cha
         change = model_friction(new, abs(reference)) - model_friction(old, abs(reference))
         assert found.friction == pytest.approx(33.0 + math.copysign(change, reference), rel=1e-12)
         assert found[1:] == state[1:]
+
+
+@pytest.mark.parametrize("inertia", [0.003, 0.5, 1.0, 20.0])
+def test_friction_turns_at_a_speed_that_it_gives_the_joint_in_a_share_of_a_period(inertia):
+    assert turning_speed(60.0, inertia, 0.01) == pytest.approx(TURNED * 60.0 * 0.01 / inertia, rel=1e-12)
+    assert turning_speed(60.0, 0.0, 0.01) == 0.0
 
 
 SLOW = turning_speed(MODEL.coulomb, MODEL.inertia, PERIOD)
