@@ -18,7 +18,7 @@ SPEEDS = (0.05, 20.0)
 """Smallest and largest peak of the plan, rad/s."""
 
 TEMPOS = (0.1, 0.6)
-"""Slowest and fastest plan: its peak acceleration over its peak speed, by 2 pi, Hz."""
+"""Slowest and fastest plan: its peak acceleration over its peak speed, by 2 pi, Hz; of sines about 0.6 of that."""
 
 FRICTION = (0.2, 20.0)
 """Smallest and largest Coulomb friction over the torque of the inertia at that acceleration."""
@@ -30,7 +30,7 @@ PRESLIDING = (3e-4, 3e-2)
 """Smallest and largest way before a joint with bristles slides, in seconds of the peak speed."""
 
 LAGS = (0.002, 0.05)
-"""Shortest and longest lag of friction, s, of two joints of three."""
+"""Shortest and longest lag of friction, s, of two joints of three that are not LuGre's."""
 
 NOISE = (2e-4, 8e-3)
 """Least and largest noise of the measured velocity over the peak speed; or a count of the encoder a period."""
@@ -52,7 +52,7 @@ def draw_machine(seed: int, draw: int) -> Scenario:
     """Return a machine, what is told of it, and a plan for it.
 
     Told are its inertia (off by up to 1.25), the delay of its drive, and a Stribeck velocity (off by up to 2, with a
-    shape of 1 where half the machines have 2).
+    shape of 1 where half the machines have 2). Noise and phases of the plan are those of the draw, with any seed.
     """
     generator = np.random.default_rng([seed, draw])
 

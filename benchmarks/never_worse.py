@@ -163,7 +163,7 @@ def judge_case(case: Case, controller: str, draws: int) -> Judgement:
 
 
 def asked_of(name: str) -> Asked:
-    """Return what is asked of a situation or of a class of drawn joints."""
+    """Return what is asked of a situation, of a class of drawn joints or of drawn machines."""
     if name in CLASSES and CLASSES[name] >= STEEPEST_WITH_WINDOWS:
         return Asked(window=np.inf)
     return SITUATIONS.get(name, Asked())

@@ -74,7 +74,8 @@ class EntryLibrary(JITCodeLibrary):
 
     def finalize(self) -> None:
         """Link all kernels, optimise the whole and make machine code of it."""
-        _link_with_callees(self._final_module, self._linking_libraries)
+        for library in _link_with_callees(self._final_module, self._linking_libraries):
+            self._reload_init.update(library._reload_init)
         self._linking_libraries = []
         super().finalize()  # type: ignore[no-untyped-call]
 
@@ -85,8 +86,8 @@ class EntryLibrary(JITCodeLibrary):
         manager.run(self._final_module, *builder)
 
 
-def _link_with_callees(module: Any, libraries: list[Any]) -> None:
-    """Link libraries into a module, and all that the kernels among them call, each once."""
+def _link_with_callees(module: Any, libraries: list[Any]) -> set[Any]:
+    """Link libraries into a module, and all that the kernels among them call, each once; return them."""
     seen: set[Any] = set()
     waiting = list(reversed(libraries))
     while waiting:
@@ -94,11 +95,13 @@ def _link_with_callees(module: Any, libraries: list[Any]) -> None:
         if library in seen:
             continue
         seen.add(library)
-        if isinstance(library, KernelLibrary):
+        # what was loaded from disk, or linked for numba's own compiler, is complete already
+        if isinstance(library, KernelLibrary) and library._shared_module is None:
             module.link_in(library.module, preserve=True)
             waiting.extend(reversed(library._linking_libraries))
         else:
             module.link_in(library._get_module_for_linking(), preserve=True)
+    return seen
 
 
 class EntryCompiler(Compiler):

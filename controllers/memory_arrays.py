@@ -24,11 +24,13 @@ class ArrayInMemory(types.Type):
         Type of its numbers.
     ndim : int
         Number of dimensions.
+    mutable : bool
+        Whether elements may be written.
     """
 
-    def __init__(self, dtype: Any, ndim: int) -> None:
-        self.dtype, self.ndim = dtype, ndim
-        super().__init__(f"ArrayInMemory({dtype}, {ndim})")
+    def __init__(self, dtype: Any, ndim: int, mutable: bool) -> None:
+        self.dtype, self.ndim, self.mutable = dtype, ndim, mutable
+        super().__init__(f"ArrayInMemory({dtype}, {ndim}{'' if mutable else ', read only'})")
 
 
 def type_in_memory(value: Any) -> Any:
@@ -47,7 +49,7 @@ def type_in_memory(value: Any) -> Any:
         return kind
     if kind.layout != "C" or not kind.aligned:
         raise ValueError(f"array of shape {value.shape} is not allowed: it must be contiguous and aligned")
-    return ArrayInMemory(kind.dtype, kind.ndim)
+    return ArrayInMemory(kind.dtype, kind.ndim, kind.mutable)
 
 
 @register_model(ArrayInMemory)
@@ -118,7 +120,7 @@ class _GetItem(AbstractTemplate):
         if place is None:
             return None
         left = _left(kind, place)
-        return signature(ArrayInMemory(kind.dtype, left) if left else kind.dtype, kind, place)
+        return signature(ArrayInMemory(kind.dtype, left, kind.mutable) if left else kind.dtype, kind, place)
 
 
 @infer_global(operator.setitem)
@@ -126,7 +128,9 @@ class _SetItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         kind, index, _ = args
         place = _index(kind, index) if isinstance(kind, ArrayInMemory) else None
-        return None if place is None or _left(kind, place) else signature(types.none, kind, place, kind.dtype)
+        if place is None or _left(kind, place) or not kind.mutable:
+            return None
+        return signature(types.none, kind, place, kind.dtype)
 
 
 def _first(context: Any, builder: Any, kind: Any, value: Any, place: Any, index: Any) -> Any:
@@ -148,13 +152,14 @@ def _get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     kind, place = sig.args
     first = _first(context, builder, kind, args[0], place, args[1])
     if not isinstance(sig.return_type, ArrayInMemory):
-        return builder.load(first)
+        return context.unpack_value(builder, kind.dtype, first)
     shape = _shape(context, builder, kind, args[0])[-sig.return_type.ndim :]
     return packed_array(context, builder, sig.return_type, first, *shape)
 
 
 def _set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    builder.store(args[2], _first(context, builder, sig.args[0], args[0], sig.args[1], args[1]))
+    kind, place, dtype = sig.args
+    context.pack_value(builder, dtype, args[2], _first(context, builder, kind, args[0], place, args[1]))
     return context.get_dummy_value()
 
 

@@ -54,7 +54,7 @@ class Memory:
     def value(self, value: Any) -> None:
         self._template = value  # keeps the arrays alive, too
         words: list[Any] = []
-        self._arrays: dict[int, np.ndarray[Any, Any]] = {}
+        self._arrays: dict[tuple[int, ...], np.ndarray[Any, Any]] = {}
         _spread(value, words, self._arrays)
         self._format.pack_into(self._buffer, 0, *words)
 
@@ -86,7 +86,7 @@ def _layout(value: Any) -> np.dtype[Any]:
         fields = [(f"f{place}", _layout(item)) for place, item in enumerate(value)]
         return np.dtype(fields, align=True)
     if isinstance(value, np.ndarray):
-        return np.dtype([("descriptor", POINTER, (1 + value.ndim,))], align=True)
+        return np.dtype([("array", POINTER, (1 + value.ndim,))], align=True)
     return NUMBERS[_number(value)]
 
 
@@ -119,24 +119,23 @@ def _format(places: list[tuple[str, int]]) -> str:
     return "".join(parts)
 
 
-def _spread(value: Any, words: list[Any], arrays: dict[int, np.ndarray[Any, Any]]) -> None:
-    """Append the numbers of a value and the descriptors of its arrays, in order; collect the arrays by address."""
+def _spread(value: Any, words: list[Any], arrays: dict[tuple[int, ...], np.ndarray[Any, Any]]) -> None:
+    """Append numbers, and places and shapes of arrays, in order; collect the arrays by these."""
     if isinstance(value, tuple):
         for item in value:
             _spread(item, words, arrays)
     elif isinstance(value, np.ndarray):
-        address = value.ctypes.data
-        words += (address, *value.shape)
-        arrays[address] = value
+        place = (value.ctypes.data, *value.shape)
+        words += place
+        arrays[place] = value
     else:
         words.append(value)
 
 
-def _rebuilt(template: Any, words: Iterator[Any], arrays: dict[int, Any]) -> Any:
+def _rebuilt(template: Any, words: Iterator[Any], arrays: dict[tuple[int, ...], Any]) -> Any:
     if isinstance(template, tuple):
         items = [_rebuilt(item, words, arrays) for item in template]
         return type(template)(*items) if hasattr(template, "_fields") else tuple(items)
     if isinstance(template, np.ndarray):
-        descriptor = [next(words) for _ in range(1 + template.ndim)]
-        return arrays[descriptor[0]]
+        return arrays[tuple(next(words) for _ in range(1 + template.ndim))]
     return next(words)

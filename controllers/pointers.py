@@ -50,7 +50,7 @@ def call(typing: Any, address: Any, parameters: Any, state: Any, numbers: Any, c
 @typed_intrinsic
 def row_at(typing: Any, pointer: Any, count: Any) -> Any:
     """Return numbers at a pointer as an array, without a copy."""
-    kind = ArrayInMemory(types.float64, 1)
+    kind = ArrayInMemory(types.float64, 1, True)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return packed_array(context, builder, kind, *arguments)

@@ -32,7 +32,7 @@ OPTIONAL = (*(name for name in COLUMNS if name not in ("reference", "velocity", 
 """Inputs that a step may do without."""
 
 ADDED = ("correction", "feedforward")
-"""Inputs that are nothing by default; the others but the period are not known then."""
+"""Inputs that are nothing by default; the other optional ones are not known then."""
 
 MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
 """Inputs that need not be finite, joint by joint: then they are not known."""
@@ -89,7 +89,6 @@ class JointGroup:
         self._compiled = compiles()
         self._rows = np.full((len(self.joints), len(COLUMNS) + len(Output._fields)), math.nan)
         self._rows[:, [COLUMNS.index(name) for name in ADDED]] = 0.0
-        self._rows[:, COLUMNS.index("dt")] = self.period
         self._blocks: list[Any] = [None] * len(self.joints)
         self._places = np.empty((len(self.joints), 3), dtype=np.intp)
 
@@ -191,10 +190,10 @@ class JointGroup:
         """
         rows = self._rows.copy()
         given: Any = (reference, velocity, next_reference, correction, position)
-        given += (realised_torque, feedforward, inertia, dt)
+        given += (realised_torque, feedforward, inertia, self.period if dt is None else dt)
         for place, (name, values) in enumerate(zip(COLUMNS, given, strict=True)):
-            stands = values is None or (isinstance(values, float) and values == 0.0 and name in ADDED)
-            if name == "reference" or not stands:
+            stands = values is None and name in OPTIONAL and name not in ADDED
+            if not stands and not (isinstance(values, float) and values == 0.0 and name in ADDED):
                 rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
         further = self._regressors.checked(regressors)
         if self._regressors.forms or regressors is not None:

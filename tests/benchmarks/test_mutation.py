@@ -1,11 +1,15 @@
 """Small faults in kernels: those that are called equivalent are ones that are made."""
 
-from benchmarks.mutation.__main__ import kernels
+import importlib
+
+import pytest
+
 from benchmarks.mutation.equivalent import EQUIVALENT
 from benchmarks.mutation.operators import mutants
 
 
-def test_every_equivalent_mutant_is_one_of_those_that_are_made():
-    made = {mutant.key for function in kernels().values() for mutant in mutants(function)}
-    assert len(made) > 1000
-    assert EQUIVALENT.keys() - made == set()
+@pytest.mark.parametrize("name", sorted({name for name, _, _ in EQUIVALENT}))
+def test_every_equivalent_mutant_is_one_of_those_that_are_made(name):
+    module, function = name.rsplit(".", 1)
+    made = {mutant.key for mutant in mutants(getattr(importlib.import_module(module), function))}
+    assert {key for key in EQUIVALENT if key[0] == name} <= made

@@ -1,5 +1,9 @@
 """Kernels are compiled once for all entry points that call them, and for functions that numba alone compiles."""
 
+import os
+import subprocess
+import sys
+
 import numba
 from numba.extending import register_jitable
 
@@ -24,10 +28,44 @@ def uppermost(number):
 def test_kernel_of_an_entry_point_serves_another_and_a_function_of_the_user():
     assert compiled_in_place(lambda number: uppermost(number))(3.0) == 13.0
     assert compiled(lambda number: between(number) * uppermost(number))(3.0) == 7.0 * 13.0
-    assert numba.njit(lambda number: uppermost(number) - between(number))(3.0) == 6.0
+    of_the_user = numba.njit(error_model="numpy")  # the same, else kernels would be compiled anew
+    assert of_the_user(lambda number: uppermost(number) - between(number))(3.0) == 6.0
 
 
 def test_entry_point_calls_a_function_that_numba_has_compiled():
     own = numba.njit(lambda number: uppermost(number) + 0.5)
     assert own(4.0) == 17.5
     assert compiled_in_place(lambda number: own(number) + deepest(number))(4.0) == 25.5
+
+
+SCRIPT = """
+import sys
+import numba
+from numba.extending import register_jitable
+from controllers.compiled import compiled_in_place
+
+@register_jitable
+def kernel(number):
+    return 2.0 * number
+
+@numba.njit(cache=True)
+def callee(number):
+    return kernel(number) + 0.5
+
+@compiled_in_place
+def entry(number):
+    return callee(number) + 1.0
+
+print({"callee": callee, "entry": entry}[sys.argv[1]](4.0))
+"""
+
+
+def test_callee_that_was_loaded_from_disk_is_part_of_what_is_saved(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
+    for which, expected in (("callee", "8.5"), ("entry", "9.5"), ("entry", "9.5")):
+        done = subprocess.run(
+            [sys.executable, str(script), which], env=environment, capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stdout.strip()) == (0, expected), done.stderr

@@ -12,6 +12,7 @@ from tests.helpers.in_memory import run_in_memory
 
 class Tables(NamedTuple):
     line: np.ndarray
+    flags: np.ndarray
     counts: np.ndarray
     matrix: np.ndarray
     cube: np.ndarray
@@ -19,7 +20,11 @@ class Tables(NamedTuple):
 
 def made():
     return Tables(
-        np.arange(1.0, 6.0), np.arange(10, 13), np.arange(12.0).reshape(3, 4), np.arange(24.0).reshape(2, 3, 4)
+        np.arange(1.0, 6.0),
+        np.array([True, False, True]),
+        np.arange(10, 13),
+        np.arange(12.0).reshape(3, 4),
+        np.arange(24.0).reshape(2, 3, 4),
     )
 
 
@@ -30,6 +35,8 @@ def elements(tables, i, j):
         tables.line[-1],
         tables.line[-i],
         tables.counts[i],
+        not tables.flags[i],
+        1 if tables.flags[2] else 2,
         tables.matrix[1, 2],
         tables.matrix[i, j],
         tables.matrix[-1, -j],
@@ -77,6 +84,7 @@ def write(tables, i, value):
     tables.line[0] = value
     tables.line[-1] = 2.0 * value
     tables.counts[i] = 7
+    tables.flags[0] = tables.line[1] < 0.0
     tables.matrix[i, 3] = 3.0 * value
     tables.cube[1][i][2] = 4.0 * value
     tables.cube[0, i, -1] += 1
@@ -112,6 +120,14 @@ def test_row_is_not_written_by_a_number():
 
     with pytest.raises(TypingError):
         run_in_memory(write_row, made())
+
+
+def test_array_that_must_not_be_written_is_not():
+    tables = made()
+    tables.line.setflags(write=False)
+    assert run_in_memory(elements, tables, 1, 2) == elements(made(), 1, 2)
+    with pytest.raises(TypingError):
+        run_in_memory(write, tables, 2, 0.5)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 """Functions compiled for what lies in memory, as the kernels of a controller are."""
 
-from controllers.compiled import compiled_in_place
+import numba
+
+from controllers.kernel_compiler import EntryCompiler
 from controllers.memory_arrays import type_in_memory
 from controllers.memory_layout import Memory
 from controllers.pointers import typed_intrinsic
@@ -20,9 +22,10 @@ def run_in_memory(function, value, *arguments):
 
         return kind(address), generate
 
-    body = compiled_in_place(function)
+    uncached = numba.njit(error_model="numpy", _nrt=False, pipeline_class=EntryCompiler)
+    body = uncached(function)
 
     def entry(address, *others):
         return body(at(address), *others)
 
-    return compiled_in_place(entry)(Memory(value).address, *arguments)
+    return uncached(entry)(Memory(value).address, *arguments)

@@ -162,6 +162,9 @@ def test_wrong_inputs_step_no_joint():
         group.step([0.1, 0.1], [0.0, 0.0], inertia=[0.0, 1.0])
     with pytest.raises(ValueError, match=r"^dt of shoulder = -1.0 is not allowed"):
         group.step([0.1, 0.1], [0.0, 0.0], dt=-1.0)
+    for name in ("reference", "correction", "feedforward"):
+        with pytest.raises(ValueError, match=rf"^{name} of shoulder = nan is not allowed: it must be a finite number"):
+            group.step(**{"reference": [0.1, 0.1], "velocity": [0.0, 0.0], name: None})
     with pytest.raises(ValueError, match=r"^velocity of elbow = nan is not allowed"):
         group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, math.nan])
     with pytest.raises(ValueError, match=r"^torque has shape \(3,\); it must be \(2,\)"):
