@@ -75,7 +75,8 @@ class EntryLibrary(JITCodeLibrary):
     def finalize(self) -> None:
         """Link all kernels, optimise the whole and make machine code of it."""
         for library in _link_with_callees(self._final_module, self._linking_libraries):
-            self._reload_init.update(library._reload_init)
+            for name in getattr(library, "_reload_init", ()):  # of which older versions of numba know nothing
+                self._reload_init.add(name)
         self._linking_libraries = []
         super().finalize()  # type: ignore[no-untyped-call]
 
