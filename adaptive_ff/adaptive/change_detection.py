@@ -38,7 +38,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimation.quadratic import quadratic_form, take_square_in_place
+from adaptive_ff.estimation.quadratic import quadratic_form, take_square_in_place, write_unit_in_place
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET
 
 JUMP = 6.0
@@ -424,7 +424,6 @@ def forget_offset_in_place(
     """Forget the offset, but for what the short window holds; arguments as of :func:`forget_friction_in_place`."""
     if scale.size - loads > OFFSET:
         direction = work[0]
-        for k in range(direction.size):
-            direction[k] = 1.0 if k == OFFSET else 0.0
+        write_unit_in_place(direction, OFFSET)
         size = scale[OFFSET] / unit
         release_in_place(information, direction, share * (size * size), work[1])

@@ -34,6 +34,9 @@ OPTIONAL = (*(name for name in COLUMNS if name not in ("reference", "velocity", 
 ADDED = ("correction", "feedforward")
 """Inputs that are nothing by default; the other optional ones are not known then."""
 
+DEFAULTS = tuple(0.0 if name in ADDED else None if name in OPTIONAL else object() for name in COLUMNS)
+"""What a step is given of each column where it is left out; of those that cannot be, what nobody can give."""
+
 MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
 """Inputs that need not be finite, joint by joint: then they are not known."""
 
@@ -191,13 +194,11 @@ class JointGroup:
         rows = self._rows.copy()
         given: Any = (reference, velocity, next_reference, correction, position)
         given += (realised_torque, feedforward, inertia, self.period if dt is None else dt)
-        for place, (name, values) in enumerate(zip(COLUMNS, given, strict=True)):
-            stands = values is None and name in OPTIONAL and name not in ADDED
-            if not stands and not (isinstance(values, float) and values == 0.0 and name in ADDED):
-                rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
-        further = self._regressors.checked(regressors)
-        if self._regressors.forms or regressors is not None:
-            self._regressors.place(rows[:, COLUMNS.index("position")], further)
+        for place, (name, default, values) in enumerate(zip(COLUMNS, DEFAULTS, given, strict=True)):
+            if values is default or (isinstance(values, float) and values == default):
+                continue  # the row has it
+            rows[:, place] = self._checked(name, values, name in MAY_BE_UNKNOWN)
+        self._regressors.place(rows[:, COLUMNS.index("position")], self._regressors.checked(regressors))
         if self._compiled:
             step_group(self._addresses(), rows)
             return rows[:, len(COLUMNS)].copy()

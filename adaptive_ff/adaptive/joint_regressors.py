@@ -104,9 +104,10 @@ class JointRegressors:
         A sum with an unknown position is unknown: the joints that it concerns hold their last one. Positions of motors
         are summed as angles of their joints, and handed on as the controller takes them.
         """
-        for controller, formed, vector in zip(self._controllers, self._formed, given, strict=True):
-            if vector is not None:
-                write_finite(controller.regressors[formed:], vector)
+        if given is not self._none:
+            for controller, formed, vector in zip(self._controllers, self._formed, given, strict=True):
+                if vector is not None:
+                    write_finite(controller.regressors[formed:], vector)
         if not self.forms:
             return
         own = position / self._gear_ratios

@@ -1,8 +1,15 @@
-"""Product of a symmetric matrix and a vector, the quadratic form, and what a square of a vector takes from a matrix."""
+"""A vector of one parameter alone, the quadratic form of a matrix, and what a square of a vector takes from it."""
 
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
+
+
+@register_jitable
+def write_unit_in_place(vector: NDArray[np.float64], index: int) -> None:
+    """Write the vector, shape (n,), that is one at an index and zero elsewhere."""
+    for k in range(vector.size):
+        vector[k] = 1.0 if k == index else 0.0
 
 
 @register_jitable

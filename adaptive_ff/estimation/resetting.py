@@ -23,6 +23,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.estimation.quadratic import write_unit_in_place
 from controllers.arrays import MutableArray
 
 
@@ -117,8 +118,7 @@ def move_parameter_in_place(
     work : ndarray, shape (n,)
         Scratch.
     """
-    for k in range(work.size):
-        work[k] = 1.0 if k == index else 0.0
+    write_unit_in_place(work, index)
     solve_in_place(factor, work)
     share = distance / work[index]
     for i in range(work.size):
