@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scenario_files import REMOVED, changed, short, to_toml
 
 from adaptive_ff import Comparison
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.scenario.scenario import LONGEST
 
 AFFORDABLE = 100_000
@@ -80,8 +81,8 @@ def broken(draw):
         assume(f"{table}.{name}" not in PATHS and name not in ("proportional", "integral", "stribeck_shape"))
         return to_toml(changed(COMPLETE, f"{table}.{name}", draw(JUNK)))
     if kind == "controllers":
-        names = draw(st.lists(st.text(max_size=10).filter(lambda name: name not in ("pi",)), max_size=3))
-        assume(not set(names) or "adaptive" not in names)
+        names = draw(st.lists(st.text(max_size=10) | st.sampled_from(["pi", "oracle", "adaptive"]), max_size=3))
+        assume(not names or not set(names) <= set(CONTROLLERS))  # which hypothesis can find among the constants
         return to_toml({**COMPLETE, "controllers": names})
     return draw(st.text() | st.text("[]{}=\"'.,#\n ax1", max_size=50))
 
