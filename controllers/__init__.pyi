@@ -28,6 +28,7 @@ from .kernels import MONITORS as MONITORS
 from .kernels import STEPS as STEPS
 from .kernels import Inputs as Inputs
 from .kernels import Output as Output
+from .kernels import acts_on_plan as acts_on_plan
 from .kernels import planned_inputs as planned_inputs
 from .kernels import present_inertia as present_inertia
 from .kernels import step as step

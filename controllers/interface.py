@@ -13,7 +13,7 @@ from controllers.bridging import BRIDGED
 from controllers.checks import check_positive
 from controllers.compiled import compiles
 from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
-from controllers.native import Native, NativeParameters, step_at
+from controllers.native import ACTING, TORQUE, Native, NativeParameters, empty_exchange, step_at
 from controllers.plausible_sizes import largest_torque
 from controllers.saved_state import check_it_goes_on, restored, saved_text
 
@@ -47,6 +47,7 @@ class Controller:
         self._initial_state = initial_state
         self._state: Any = initial_state(parameters)
         self._native: Native | None = None
+        self._exchange = empty_exchange()
         self._compute: Callable[..., float] = self._first_compiled_step if compiles() else self._plain_step
 
     @property
@@ -64,7 +65,7 @@ class Controller:
     def native(self) -> NativeParameters:
         """What compiled code takes for this controller; its state stays where it is. Compiles or loads at first."""
         if self._native is None:
-            self._native = Native(self.parameters, self._state)
+            self._native = Native(self.parameters, self._state, self._exchange)
         return self._native.block
 
     def _first_compiled_step(self, *inputs: float) -> float:
@@ -79,7 +80,13 @@ class Controller:
         return output
 
     def _plain_step(self, *inputs: float) -> float:
-        return self.step_plain(Inputs(*inputs)).torque
+        return self.step_plain(Inputs(*inputs, *self._taken_preview())).torque
+
+    def _taken_preview(self) -> list[float]:
+        """Return what the coming step was given of the plan for when its torque acts, for that step alone, rad/s."""
+        acting: list[float] = self._exchange[ACTING:TORQUE].tolist()
+        self._exchange[ACTING:TORQUE] = math.nan
+        return acting
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy is made of: no addresses."""
@@ -107,6 +114,8 @@ class Controller:
         inertia: float | None = None,
         regressors: Sequence[float] | None = None,
         dt: float | None = None,
+        acting_reference: float | None = None,
+        next_acting_reference: float | None = None,
     ) -> float:
         """Compute the torque for the coming period.
 
@@ -138,6 +147,10 @@ class Controller:
             finite, the last ones hold.
         dt : float, optional
             Time since the last call, s; the nominal period by default.
+        acting_reference, next_acting_reference : float, optional
+            Planned velocity when the torque that is returned begins to act, and one nominal period later, rad/s: those
+            ``delay`` and ``delay + 1`` periods ahead, for a drive that is late. Where not both are given, the plan is
+            extrapolated from now and the next sample, through stops and corners as well.
 
         Returns
         -------
@@ -147,7 +160,7 @@ class Controller:
         Raises
         ------
         ValueError
-            The reference, the preview, the correction or the feedforward is not finite, the inertia or ``dt`` is
+            The reference, a preview, the correction or the feedforward is not finite, the inertia or ``dt`` is
             not positive and finite, or the regressors are not as many as the controller was made for or far too large.
         """
         if inertia is not None:
@@ -164,6 +177,9 @@ class Controller:
             _refuse(next_reference=next_reference)
         if regressors is not None:
             self._take_regressors(regressors)
+        if acting_reference is not None and next_acting_reference is not None:
+            _refuse(acting_reference=acting_reference, next_acting_reference=next_acting_reference)
+            self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
         return self._compute(
             float(reference),
             float(velocity),
@@ -265,7 +281,7 @@ class Controller:
         native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
         block = native.block
         numbers = planned_inputs(0.0, 0.0, 0.0, 0.0, self.period)
-        step_at(block.step, block.parameters, block.state, block.exchange, *numbers)
+        step_at(block.step, block.parameters, block.state, block.exchange, *numbers[:ACTING])
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly, with what it belongs to."""

@@ -36,6 +36,9 @@ class Inputs(NamedTuple):
         Inertia in the present configuration, kg m^2; not a number where the controller's own holds.
     dt : float
         Time since the last sample, s.
+    acting_reference, next_acting_reference : float
+        Planned velocity when the torque that is computed now begins to act and one period later, rad/s: those ``delay``
+        and ``delay + 1`` periods ahead where the drive is late; not a number where it is not known.
     """
 
     reference: float
@@ -47,6 +50,8 @@ class Inputs(NamedTuple):
     feedforward: float
     inertia: float
     dt: float
+    acting_reference: float
+    next_acting_reference: float
 
 
 @register_jitable
@@ -64,7 +69,10 @@ def planned_inputs(
     dt : float
         Time since the last sample, s.
     """
-    return Inputs(reference, velocity, next_reference, 0.0, math.nan, realised_torque, 0.0, math.nan, dt)
+    unknown = math.nan
+    return Inputs(
+        reference, velocity, next_reference, 0.0, unknown, realised_torque, 0.0, unknown, dt, unknown, unknown
+    )
 
 
 @register_jitable
@@ -80,6 +88,8 @@ def _changed(inputs: Inputs, reference: float, velocity: float, realised_torque:
         feedforward,
         inputs.inertia,
         inputs.dt,
+        inputs.acting_reference,
+        inputs.next_acting_reference,
     )
 
 
@@ -111,6 +121,12 @@ def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
 def present_inertia(inputs: Inputs, inertia: float) -> float:
     """Return the inertia (kg m^2) of the present configuration, or the controller's own where none is given."""
     return inputs.inertia if math.isfinite(inputs.inertia) else inertia
+
+
+@register_jitable
+def acts_on_plan(inputs: Inputs) -> bool:
+    """Tell whether the plan is known over the period in which a torque computed now acts."""
+    return math.isfinite(inputs.acting_reference) and math.isfinite(inputs.next_acting_reference)
 
 
 class Output(NamedTuple):

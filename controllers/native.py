@@ -34,9 +34,13 @@ from controllers.pointers import call, load, row_at, store
 TORQUE = len(Inputs._fields)
 """Place of the torque in what is exchanged at a step, behind the inputs; the feedforward follows."""
 
+ACTING = Inputs._fields.index("acting_reference")
+"""Place of the plan over the period in which the torque acts; the last of the inputs, as few controllers need it."""
+
 
 def _step_once(parameters: Any, state: Any, row: Any, count: int) -> None:
-    inputs = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
+    inputs = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10])
+    row[ACTING], row[ACTING + 1] = math.nan, math.nan  # known for one sample, to whoever does not write them anew
     output, new = step(load(parameters), load(state), inputs)
     store(state, new)
     row[TORQUE] = output.torque
@@ -94,7 +98,7 @@ class NativeParameters(NamedTuple):
         Addresses of its kernels; zero where it has none.
     parameters, state : int
         Addresses of its parameters and its state.
-    exchange : ndarray, shape (11,)
+    exchange : ndarray, shape (13,)
         Inputs and output of a step.
     """
 
@@ -119,6 +123,7 @@ def step_native(block: NativeParameters, state: int, inputs: Inputs) -> tuple[Ou
     row[0], row[1], row[2] = inputs.reference, inputs.velocity, inputs.next_reference
     row[3], row[4], row[5] = inputs.correction, inputs.position, inputs.realised_torque
     row[6], row[7], row[8] = inputs.feedforward, inputs.inertia, inputs.dt
+    row[9], row[10] = inputs.acting_reference, inputs.next_acting_reference
     step_in_memory(block.step, block.parameters, block.state, row)
     return Output(row[TORQUE], row[TORQUE + 1]), state
 
@@ -174,7 +179,15 @@ def _step_at(
 
 
 step_at = compiled_in_place(_step_at)
-"""Do one sample of a controller in memory: its addresses, what is exchanged, the inputs; return the torque, N m."""
+"""Do one sample of a controller in memory: its addresses, what is exchanged, the inputs; return the torque, N m.
+
+The plan over the period in which the torque acts is taken from what is exchanged, where it may have been written.
+"""
+
+
+def empty_exchange() -> MutableArray:
+    """Return room for inputs and output of a step."""
+    return np.full(TORQUE + len(Output._fields), math.nan)
 
 
 class Native:
@@ -184,6 +197,8 @@ class Native:
     ----------
     parameters, state : NamedTuple
         Parameters and state of a controller whose class is registered; the arrays in the state are shared.
+    exchange : ndarray, shape (13,), optional
+        Takes inputs and output of a step.
 
     Attributes
     ----------
@@ -191,14 +206,14 @@ class Native:
         What stands for the parameters in compiled code that serves every controller.
     """
 
-    def __init__(self, parameters: Any, state: Any) -> None:
+    def __init__(self, parameters: Any, state: Any, exchange: MutableArray | None = None) -> None:
         structures = structure(parameters), structure(state)
         self._parameters, self._state = Memory(parameters, structures[0]), Memory(state, structures[1])
         self.block = NativeParameters(
             *_addresses(parameters, state, *structures),
             self._parameters.address,
             self._state.address,
-            np.full(TORQUE + 2, math.nan),
+            empty_exchange() if exchange is None else exchange,
         )
 
     @property

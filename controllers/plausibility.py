@@ -110,6 +110,8 @@ def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
         and abs(inputs.feedforward) < torque
         and not (
             abs(inputs.next_reference) > LARGEST_VELOCITY
+            or abs(inputs.acting_reference) > LARGEST_VELOCITY
+            or abs(inputs.next_acting_reference) > LARGEST_VELOCITY
             or abs(inputs.realised_torque) >= torque
             or abs(inputs.position) > LARGEST_POSITION
             or inputs.inertia <= gain * LEAST_RESPONSE
@@ -135,6 +137,9 @@ def replaced_inputs(
         reference, faults = guard.reference, 1
     if absurd(following, LARGEST_VELOCITY):
         following, faults = math.nan, 1
+    start, end = inputs.acting_reference, inputs.next_acting_reference
+    if absurd(start, LARGEST_VELOCITY) or absurd(end, LARGEST_VELOCITY):
+        start, end, faults = math.nan, math.nan, 1
     if not within(correction, LARGEST_VELOCITY):
         correction, faults = 0.0, 1
     if not within(known, torque):
@@ -150,5 +155,5 @@ def replaced_inputs(
     velocity, lost = inputs.velocity, 0.0
     if not within(velocity, LARGEST_VELOCITY):
         velocity, lost = math.nan, guard.lost + duration
-    plain = Inputs(reference, velocity, following, correction, position, realised, known, given, duration)
+    plain = Inputs(reference, velocity, following, correction, position, realised, known, given, duration, start, end)
     return plain, Guard(reference, known, lost, guard.faults + faults)

@@ -4,7 +4,7 @@ import math
 
 from numba.extending import register_jitable
 
-from controllers.kernels import Inputs, present_inertia
+from controllers.kernels import Inputs, acts_on_plan, present_inertia
 
 
 @register_jitable
@@ -35,7 +35,8 @@ def slope_torque(inertia: float, inputs: Inputs, last_reference: float, started:
     inertia : float
         Inertia, kg m^2, where the inputs give none of the present configuration.
     inputs : Inputs
-        Inputs now; without a preview the last slope of the reference is continued.
+        Inputs now. The slope is that over the period in which the torque acts where it is known, else that to the next
+        sample; without a preview the last slope of the reference is continued.
     last_reference : float
         Reference at the last sample, rad/s.
     started : bool
@@ -44,6 +45,8 @@ def slope_torque(inertia: float, inputs: Inputs, last_reference: float, started:
         Nominal length of the coming period, s; the real one is not known yet.
     """
     inertia = present_inertia(inputs, inertia)
+    if acts_on_plan(inputs):
+        return inertia * (inputs.next_acting_reference - inputs.acting_reference) / period
     if math.isfinite(inputs.next_reference):
         return inertia * (inputs.next_reference - inputs.reference) / period
     return inertia * (inputs.reference - last_reference) / inputs.dt if started else 0.0

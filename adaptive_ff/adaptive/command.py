@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, ahead
+from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
 from controllers import Inputs, PIParameters, PIState, present_inertia, with_feedforward, with_realised_torque
 
 FADE = 1.0
@@ -67,7 +67,7 @@ def limited_torque(commands: tuple[float, ...], delay: float, limit: float) -> f
 @register_jitable
 def inertia_torque(inertia: float, state: FeedforwardState, inputs: Inputs, period: float, delay: float) -> float:
     """Return the torque (N m) that moves the assumed inertia (kg m^2), or the given one, along the plan."""
-    start, end = ahead(state, inputs.reference, inputs.next_reference, delay)
+    start, end = coming_plan(state, inputs, delay)
     return present_inertia(inputs, inertia) * (end - start) / period
 
 

@@ -71,6 +71,13 @@ def leaps(reference: float, speed: float) -> bool:
 
 
 @register_jitable
+def possible_speed(block: Any, state: Any) -> float:
+    """Return a speed (rad/s) that what has been seen of plan and motion shows to be possible."""
+    speed: float = max(max(state.doubt.speed, state.estimator.levels.speed), block.estimator.form.stribeck_velocity)
+    return speed
+
+
+@register_jitable
 def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt:
     """Return the doubt about a sample.
 
@@ -83,8 +90,7 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
     guard : Guard
         Memory of that check.
     """
-    before, levels = state.doubt, state.estimator.levels
-    possible = max(max(before.speed, levels.speed), block.estimator.form.stribeck_velocity)
+    before, levels, possible = state.doubt, state.estimator.levels, possible_speed(block, state)
     strongest = TOO_STRONG * max(levels.torque, block.feedback.proportional * possible)
     speed = max(before.speed * math.exp(-inputs.dt / FADING), abs(inputs.reference))
     doubted = guard.faults > state.feedback.guard.faults
@@ -101,21 +107,29 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
 
 
 @register_jitable
-def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
+def undoubted_inputs(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Inputs:
     """Return the inputs as the model is to see them: of a doubtful sample no motion, of a leap the last plan.
 
-    The torque of the drive stays: without it the filters would take what the feedback asked for, without a limit.
+    The torque of the drive stays: without it the filters would take what the feedback asked for, without a limit. The
+    plan for when the torque acts, several periods ahead, may be beyond what has been seen as motion begins: then it is
+    extrapolated.
     """
-    if not doubt.doubted:
+    start, end, possible = inputs.acting_reference, inputs.next_acting_reference, possible_speed(block, state)
+    leapt = leaps(start, possible) or leaps(end, possible)
+    if not (doubt.doubted or leapt):
         return inputs
+    if doubt.leapt or leapt:
+        start, end = math.nan, math.nan
     return Inputs(
-        doubt.reference,
-        math.nan,
+        doubt.reference if doubt.doubted else inputs.reference,
+        math.nan if doubt.doubted else inputs.velocity,
         doubt.reference if doubt.leapt else inputs.next_reference,
-        0.0,
+        0.0 if doubt.doubted else inputs.correction,
         inputs.position,
         inputs.realised_torque,
         inputs.feedforward,
         inputs.inertia,
         inputs.dt,
+        start,
+        end,
     )

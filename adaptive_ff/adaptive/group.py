@@ -37,7 +37,14 @@ ADDED = ("correction", "feedforward")
 DEFAULTS = tuple(0.0 if name in ADDED else None if name in OPTIONAL else object() for name in COLUMNS)
 """What a step is given of each column where it is left out; of those that cannot be, what nobody can give."""
 
-MAY_BE_UNKNOWN = ("velocity", "next_reference", "position", "realised_torque")
+MAY_BE_UNKNOWN = (
+    "velocity",
+    "next_reference",
+    "position",
+    "realised_torque",
+    "acting_reference",
+    "next_acting_reference",
+)
 """Inputs that need not be finite, joint by joint: then they are not known."""
 
 
@@ -162,6 +169,8 @@ class JointGroup:
         inertia: ArrayLike | None = None,
         regressors: ArrayLike | Sequence[ArrayLike | None] | None = None,
         dt: float | None = None,
+        acting_reference: ArrayLike | None = None,
+        next_acting_reference: ArrayLike | None = None,
     ) -> Array:
         """Compute the torques for the coming period.
 
@@ -170,7 +179,7 @@ class JointGroup:
         reference, velocity : array_like, shape (n,)
             Planned and measured velocities, rad/s.
         next_reference, correction, position, realised_torque, feedforward, inertia : array_like, shape (n,), optional
-            As in :meth:`controllers.Controller.step`. What is not finite of velocity, preview, position and realised
+            As in :meth:`controllers.Controller.step`. What is not finite of velocity, previews, position and realised
             torque is not known, for that joint alone; of a commanded input it is refused, for all.
         regressors : array_like, shape (n, k), or sequence of n vectors, optional
             Further known regressors of each joint, of the size of one: as many as it was made for beside those that
@@ -178,6 +187,8 @@ class JointGroup:
             None, and where one is not finite, the last ones hold.
         dt : float, optional
             Time since the last call, s; the nominal period by default.
+        acting_reference, next_acting_reference : array_like, shape (n,), optional
+            As in :meth:`controllers.Controller.step`, and like the other preview.
 
         Returns
         -------
@@ -194,6 +205,7 @@ class JointGroup:
         rows = self._rows.copy()
         given: Any = (reference, velocity, next_reference, correction, position)
         given += (realised_torque, feedforward, inertia, self.period if dt is None else dt)
+        given += (acting_reference, next_acting_reference)
         for place, (name, default, values) in enumerate(zip(COLUMNS, DEFAULTS, given, strict=True)):
             if values is default or (isinstance(values, float) and values == default):
                 continue  # the row has it

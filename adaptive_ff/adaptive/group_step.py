@@ -18,6 +18,6 @@ Parameters
 ----------
 addresses : ndarray of int, shape (n, 3)
     Where step, parameters and state of each joint lie.
-rows : ndarray, shape (n, 11)
+rows : ndarray, shape (n, 13)
     Inputs of each joint, a column for each field of ``Inputs``; torque and feedforward, N m, are filled in behind.
 """

@@ -76,7 +76,7 @@ from adaptive_ff.model.bounds import (
 )
 from adaptive_ff.model.feedforward import (
     FeedforwardState,
-    ahead,
+    coming_plan,
     exchange_model,
     feedforward_parts,
     initial_feedforward_state,
@@ -293,9 +293,7 @@ def step_model(
     if math.isfinite(inputs.inertia):
         inertia = model.inertia * inertia_ratio(block, inputs)
     turned = turned_speed(block, model.coulomb, model.inertia)
-    torque, friction, new = feedforward_parts(
-        model, state, inputs.reference, inputs.next_reference, block.period, delay, inertia, turned
-    )
+    torque, friction, new = feedforward_parts(model, state, inputs, block.period, delay, inertia, turned)
     turn = (delay + 0.5) * block.period * inputs.reference
     return torque + estimated_load(block.estimator, estimator, turn), friction, new
 
@@ -401,7 +399,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     With a computation delay the period that the feedforward is for begins later, and the torques that belong to the one
     that ends were computed earlier.
     """
-    reference, following, delay = inputs.reference, inputs.next_reference, block.feedback.delay
+    reference, delay = inputs.reference, block.feedback.delay
     first, timing = state.feedback.samples == 0, period.timing
     followed = follow_friction_map(
         block.estimator, state.estimator, inputs.position, inputs.feedforward, inputs.dt, first
@@ -415,7 +413,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     guesses = moves and may_guess(block.estimator, followed)
     if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, followed, timing)
-    start, _ = ahead(state.feedforward, reference, following, delay)
+    start, _ = coming_plan(state.feedforward, inputs, delay)
     slip, adhesion = state.feedforward.slip, state.feedforward.adhesion
     if learns:
         factor = filtered_factor(block.estimator.friction_map, followed.friction_map)
@@ -459,7 +457,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
-    inputs = undoubted_inputs(doubt, inputs)
+    inputs = undoubted_inputs(block, state, doubt, inputs)
     command = fade(state.command, inputs.dt)
     error = inputs.reference + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, error, doubt)

@@ -330,7 +330,7 @@ def step_supervised(
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
-    inputs = undoubted_inputs(doubt, inputs)
+    inputs = undoubted_inputs(block, state, doubt, inputs)
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
     observer, trust = watch(block, state, inputs, doubt, unfit)

@@ -16,7 +16,7 @@ from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import model_course, true_model
-from adaptive_ff.simulation.experiment import empty_record, lay_course
+from adaptive_ff.simulation.experiment import empty_record, lay_course, with_preview
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from adaptive_ff.simulation.metrics import evaluate
 
@@ -63,7 +63,8 @@ def suitable_lag(scenario: Scenario) -> float:
 @lru_cache(maxsize=64)
 def _suitable_lag(text: str) -> float:
     scenario = Scenario.model_validate_json(text)
-    courses = [lay_course(scenario.modified(seed=seed)) for seed in TUNING_SEEDS]
+    laid = (lay_course(scenario.modified(seed=seed)) for seed in TUNING_SEEDS)
+    courses = [with_preview(course, scenario.actuator.delay) for course in laid]
 
     def error(added: float) -> float:
         total = 0.0

@@ -48,6 +48,8 @@ class OwnController(Protocol):
         feedforward: float,
         inertia: float | None,
         dt: float,
+        acting_reference: float | None,
+        next_acting_reference: float | None,
     ) -> float:
         """Return the torque to command, N m.
 
@@ -71,6 +73,9 @@ class OwnController(Protocol):
             Inertia at this position where it varies, kg m^2; None where it does not.
         dt : float
             Time since the last call, s.
+        acting_reference, next_acting_reference : float or None
+            Planned velocity when the torque begins to act, by the delay of the scenario's drive, and one period later,
+            rad/s; None beyond the end of the plan.
         """
         ...
 
@@ -113,8 +118,10 @@ def own_controller(controller: Any) -> Foreign:
 
 def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, None]:
     reference, following = float(inputs.reference), float(inputs.next_reference)  # numpy's do not behave like a float
+    acting, next_acting = inputs.acting_reference, inputs.next_acting_reference
     if "correction" not in block.accepted:  # one velocity is all it can follow: that of plan and outer loop together
         reference, following = reference + inputs.correction, following + inputs.correction
+        acting, next_acting = acting + inputs.correction, next_acting + inputs.correction
     others = {
         "next_reference": following,
         "correction": float(inputs.correction),
@@ -123,6 +130,8 @@ def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, 
         "feedforward": float(inputs.feedforward),
         "inertia": _known(inputs.inertia),
         "dt": float(inputs.dt),
+        "acting_reference": _known(acting),
+        "next_acting_reference": _known(next_acting),
     }
     accepted = {name: value for name, value in others.items() if name in block.accepted}
     torque = block.controller.step(reference, float(inputs.velocity), **accepted)

@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from adaptive_ff.comparison.own import own_controller
-from adaptive_ff.simulation.experiment import Course, Record, empty_record
+from adaptive_ff.simulation.experiment import Course, Record, empty_record, with_preview
 from adaptive_ff.simulation.loop import Position, run_in_memory, run_plain, start_position
 from controllers import Controller
 from controllers.compiled import compiles
+from controllers.interface import feedback_state
 
 PART = 20_000
 """Samples between two reports of progress."""
@@ -44,6 +45,7 @@ def drive_over(
         Names of the estimates and of the monitors in it.
     """
     drive = Drive(controller)
+    course = drive.previewed(course)
     record = empty_record(course, len(drive.names), len(drive.watched))
     position, count = start_position(course), course.noise.size
     for stop in ends_of_parts(count, parts):
@@ -73,6 +75,12 @@ class Drive:
         self.names: tuple[str, ...] = self.controller.estimate_names
         self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()
         self.state: Any = None
+
+    def previewed(self, course: Course) -> Course:
+        """Return a course with the plan for when torques act by the delay that the controller reckons with."""
+        if not self.registered:
+            return course
+        return with_preview(course, feedback_state(self.controller.parameters).delay * self.controller.period)
 
     def advance(self, course: Course, position: Position, stop: int, record: Record) -> Position:
         """Run from a position to a sample and fill the record; return the position there."""

@@ -61,6 +61,7 @@ def drive_thinned(
         Names of the estimates and of the monitors in it.
     """
     drive = Drive(controller)
+    course = drive.previewed(course)
     position, count, given = start_position(course), course.noise.size, np.zeros(0)
     metrics = RunningMetrics(course.reference.size, course.solver_period, first_motion(course.reference), last_change)
     kept: list[Record] = []

@@ -13,6 +13,7 @@ from adaptive_ff.export.export import Export
 from adaptive_ff.export.header import header
 from adaptive_ff.export.source import source
 from controllers import Controller, Output
+from controllers.native import ACTING, TORQUE
 
 PREFIX = "controller"
 
@@ -60,7 +61,7 @@ class InC:
         take = getattr(self._library, "controller_set_regressors", None)  # not there where the controller has none
 
         def compute(*given: float) -> float:
-            inputs[0] = given
+            inputs[0] = (*given, *self._controller._taken_preview())
             if take is not None:
                 take(handle, self._controller.regressors.tolist())
             run(handle, inputs, output)
@@ -71,7 +72,8 @@ class InC:
 
     def step_in_c(self, *inputs: float) -> Output:
         """Do one sample with inputs as they are, in the order of ``Inputs``; return torque and feedforward, N m."""
-        return Output(self._controller._compute(*inputs), self._output.feedforward)
+        self._controller._exchange[ACTING:TORQUE] = inputs[ACTING:]
+        return Output(self._controller._compute(*inputs[:ACTING]), self._output.feedforward)
 
     def _fetch(self) -> None:
         """Give the controller in Python the state that C has."""

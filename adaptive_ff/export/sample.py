@@ -164,6 +164,7 @@ def made_up_inputs(period: float, samples: int, seed: int = 101) -> NDArray[np.f
     columns["correction"] = 0.005 * np.sin(time / (11.0 * period))
     columns["position"] = np.cumsum(speed * lengths)
     columns["inertia"] = 20.0 + 2.0 * np.sin(time / (29.0 * period))
+    columns["acting_reference"], columns["next_acting_reference"] = np.roll(speed, -2), np.roll(speed, -3)
     for name in optional_inputs():
         columns[name] = np.where(generator.uniform(size=samples) < 0.1, math.nan, columns[name])
     lost = generator.uniform(size=samples) < 0.03

@@ -31,6 +31,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.model.friction import TorqueModel, adhesion_share, directed_friction, friction_parts
+from controllers import Inputs, acts_on_plan
 
 HELD = 0.87
 """Share of the Coulomb friction that is held where the plan comes to rest; held in full, noise would push the joint."""
@@ -230,18 +231,22 @@ def turning_speed(coulomb: float, inertia: float, period: float) -> float:
 
 
 @register_jitable
-def ahead(state: FeedforwardState, reference: float, next_reference: float, delay: float) -> tuple[float, float]:
-    """Return the reference at the start and at the end of the period in which a torque computed now will act.
+def coming_plan(state: FeedforwardState, inputs: Inputs, delay: float) -> tuple[float, float]:
+    """Return the plan at the start and at the end of the period in which a torque computed now will act, rad/s.
 
     Parameters
     ----------
     state : FeedforwardState
         Knows the last reference.
-    reference, next_reference : float
-        Reference velocity now and at the next sample, rad/s; the latter not a number where it is not known.
+    inputs : Inputs
+        Inputs of the sample. Where that part of the plan is not among them it is extrapolated from now and the next
+        sample, through stops and corners as well.
     delay : float
         Computation delay of the drive, periods.
     """
+    if acts_on_plan(inputs):
+        return inputs.acting_reference, inputs.next_acting_reference
+    reference, next_reference = inputs.reference, inputs.next_reference
     if not math.isfinite(next_reference):
         next_reference = 2.0 * reference - state.reference if state.started else reference
     shift = delay * (next_reference - reference)
@@ -287,8 +292,7 @@ def friction_along(
 def feedforward_parts(
     model: TorqueModel,
     state: FeedforwardState,
-    reference: float,
-    next_reference: float,
+    inputs: Inputs,
     period: float,
     delay: float = 0.0,
     inertia: float = math.nan,
@@ -296,7 +300,7 @@ def feedforward_parts(
 ) -> tuple[float, float, FeedforwardState]:
     """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
     moved = inertia if math.isfinite(inertia) else model.inertia
-    start, end = ahead(state, reference, next_reference, delay)
+    start, end = coming_plan(state, inputs, delay)
     friction, slip, adhesion = state.friction, state.slip, state.adhesion
     if start * end < 0.0:
         turn = period * start / (start - end)
@@ -307,15 +311,14 @@ def feedforward_parts(
     else:
         integral, friction, slip, adhesion = friction_along(model, friction, slip, adhesion, start, end, period, turned)
     torque = (moved * (end - start) + integral) / period + model.offset
-    return torque, integral / period, FeedforwardState(friction, reference, True, slip, adhesion)
+    return torque, integral / period, FeedforwardState(friction, inputs.reference, True, slip, adhesion)
 
 
 @register_jitable
 def step_feedforward(
     model: TorqueModel,
     state: FeedforwardState,
-    reference: float,
-    next_reference: float,
+    inputs: Inputs,
     period: float,
     delay: float = 0.0,
     inertia: float = math.nan,
@@ -329,8 +332,8 @@ def step_feedforward(
         The joint.
     state : FeedforwardState
         The state.
-    reference, next_reference : float
-        Reference velocity now and at the next sample, rad/s; the latter not a number where it is not known.
+    inputs : Inputs
+        Inputs of the sample, of which the plan alone matters here.
     period : float
         Length of the coming period, s.
     delay : float, optional
@@ -340,5 +343,5 @@ def step_feedforward(
     turned : float, optional
         Speed of a reversed reference up to which friction of the last direction is held, rad/s; see ``turning_speed``.
     """
-    torque, _, new = feedforward_parts(model, state, reference, next_reference, period, delay, inertia, turned)
+    torque, _, new = feedforward_parts(model, state, inputs, period, delay, inertia, turned)
     return torque, new

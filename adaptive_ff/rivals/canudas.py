@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.estimation.rls import RLSState, initial_rls_state, trace, update_rls_in_place
 from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE
+from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.model.identifying import IdentifyingController
 from controllers import (
     ESTIMATES,
@@ -216,20 +217,27 @@ def friction_along_one_way(physical: NDArray[np.float64], twice: float) -> float
 
 
 @register_jitable
-def step_identified(block: CanudasParameters, state: CanudasState, inputs: Inputs) -> tuple[float, float, float]:
-    """Learn from the period that ends; return the velocity, the next reference (rad/s) and the inertia torque (N m)."""
+def step_identified(block: CanudasParameters, state: CanudasState, inputs: Inputs) -> tuple[float, float, float, float]:
+    """Learn from the period that ends, and look at the one in which the coming torque acts.
+
+    Returns
+    -------
+    velocity : float
+        Velocity, the last one where it is not measured, rad/s.
+    start, end : float
+        Plan at the start and at the end of the coming period, rad/s.
+    torque : float
+        Torque that moves the inertia along it, N m.
+    """
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
     slides = min(abs(velocity), abs(state.velocity)) >= block.dead_zone and velocity * state.velocity > 0.0
     if state.enabled and finite and state.valid > 0 and slides:
         torque = acting_torque(inputs, asked_torque(block.feedback, state.feedback), state.known_torque)
         learn_canudas_in_place(block, state, torque, velocity, inputs.dt)
-    following = inputs.next_reference
-    if not math.isfinite(following):
-        started = state.feedback.samples > 0
-        following = 2.0 * inputs.reference - state.reference if started else inputs.reference
-    inertia_torque = present_inertia(inputs, state.physical[INERTIA]) * (following - inputs.reference) / block.period
-    return velocity, following, inertia_torque
+    past = FeedforwardState(0.0, state.reference, state.feedback.samples > 0)
+    start, end = coming_plan(past, inputs, block.feedback.delay)
+    return velocity, start, end, present_inertia(inputs, state.physical[INERTIA]) * (end - start) / block.period
 
 
 @register_jitable
@@ -255,9 +263,8 @@ def finish_canudas(
 def step_canudas(block: CanudasParameters, state: CanudasState, inputs: Inputs) -> tuple[Output, CanudasState]:
     """Do one sample with friction fed forward along the reference."""
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
-    velocity, following, torque = step_identified(block, state, inputs)
-    shift = block.feedback.delay * (following - inputs.reference)
-    torque += block.share * friction_along(state.physical, inputs.reference + shift, following + shift)
+    velocity, start, end, torque = step_identified(block, state, inputs)
+    torque += block.share * friction_along(state.physical, start, end)
     return finish_canudas(block, state, inputs, guard, velocity, torque)
 
 
@@ -268,7 +275,7 @@ def step_canudas_measured(
     """Do one sample with friction compensated at the measured velocity."""
     adaptation = block.adaptation
     inputs, guard = plausible_inputs(adaptation.feedback, state.feedback, inputs)
-    velocity, _, torque = step_identified(adaptation, state, inputs)
+    velocity, _, _, torque = step_identified(adaptation, state, inputs)
     edge = max(abs(velocity), adaptation.dead_zone)
     friction = friction_along_one_way(state.physical, 2.0 * math.copysign(edge, velocity))
     torque += adaptation.share * abs(velocity) / edge * friction

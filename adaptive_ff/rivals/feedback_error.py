@@ -158,9 +158,7 @@ def write_features(block: FeedbackErrorParameters, state: FeedbackErrorState, in
     """Write the features of the coming period into the scratch row and advance their lagged friction."""
     for i in range(block.scale.size):
         before = FeedforwardState(state.friction[i], state.reference, state.feedback.samples > 0, 0.0, 0.0)
-        torque, after = step_feedforward(
-            block.features[i], before, inputs.reference, inputs.next_reference, block.period, block.feedback.delay
-        )
+        torque, after = step_feedforward(block.features[i], before, inputs, block.period, block.feedback.delay)
         state.row[i] = torque
         state.friction[i] = after.friction
     state.row[OFFSET] = 1.0

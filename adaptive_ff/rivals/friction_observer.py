@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, ahead, lagged_ramp, resting_friction
+from adaptive_ff.model.feedforward import FeedforwardState, coming_plan, lagged_ramp, resting_friction
 from adaptive_ff.model.friction import TorqueModel, directed_friction
 from controllers import (
     ESTIMATES,
@@ -210,7 +210,7 @@ def step_friction_observer(
     delay = loop.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, last.feedback, inputs)
     past = FeedforwardState(0.0, last.reference, last.feedback.samples > 0)
-    start, end = ahead(past, inputs.reference, inputs.next_reference, delay)
+    start, end = coming_plan(past, inputs, delay)
     friction, presliding = step_presliding(block, state.presliding, start, end)
     aware = KalmanDisturbanceState(last.feedback, last.observer, delayed(state.line, delay), last.reference)
     known = with_feedforward(inputs, friction + block.friction.offset)

@@ -24,7 +24,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.model.feedforward import FeedforwardState, ahead
+from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.rivals.refusal import was_refused
 from controllers import (
     ESTIMATES,
@@ -141,7 +141,7 @@ def initial_learnt_state(block: LearntParameters) -> LearntState:
 def advance_features_in_place(block: LearntParameters, state: LearntState, inputs: Inputs) -> None:
     """Advance the features to the period in which the coming torque acts."""
     past = FeedforwardState(0.0, state.reference, state.feedback.samples > 0, 0.0, 0.0)
-    start, end = ahead(past, inputs.reference, inputs.next_reference, block.feedback.delay)
+    start, end = coming_plan(past, inputs, block.feedback.delay)
     velocity = 0.5 * (start + end)
     state.features[INERTIA] = (end - start) / block.period
     state.features[VISCOUS] = velocity

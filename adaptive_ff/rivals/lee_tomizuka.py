@@ -36,6 +36,7 @@ from controllers import (
     DisturbanceObserver,
     Inputs,
     Output,
+    acts_on_plan,
     plausible_inputs,
     present_inertia,
     remember,
@@ -92,12 +93,11 @@ def step_lee_tomizuka(
     """Do one sample: friction compensation and zero-phase inverse, then the loop with its observer."""
     loop, delay = block.feedback, block.feedback.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
-    friction, feedforward = step_feedforward(
-        block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay, 0.0
-    )
+    friction, feedforward = step_feedforward(block.friction, state.feedforward, inputs, loop.period, delay, 0.0)
     last, started = state.feedback, state.feedforward.started
     further = 0.0
-    if started and math.isfinite(inputs.next_reference):  # the observer feeds the slope of the plan itself
+    # the observer feeds the slope of the plan itself, which is all where that is known for when the torque acts
+    if started and delay > 0.0 and math.isfinite(inputs.next_reference) and not acts_on_plan(inputs):
         inertia = present_inertia(inputs, loop.inertia)
         further = zero_phase_torque(
             inertia, last.reference, inputs.reference, inputs.next_reference, loop.period, delay

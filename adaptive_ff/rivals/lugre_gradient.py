@@ -30,7 +30,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE
-from adaptive_ff.model.feedforward import FeedforwardState, ahead
+from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.model.friction import adhesion_share
 from adaptive_ff.model.identifying import IdentifyingController
 from adaptive_ff.rivals.refusal import was_refused
@@ -222,7 +222,7 @@ def step_lugre_gradient(
     if state.enabled and last.samples > 0 and not refused and math.isfinite(inputs.velocity):
         descend_in_place(block, state, inputs.reference + inputs.correction - inputs.velocity, inputs.dt)
     past = FeedforwardState(0.0, state.reference, last.samples > 0)
-    start, end = ahead(past, inputs.reference, inputs.next_reference, block.feedback.delay)
+    start, end = coming_plan(past, inputs, block.feedback.delay)
     velocity, slope = 0.5 * (start + end), (end - start) / block.period
     for i in range(COULOMB, PARAMETERS):
         filter_in_place(block, state, i, 0.5 * state.slopes[i])

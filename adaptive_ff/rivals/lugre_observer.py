@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, ahead
+from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.model.friction import TorqueModel, directed_friction
 from controllers import (
     ESTIMATES,
@@ -108,7 +108,7 @@ def step_lugre_observer(
     inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
     last, model = state.feedback, block.model
     past = FeedforwardState(0.0, state.reference, last.samples > 0, 0.0, 0.0)
-    start, end = ahead(past, inputs.reference, inputs.next_reference, block.feedback.delay)
+    start, end = coming_plan(past, inputs, block.feedback.delay)
     velocity = 0.5 * (start + end)
     speed = abs(velocity)
     sliding = directed_friction(model, speed, velocity)  # with its sign, viscous part and all

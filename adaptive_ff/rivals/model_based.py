@@ -139,8 +139,7 @@ def step_model_based(
     torque, feedforward = step_feedforward(
         model,
         state.feedforward,
-        inputs.reference,
-        inputs.next_reference,
+        inputs,
         block.period,
         block.feedback.delay,
         inputs.inertia,

@@ -93,7 +93,7 @@ def step_observed_model(
     inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
     turned = turning_speed(block.friction.coulomb, loop.inertia, loop.period)
     torque, feedforward = step_feedforward(
-        block.friction, state.feedforward, inputs.reference, inputs.next_reference, loop.period, delay, math.nan, turned
+        block.friction, state.feedforward, inputs, loop.period, delay, math.nan, turned
     )
     known = with_feedforward(inputs, torque)
     output, after = observe_and_feed_back(loop, aware_observer(state, delay), known, guard)

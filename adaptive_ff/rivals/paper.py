@@ -174,9 +174,7 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
         if not anew and write_physical(state.recursion.estimate, block.period, state.physical):
             confine_in_place(state.physical, block.ranges)
     model = identified_model(block, state)
-    model_torque, feedforward = step_feedforward(
-        model, state.feedforward, inputs.reference, inputs.next_reference, block.period, delay, inputs.inertia
-    )
+    model_torque, feedforward = step_feedforward(model, state.feedforward, inputs, block.period, delay, inputs.inertia)
     output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, model_torque), guard)
     return output, PaperState(
         feedback,

@@ -61,6 +61,11 @@ class Course(NamedTuple):
         Planned position on the solver's grid, rad: the integral of the reference; zero without a position loop.
     begin : int
         Solver step, of the whole run, at which this part of it begins; zero but for a part.
+    acting : ndarray, shape (n + 1,)
+        Reference when the command of each sample, and of the one behind the last, begins to act, as the controller
+        reckons it, rad/s; not a number beyond the end. See :func:`with_preview`.
+    lead : int
+        Solver steps after which it does.
     """
 
     joint: Any
@@ -78,6 +83,8 @@ class Course(NamedTuple):
     position_step: float
     planned: NDArray[np.float64]
     begin: int
+    acting: NDArray[np.float64]
+    lead: int
 
 
 class Record(NamedTuple):
@@ -132,6 +139,18 @@ def empty_record(course: Course, estimates: int, monitors: int = 0) -> Record:
     )
 
 
+def with_preview(course: Course, delay: float) -> Course:
+    """Return a course on which the plan is known for when a torque acts after a delay (s), to the solver's period."""
+    lead = round(delay / course.solver_period)
+    if lead == course.lead:
+        return course
+    steps = course.samples + lead
+    acting = np.full(steps.size, np.nan)
+    known = steps < course.reference.size
+    acting[known] = course.reference[steps[known]]
+    return course._replace(acting=acting, lead=lead)
+
+
 def planned_position(joint: Any, reference: NDArray[np.float64], period: float) -> NDArray[np.float64]:
     """Return the position (rad) of a joint that follows a reference exactly, on the solver's grid.
 
@@ -172,7 +191,7 @@ def lay_plain_course(
     """
     drive = Actuator() if actuator is None else actuator
     period = joint.solver_period
-    return Course(
+    course = Course(
         joint.parameters,
         schedule([], period),
         drive.parameters,
@@ -188,13 +207,16 @@ def lay_plain_course(
         POSITION_STEP,
         np.zeros(reference.size),
         0,
+        np.zeros(0),
+        -1,
     )
+    return with_preview(course, drive.delay)
 
 
 def lay_course(scenario: Scenario) -> Course:
     """Compute everything of a scenario that does not depend on the controller."""
     joint, period, reference = scenario.joint.parameters, scenario.joint.solver_period, scenario.reference_velocity()
-    return Course(
+    course = Course(
         joint,
         scenario.plan,
         scenario.actuator.parameters,
@@ -210,4 +232,7 @@ def lay_course(scenario: Scenario) -> Course:
         scenario.position_resolution or POSITION_STEP,
         np.zeros(reference.size) if scenario.position is None else planned_position(joint, reference, period),
         0,
+        np.zeros(0),
+        -1,
     )
+    return with_preview(course, scenario.assumed_delay * scenario.sampling.period)

@@ -200,7 +200,19 @@ def run_plain(
         if course.outer.gain > 0.0:
             correction, outer = step_position_loop(course.outer, outer, course.planned[first], angle)
         now, following = course.reference[first], course.reference[last]
-        inputs = Inputs(now, measured, following, correction, angle, realised, 0.0, math.nan, elapsed)
+        inputs = Inputs(
+            now,
+            measured,
+            following,
+            correction,
+            angle,
+            realised,
+            0.0,
+            math.nan,
+            elapsed,
+            course.acting[k],
+            course.acting[k + 1],
+        )
         output, state = step(block, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
         record.friction[k] = motion.friction_torque

@@ -38,6 +38,7 @@ def part_of(course: Course, position: Position, stop: int) -> tuple[Course, Posi
         planned=course.planned[begin : end + 1],
         plan=course.plan._replace(starts=course.plan.starts - begin),
         begin=begin,
+        acting=course.acting[first : stop + 1],
     )
     return part, _shifted(position, -first), first
 

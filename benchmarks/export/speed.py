@@ -21,7 +21,7 @@ LARGEST_RATIO = 1.2
 def _run_series(block: Any, state: Any, rows: NDArray[np.float64], torques: NDArray[np.float64]) -> Any:
     for k in range(torques.size):
         row = rows[k]
-        inputs = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
+        inputs = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10])
         output, state = step(block, state, inputs)
         torques[k] = output.torque
     return state

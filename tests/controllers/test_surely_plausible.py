@@ -12,7 +12,7 @@ from controllers.plausibility import Guard, checked_inputs, replaced_inputs, sur
 BOUNDS = (0.0, 1e-6, 1e-3, 1.0, 1e3, 1e4, 1e5, 1e12, 1e306, math.inf)
 AROUND = [np.nextafter(bound, way) for bound in BOUNDS for way in (-math.inf, bound, math.inf)]
 VALUES = [math.nan, *sorted({float(sign * value) for sign in (-1.0, 1.0) for value in AROUND})]
-USUAL = Inputs(0.1, 0.2, 0.11, 0.0, 1.0, 3.0, 0.0, 20.0, 0.01)
+USUAL = Inputs(0.1, 0.2, 0.11, 0.0, 1.0, 3.0, 0.0, 20.0, 0.01, 0.12, 0.13)
 GUARD = Guard(0.05, 0.5, 0.3, 2)
 
 

@@ -15,6 +15,7 @@ import math
 import numpy as np
 import pytest
 from closed_loops import SCENARIO
+from plan_inputs import plan_inputs
 from scipy import signal
 
 from adaptive_ff.model.feedforward import exchange_model, initial_feedforward_state, step_feedforward
@@ -79,12 +80,12 @@ def errors_and_bound(period, seed, hold):
         now, following = float(reference[k]), float(reference[k + 1])
         if k % hold == hold - 1:
             new = random_model(rng)
-            before, _ = step_feedforward(model, feedforward, now, following, period)
+            before, _ = step_feedforward(model, feedforward, plan_inputs(now, following), period)
             feedforward = exchange_model(feedforward, model, new, now, feedforward.slip, feedforward.adhesion)
-            after, _ = step_feedforward(new, feedforward, now, following, period)
+            after, _ = step_feedforward(new, feedforward, plan_inputs(now, following), period)
             state, model = hand_over(pi, state, after - before), new
             largest_change = max(largest_change, abs(after - before))
-        torque, feedforward = step_feedforward(model, feedforward, now, following, period)
+        torque, feedforward = step_feedforward(model, feedforward, plan_inputs(now, following), period)
         start = joint.state.velocity
         inputs = with_feedforward(planned_inputs(now, start, following, math.nan, period), torque)
         output, state = step_pi(pi, state, inputs)

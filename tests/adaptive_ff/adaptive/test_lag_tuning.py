@@ -12,6 +12,7 @@ import pytest
 from closed_loops import SCENARIO, begin, drive, lay_course, make, run_compiled, run_plain
 from hypothesis import given
 from hypothesis import strategies as st
+from plan_inputs import plan_inputs
 from scipy import signal
 
 from adaptive_ff import TorqueModel, simulate
@@ -95,21 +96,25 @@ def slopes(course, lag, delay, velocity_lag):
     feedback = check_gains(*GAINS, delay)
     state, feedforward, found = initial_timing_state(feedback, lag, lag), initial_feedforward_state(), []
     reference = course.reference[course.samples]
-    for now, following in itertools.pairwise(reference):
+    plans = zip(itertools.pairwise(reference.tolist()), itertools.pairwise(course.acting.tolist()), strict=True)
+    for plan in plans:
         state = advance_response(state, feedback, INERTIA, velocity_lag, PERIOD)
         found.append(state.slope)
-        _, coming = step_feedforward(model(lag), feedforward, float(now), float(following), PERIOD, float(delay))
+        inputs = plan_inputs(*plan[0], *plan[1])
+        _, coming = step_feedforward(model(lag), feedforward, inputs, PERIOD, float(delay))
         state = note_friction(state, feedforward.friction, coming.friction, lag, PERIOD)
         feedforward = coming
     return np.array(found)
 
 
-@pytest.mark.parametrize("low_pass", [0.0, 0.005])
+@pytest.mark.parametrize(("low_pass", "previewed"), [(0.0, False), (0.005, False), (0.0, True)])
 @pytest.mark.parametrize("delay", [0, 1, 1.5])
 @pytest.mark.parametrize(("coulomb", "correlation", "scale"), [(1e-6, 0.98, 0.03), (60.0, 0.97, 0.25)])
-def test_slope_is_what_a_change_of_the_lag_makes_of_the_error(coulomb, correlation, scale, delay, low_pass):
+def test_slope_is_what_a_change_of_the_lag_makes_of_the_error(coulomb, correlation, scale, delay, low_pass, previewed):
     """Oracle: two simulated runs. Without friction in the joint the loop is linear, and the slope nearly exact."""
     course, step = reversing_course(coulomb, delay, low_pass), 1e-3
+    if not previewed:  # the plan for when the torque acts is extrapolated
+        course = course._replace(acting=np.full_like(course.acting, math.nan))
     later, now = (measured_error(course, lag, delay) for lag in (LAG + 0.5 * step, LAG - 0.5 * step))
     expected = -(later - now) / step
     found = slopes(course, LAG, delay, 0.0 if low_pass == 0.0 else low_pass + 0.5 * PERIOD)

@@ -87,7 +87,8 @@ def test_own_controller_is_given_only_what_its_step_accepts():
     simulate(SHORT, recording)
     others = recording.given[7][1]
     assert (others["correction"], others["inertia"]) == (0.0, None)
-    assert set(others) == {"next_reference", "correction", "realised_torque", "inertia"}
+    previews = {"next_reference", "acting_reference", "next_acting_reference"}
+    assert set(others) == previews | {"correction", "realised_torque", "inertia"}
 
 
 def test_position_is_the_true_one_rounded_or_the_reading_of_the_encoder():

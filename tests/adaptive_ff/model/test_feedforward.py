@@ -6,6 +6,7 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, make
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.model.feedforward import (
@@ -77,7 +78,7 @@ PIECES = [(0.1, 0.13), (-0.2, -0.19), (0.02, -0.03), (-0.004, 0.05), (0.0, 0.02)
 @pytest.mark.parametrize("friction", [0.0, 70.0, -120.0])
 def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_reversal(start, end, friction):
     expected = torque_by_runge_kutta(MODEL, friction, start, end, linear_between_the_ends)
-    torque, state = step_feedforward(MODEL, FeedforwardState(friction, 0.0, True), start, end, PERIOD)
+    torque, state = step_feedforward(MODEL, FeedforwardState(friction, 0.0, True), plan_inputs(start, end), PERIOD)
     assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
     assert state.reference == start
 
@@ -85,7 +86,9 @@ def test_mean_torque_is_the_integral_of_the_lagged_friction_with_and_without_rev
 @pytest.mark.parametrize(("start", "end"), PIECES)
 def test_coulomb_and_viscous_friction_are_linear_between_reversals_so_the_integral_is_exact(start, end):
     expected = torque_by_runge_kutta(COULOMB_VISCOUS, 30.0, start, end, true_between_the_ends)
-    torque, state = step_feedforward(COULOMB_VISCOUS, FeedforwardState(30.0, 0.0, True), start, end, PERIOD)
+    torque, state = step_feedforward(
+        COULOMB_VISCOUS, FeedforwardState(30.0, 0.0, True), plan_inputs(start, end), PERIOD
+    )
     assert (torque, state.friction) == pytest.approx(expected, rel=1e-8)
 
 
@@ -93,7 +96,7 @@ def test_stribeck_friction_is_integrated_with_second_order_in_the_change_of_the_
     errors = []
     for change in (0.02, 0.01, 0.005):
         exact, _ = torque_by_runge_kutta(MODEL, 80.0, 0.02, 0.02 + change, true_between_the_ends)
-        torque, _ = step_feedforward(MODEL, FeedforwardState(80.0, 0.0, True), 0.02, 0.02 + change, PERIOD)
+        torque, _ = step_feedforward(MODEL, FeedforwardState(80.0, 0.0, True), plan_inputs(0.02, 0.02 + change), PERIOD)
         errors.append(torque - exact)
     assert 0.0 < errors[0] < 0.1  # of some 100 N m; the chord lies above the convex curve
     assert math.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.3)
@@ -107,7 +110,7 @@ def test_without_lag_friction_follows_the_static_curve_at_once(start, end):
     for share, first, last in pieces(start, end):
         mean = 0.5 * sum(static_friction(prompt, speed, first + last) for speed in (first, last))
         expected += share * mean
-    torque, state = step_feedforward(prompt, FeedforwardState(-50.0, 0.0, True), start, end, PERIOD)
+    torque, state = step_feedforward(prompt, FeedforwardState(-50.0, 0.0, True), plan_inputs(start, end), PERIOD)
     assert torque == pytest.approx(expected, rel=1e-12)
     assert state.friction == pytest.approx(static_friction(prompt, last, first + last), rel=1e-12)
 
@@ -116,8 +119,8 @@ def test_without_lag_friction_follows_the_static_curve_at_once(start, end):
 @pytest.mark.parametrize(("start", "end"), PIECES)
 def test_short_lag_tends_to_none(start, end, lag):
     state = FeedforwardState(-50.0, 0.0, True)
-    prompt = step_feedforward(MODEL._replace(friction_lag=0.0), state, start, end, PERIOD)
-    lagged = step_feedforward(MODEL._replace(friction_lag=lag), state, start, end, PERIOD)
+    prompt = step_feedforward(MODEL._replace(friction_lag=0.0), state, plan_inputs(start, end), PERIOD)
+    lagged = step_feedforward(MODEL._replace(friction_lag=lag), state, plan_inputs(start, end), PERIOD)
     assert lagged[0] == pytest.approx(prompt[0], abs=400.0 * lag / PERIOD)
     assert lagged[1].friction == pytest.approx(prompt[1].friction, abs=1e4 * lag)
 
@@ -127,18 +130,21 @@ def test_short_lag_tends_to_none(start, end, lag):
 def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, direction):
     model = MODEL._replace(friction_lag=lag)
     held = HELD * model.coulomb
-    assert step_feedforward(model, initial_feedforward_state(), 0.0, 0.0, PERIOD) == (0.0, (0.0, 0.0, True, 0.0, 0.0))
+    assert step_feedforward(model, initial_feedforward_state(), plan_inputs(0.0, 0.0), PERIOD) == (
+        0.0,
+        (0.0, 0.0, True, 0.0, 0.0),
+    )
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
-    torque, state = step_feedforward(model, begin, 0.0, 0.0, PERIOD)
+    torque, state = step_feedforward(model, begin, plan_inputs(0.0, 0.0), PERIOD)
     decay = math.exp(-PERIOD / lag) if lag else 0.0
     fading = held * PERIOD / FADING  # over a period, to first order
     assert direction * state.friction == pytest.approx(held + 12.0 * decay, abs=1.1 * fading)
     assert direction * torque == pytest.approx(held + 12.0 * lag * (1.0 - decay) / PERIOD, abs=0.6 * fading)
     assert abs(torque) < held + 12.0 * lag * (1.0 - decay) / PERIOD
     for _ in range(round(3.0 * FADING / PERIOD)):
-        torque, state = step_feedforward(model, state, 0.0, 0.0, PERIOD)
+        torque, state = step_feedforward(model, state, plan_inputs(0.0, 0.0), PERIOD)
     assert direction * torque == pytest.approx(held * math.exp(-3.0), rel=0.15)
-    little, _ = step_feedforward(model, FeedforwardState(direction * 5.0, 0.0, True), 0.0, 0.0, PERIOD)
+    little, _ = step_feedforward(model, FeedforwardState(direction * 5.0, 0.0, True), plan_inputs(0.0, 0.0), PERIOD)
     assert direction * little == pytest.approx(5.0, rel=0.02)  # no more than there was
 
 
@@ -148,7 +154,7 @@ def test_at_rest_bent_bristles_hold_all_friction_for_longer():
     begin = model.coulomb + 12.0
     state = FeedforwardState(begin, 0.0, True, 1.0, 1.0)
     for _ in range(round(BENT_FADING / PERIOD)):
-        torque, state = step_feedforward(model, state, 0.0, 0.0, PERIOD)
+        torque, state = step_feedforward(model, state, plan_inputs(0.0, 0.0), PERIOD)
     assert state.friction == pytest.approx(begin * math.exp(-1.0), rel=1e-6)
     assert torque == pytest.approx(state.friction, rel=PERIOD / BENT_FADING)
 
@@ -157,15 +163,15 @@ def test_without_preview_the_last_slope_of_the_reference_is_continued():
     reference = 0.1 + 0.05 * np.sin(0.2 * np.arange(30))
     blind, guided = initial_feedforward_state(), initial_feedforward_state()
     for last, now in itertools.pairwise([reference[0], *reference]):
-        found, blind = step_feedforward(MODEL, blind, now, math.nan, PERIOD)
-        expected, guided = step_feedforward(MODEL, guided, now, 2.0 * now - last, PERIOD)
+        found, blind = step_feedforward(MODEL, blind, plan_inputs(now, math.nan), PERIOD)
+        expected, guided = step_feedforward(MODEL, guided, plan_inputs(now, 2.0 * now - last), PERIOD)
         assert found == pytest.approx(expected, rel=1e-13)
         assert blind == pytest.approx(guided, rel=1e-13)
 
 
 def test_without_preview_the_first_sample_takes_the_reference_as_constant():
-    first = step_feedforward(MODEL, initial_feedforward_state(), 0.1, math.nan, PERIOD)
-    assert first == step_feedforward(MODEL, initial_feedforward_state(), 0.1, 0.1, PERIOD)
+    first = step_feedforward(MODEL, initial_feedforward_state(), plan_inputs(0.1, math.nan), PERIOD)
+    assert first == step_feedforward(MODEL, initial_feedforward_state(), plan_inputs(0.1, 0.1), PERIOD)
 
 
 @pytest.mark.parametrize("delay", [0.5, 1.0, 2.3])
@@ -179,8 +185,8 @@ def test_delayed_torque_along_a_ramp_is_the_torque_of_that_much_later(delay, pre
     early, late = (FeedforwardState(90.0, ramp(-1.0), True) for _ in range(2))
     for k in range(40):
         following = ramp(k + 1.0) if preview else math.nan
-        found, early = step_feedforward(UNEQUAL, early, ramp(k), following, PERIOD, delay)
-        expected, late = step_feedforward(UNEQUAL, late, ramp(k + delay), ramp(k + 1.0 + delay), PERIOD)
+        found, early = step_feedforward(UNEQUAL, early, plan_inputs(ramp(k), following), PERIOD, delay)
+        expected, late = step_feedforward(UNEQUAL, late, plan_inputs(ramp(k + delay), ramp(k + 1.0 + delay)), PERIOD)
         assert found == pytest.approx(expected, rel=1e-9)
         assert early.friction == pytest.approx(late.friction, rel=1e-9)
         assert early.reference == ramp(k)
@@ -255,12 +261,12 @@ def test_friction_that_differs_by_direction_is_lagged_as_a_whole(start, end, fri
 
     expected = torque_by_runge_kutta(MODEL, friction, start, end, between)
     state = FeedforwardState(friction - UNEQUAL.offset, 0.0, True)
-    torque, state = step_feedforward(UNEQUAL, state, start, end, PERIOD)
+    torque, state = step_feedforward(UNEQUAL, state, plan_inputs(start, end), PERIOD)
     assert (torque, state.friction + UNEQUAL.offset) == pytest.approx(expected, rel=1e-8)
 
 
 def test_the_offset_is_fed_forward_at_rest_as_well_and_at_once():
-    torque, state = step_feedforward(UNEQUAL, initial_feedforward_state(), 0.0, 0.0, PERIOD)
+    torque, state = step_feedforward(UNEQUAL, initial_feedforward_state(), plan_inputs(0.0, 0.0), PERIOD)
     assert torque == UNEQUAL.offset
     assert state.friction == 0.0
 
@@ -272,7 +278,9 @@ def test_model_in_force_is_the_one_of_the_moment():
     controller, state = ModelBased(0.0, 0.0, PERIOD, UNEQUAL, [(0.495, halved)]), initial_feedforward_state()
     for time, (now, following) in zip(times, itertools.pairwise(reference), strict=False):
         found = controller.step(now, 0.0, next_reference=following)
-        expected, state = step_feedforward(halved if time > 0.485 else UNEQUAL, state, now, following, PERIOD)
+        expected, state = step_feedforward(
+            halved if time > 0.485 else UNEQUAL, state, plan_inputs(now, following), PERIOD
+        )
         assert found == pytest.approx(expected, rel=1e-12)
 
 
@@ -330,7 +338,7 @@ def frictions_along(plan, turned):
     """Friction fed forward in each period along a plan, N m."""
     state, found = FeedforwardState(50.0, plan[0], True), []
     for reference, following in itertools.pairwise(plan):
-        _, friction, state = feedforward_parts(MODEL, state, reference, following, PERIOD, turned=turned)
+        _, friction, state = feedforward_parts(MODEL, state, plan_inputs(reference, following), PERIOD, turned=turned)
         found.append(friction)
     return np.array(found)
 

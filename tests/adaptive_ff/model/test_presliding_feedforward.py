@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 import pytest
+from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.model.feedforward import (
@@ -72,7 +73,7 @@ def along(model, plan):
     state, known = FeedforwardState(0.0, plan[0], True), np.zeros(3)
     rows = []
     for start, end in itertools.pairwise(plan):
-        torque, friction, state = feedforward_parts(model, state, start, end, PERIOD)
+        torque, friction, state = feedforward_parts(model, state, plan_inputs(start, end), PERIOD)
         integral, known = by_scipy(model, known, start, end)
         expected = (model.inertia * (end - start) + integral) / PERIOD + model.offset
         rows.append((torque, friction, *state[:1], state.slip, state.adhesion, expected, integral / PERIOD, *known))
@@ -90,7 +91,7 @@ def test_friction_along_a_plan_solves_the_equations_of_the_bristles(sign, micro_
 def test_pieces_are_as_fine_as_one_step_allows():
     """A period that takes the bristles most of the way: a rule of other places or weights would be further off."""
     state, known = FeedforwardState(0.0, 0.0, True), np.zeros(3)
-    torque, _, state = feedforward_parts(MODEL, state, 0.02, 0.3, PERIOD)
+    torque, _, state = feedforward_parts(MODEL, state, plan_inputs(0.02, 0.3), PERIOD)
     integral, known = by_scipy(MODEL, known, 0.02, 0.3)
     assert torque == pytest.approx((MODEL.inertia * 0.28 + integral) / PERIOD + MODEL.offset, rel=2e-3)
     assert (state.friction, state.slip, state.adhesion) == pytest.approx(tuple(known), rel=5e-3, abs=2e-3)
@@ -98,7 +99,7 @@ def test_pieces_are_as_fine_as_one_step_allows():
 
 def test_a_plan_at_rest_leaves_the_bristles_as_they_are():
     state = FeedforwardState(5.0, 0.0, True, 0.3, -0.1)
-    _, friction, after = feedforward_parts(MODEL, state, 0.0, 0.0, PERIOD)
+    _, friction, after = feedforward_parts(MODEL, state, plan_inputs(0.0, 0.0), PERIOD)
     assert (after.slip, after.adhesion) == (0.3, -0.1)
     assert 0.0 < after.friction < friction < 5.0
     assert after.friction == pytest.approx(5.0 * math.exp(-PERIOD / BENT_FADING), rel=1e-12)

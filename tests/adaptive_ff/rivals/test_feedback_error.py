@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, lay_course
+from plan_inputs import plan_inputs
 
 from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
@@ -40,7 +41,7 @@ def test_with_the_true_weights_its_feedforward_is_that_of_the_model():
     found, _ = drive(learning, course)
     state, expected = initial_feedforward_state(), []
     for reference, following in itertools.pairwise(course.reference[course.samples]):
-        torque, state = step_feedforward(model, state, reference, following, 0.01)
+        torque, state = step_feedforward(model, state, plan_inputs(reference, following), 0.01)
         expected.append(torque)
     assert found.feedforward[: len(expected)] == pytest.approx(expected, abs=1e-9)
     assert np.ptp(found.feedforward) > 100.0

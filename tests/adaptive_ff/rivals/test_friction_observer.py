@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
@@ -45,7 +46,7 @@ def test_mobilised_share_runs_along_the_curve_from_reversal_to_reversal():
 def test_without_presliding_it_is_the_feedforward_of_the_lagged_model():
     found, state, expected = along(1e-9, 300), initial_feedforward_state(), []
     for k in range(300):
-        torque, state = step_feedforward(MODEL._replace(inertia=0.0), state, plan(k), plan(k + 1), PERIOD)
+        torque, state = step_feedforward(MODEL._replace(inertia=0.0), state, plan_inputs(plan(k), plan(k + 1)), PERIOD)
         expected.append(torque)
     assert found == pytest.approx(np.array(expected), abs=0.2)  # N m, of 100
 
