@@ -8,8 +8,9 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, error_of, lay_course
 from closed_loops import make as make_named
 
-from adaptive_ff import simulate
+from adaptive_ff import AdaptiveController, simulate
 from adaptive_ff.adaptive.controller import UnsupervisedController
+from adaptive_ff.adaptive.prior import LONGEST_GUESS
 from adaptive_ff.model.friction import ESTIMATED
 from adaptive_ff.simulation.metrics import rms
 from controllers import pi_gains
@@ -199,3 +200,10 @@ def test_a_setting_that_is_not_positive_is_refused_by_name(name, value):
 def test_a_loop_without_proportional_gain_is_refused():
     with pytest.raises(ValueError, match=r"^proportional = 0\.0 is not allowed"):
         UnsupervisedController(0.0, 1.0, 0.01, inertia=20.0, stribeck_velocity=0.05)
+
+
+@pytest.mark.parametrize(("bandwidth", "lag"), [(10.0, 1.0 / (20.0 * math.pi)), (2.0, LONGEST_GUESS)])
+def test_first_guess_of_the_lag_is_that_of_the_loop_unless_it_is_slow(bandwidth, lag):
+    gains = pi_gains(20.0, bandwidth)
+    controller = AdaptiveController(*gains, 0.01, inertia=20.0, stribeck_velocity=0.05)
+    assert controller.estimates["friction_lag"] == pytest.approx(lag, rel=0.01)
