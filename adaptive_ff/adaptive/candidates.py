@@ -51,6 +51,8 @@ from adaptive_ff.model.bounds import (
     COULOMB,
     FRICTION_LAG,
     INERTIA,
+    OFFSET,
+    STICTION,
     VISCOUS,
     VISCOUS_ASYMMETRY,
 )
@@ -98,6 +100,9 @@ SHORT_RETURN_MARGIN = 1.3
 
 ALIKE = 1.5
 """Largest over least acceleration at reversals up to which they are alike: what takes a time there bends on one way."""
+
+ONE_WAY = 0.99
+"""Squared correlation of the columns of Coulomb friction and offset beyond which the motion was one way."""
 
 FADING = 0.1
 """Share by which the least and the largest go back to the last one at each reversal."""
@@ -278,17 +283,35 @@ def margin_of(present: float, tried: float, short: float) -> float:
 
 
 @register_jitable
+def keep_offset_in_place(estimate: NDArray[np.float64], moments: NDArray[np.float64], offset: float) -> None:
+    """Keep an offset (N m) where a candidate knows motion one way only; its friction takes the difference.
+
+    The sum of both is all that such a motion shows. An offset that nothing has shown throws the joint at the first
+    reversal.
+    """
+    mixed, own = moments[OFFSET + 1, COULOMB + 1], moments[OFFSET + 1, OFFSET + 1]
+    if mixed * mixed > ONE_WAY * own * moments[COULOMB + 1, COULOMB + 1]:
+        direction = math.copysign(1.0, mixed)
+        change = max(direction * (estimate[OFFSET] - offset), -estimate[COULOMB])
+        estimate[COULOMB] += change
+        estimate[STICTION] += change
+        estimate[OFFSET] -= direction * change
+
+
+@register_jitable
 def take_candidate_in_place(
     estimator: EstimatorParameters, state: EstimatorState, place: int, measured: Signals, model: Signals
 ) -> None:
     """Let the estimator go on with a candidate's estimate, information and filters.
 
     The filters over the measurements have none of its own: those over the reference take their place, and what they
-    differ by is forgotten within a few time constants of the filters.
+    differ by is forgotten within a few time constants of the filters. An offset stays where only motion one way
+    is known.
     """
     candidates, recursion = state.candidates, state.recursion
     estimate, information, filters = candidates.estimates[place], recursion.information, candidates.filters[place]
     size = estimate.size - 1
+    offset = recursion.estimate[OFFSET] if size > OFFSET else 0.0
     write_information(estimator, candidates.moments[place], estimate, candidates.products, candidates.factor)
     floor = PRIOR * candidates.errors[place] / (estimator.torque_scale * estimator.torque_scale) + LEAST_PRIOR
     for i in range(size):
@@ -299,6 +322,8 @@ def take_candidate_in_place(
             information[i, j] = 0.0
             information[j, i] = 0.0
         information[i, i] += floor
+    if size > OFFSET:
+        keep_offset_in_place(recursion.estimate, candidates.moments[place], offset)
     # with a wrong curve joint and reference part at reversals, which looks like a short lag; a long one hurts less
     recursion.estimate[FRICTION_LAG] = max(estimate[FRICTION_LAG], estimator.first[FRICTION_LAG])
     if candidates.bent.shape[0] > 0:

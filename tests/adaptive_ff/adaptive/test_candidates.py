@@ -10,11 +10,12 @@ from closed_loops import drive, lay_course, make
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_choice
 from adaptive_ff.adaptive.candidate_moments import OUTLIER, residual_moments_in_place, robust_share
-from adaptive_ff.adaptive.candidates import alike, margin_of, note_reversal_in_place
+from adaptive_ff.adaptive.candidates import alike, keep_offset_in_place, margin_of, note_reversal_in_place
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.estimator import predict_torque
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.registry import make_adaptive
+from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION
 from adaptive_ff.simulation.metrics import rms
 
 JOINT = load_scenario(SCENARIOS / "high_stiction.toml").modified(seed=101)
@@ -213,3 +214,33 @@ def test_reversals_out_of_order_are_refused():
     saved["state"]["estimator"]["candidates"]["reversals"] = [2.0, 1.0]
     with pytest.raises(ValueError, match="reversals"):
         controller.state_from_json(json.dumps(saved))
+
+
+def moments_of_motion(directions):
+    """Second moments of rows along motion in these directions: of Coulomb's column and the offset's, else nothing."""
+    moments = np.zeros((9, 9))
+    for direction in directions:
+        row = np.zeros(9)
+        row[COULOMB + 1], row[OFFSET + 1] = direction, 1.0
+        moments += np.outer(row, row) / len(directions)
+    return moments
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize(("offset", "friction"), [(-20.0, 38.0), (5.0, 12.0), (-30.0, 4.0)])
+def test_an_offset_stays_where_a_candidate_knows_motion_one_way_only(direction, offset, friction):
+    """What is known, friction and offset together in that direction, stays; friction is not negative."""
+    estimate = np.array([20.0, friction, friction + 10.0, 80.0, 0.01, direction * offset])
+    before = estimate.copy()
+    keep_offset_in_place(estimate, moments_of_motion([direction] * 5), 1.0)
+    known = [direction * each[COULOMB] + each[OFFSET] for each in (before, estimate)]
+    assert known[0] == pytest.approx(known[1])
+    assert estimate[STICTION] - estimate[COULOMB] == pytest.approx(10.0)
+    assert estimate[COULOMB] >= 0.0
+    assert estimate[OFFSET] == pytest.approx(1.0) or estimate[COULOMB] == 0.0
+
+
+def test_an_offset_that_both_directions_show_is_taken():
+    estimate = np.array([20.0, 38.0, 48.0, 80.0, 0.01, -20.0])
+    keep_offset_in_place(estimate, moments_of_motion([1.0] * 9 + [-1.0]), 0.0)
+    assert (estimate[COULOMB], estimate[OFFSET]) == (38.0, -20.0)
