@@ -153,6 +153,8 @@ class ObserverState(NamedTuple):
         For how long the joint has stuck while its plan moves, s.
     away : float
         For how much longer it has been far away from its plan than near to it, s; zero at least.
+    let_go : bool
+        Whether the observer has let go of the joint, and it has not been seen moving since.
     """
 
     disturbance: float
@@ -170,12 +172,13 @@ class ObserverState(NamedTuple):
     quiet: float
     stuck: float
     away: float
+    let_go: bool
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
-    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
 @register_jitable
@@ -197,6 +200,7 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.quiet,
         state.stuck,
         state.away,
+        state.let_go,
     )
 
 
@@ -311,6 +315,7 @@ def observe(
         quiet,
         stuck,
         away,
+        state.let_go or stuck > CLAMPED or away > GONE,
     )
 
 
@@ -379,6 +384,48 @@ def observer_gain(
 
 
 @register_jitable
+def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[ObserverState, float]:
+    """Return the state, and what leaves the integral (N m), once a joint moves that the observer had let go of.
+
+    Meanwhile the integral alone has grown to what sets the joint free. Friction that is learnt now would come on top of
+    it, for as long as the integral takes to unwind. The observer takes it instead, and gives back what is not needed
+    within its time constant; the torque does not jump.
+
+    Parameters
+    ----------
+    state : ObserverState
+        The state.
+    integral : float
+        Integral of the feedback, N m.
+    moves : bool
+        Whether the joint is sure to move.
+    """
+    if not state.let_go or not moves or state.stuck > CLAMPED or state.away > GONE:
+        return state, 0.0
+    return (
+        ObserverState(
+            state.disturbance + integral,
+            state.gain,
+            state.velocity,
+            state.reference,
+            state.lagged_torque,
+            state.fed,
+            state.squared,
+            state.response,
+            state.predicted_squared,
+            state.noise,
+            state.error,
+            state.error_squared,
+            state.quiet,
+            state.stuck,
+            state.away,
+            False,
+        ),
+        state.gain * integral,
+    )
+
+
+@register_jitable
 def hand_over_to_observer(
     state: ObserverState, change: float, gain: float, fed: float, integral: float
 ) -> tuple[ObserverState, float]:
@@ -424,6 +471,7 @@ def hand_over_to_observer(
             state.quiet,
             state.stuck,
             state.away,
+            state.let_go,
         ),
         leaves,
     )

@@ -36,6 +36,7 @@ from adaptive_ff.adaptive.observer import (
     saturated,
     start_observer,
     strains,
+    take_up,
 )
 from adaptive_ff.adaptive.one_way import loosen_offset_in_place
 from adaptive_ff.adaptive.outer_loop import (
@@ -89,6 +90,10 @@ LEFT = 0.01
 
 FULL_TRUST = 0.95
 """Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
+
+
+TAKEN_UP = 0.25
+"""Share of the time for which a joint must slide until learning begins, after which it surely moves."""
 
 
 class SupervisedParameters(NamedTuple):
@@ -355,9 +360,12 @@ def step_supervised(
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
+    moves = period.sliding > TAKEN_UP * block.hold
+    observer, taken = take_up(observer, state.feedback.integral, moves)
     observer, leaves = hand_over_to_observer(
-        observer, change, gain, torque + inputs.feedforward, state.feedback.integral
+        observer, change, gain, torque + inputs.feedforward, state.feedback.integral - taken
     )
+    leaves += taken
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
     rests = plan_rests(state, inputs.reference)

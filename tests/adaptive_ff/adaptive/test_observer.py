@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.observer import (
+    CLAMPED,
     ObserverParameters,
     hand_over_to_observer,
     initial_observer,
@@ -19,6 +20,7 @@ from adaptive_ff.adaptive.observer import (
     observer_gain,
     start_observer,
     strains,
+    take_up,
 )
 from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.simulation.experiment import empty_record
@@ -271,3 +273,30 @@ def test_a_joint_that_sticks_at_more_torque_than_it_ever_moved_with_is_held_by_a
     let_go = after(held, 310.0, 0.09, 100.0)
     assert let_go.disturbance < held.disturbance
     assert after(let_go, 290.0, 0.09, 100.0).stuck == 0.0
+
+
+def stuck_for(seconds, friction=50.0):
+    """The observer beside a joint that a plan does not move for so long, and then the joint sliding along its plan."""
+    state = start_observer(initial_observer(FEEDBACK), 0.1, 0.0)
+    for _ in range(round(seconds / PERIOD)):
+        state = observe(OBSERVER, state, FEEDBACK, friction, INERTIA, 0.1, 0.0, 0.0, False, PERIOD, 1.0, False)
+    for _ in range(5):
+        state = observe(OBSERVER, state, FEEDBACK, friction, INERTIA, 0.1, 0.0, 0.1, False, PERIOD, 1.0, False)
+    return state
+
+
+def test_what_the_integral_has_grown_to_beside_a_stuck_joint_goes_to_the_observer_once_it_moves():
+    """Else friction that is learnt then comes on top of it. The torque of both is what it was."""
+    state = stuck_for(5.0)
+    assert state.let_go
+    assert take_up(state, 40.0, False) == (state, 0.0)  # it does not surely move
+    taken, leaves = take_up(state, 40.0, True)
+    assert leaves == pytest.approx(state.gain * 40.0)
+    assert taken.gain * taken.disturbance - leaves == pytest.approx(state.gain * state.disturbance)
+    assert take_up(taken, 40.0, True) == (taken, 0.0)  # once
+
+
+def test_a_joint_that_sticks_for_a_moment_leaves_the_integral_alone():
+    state = stuck_for(0.5 * CLAMPED)
+    assert not state.let_go
+    assert take_up(state, 40.0, True) == (state, 0.0)
