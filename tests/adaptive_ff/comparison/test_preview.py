@@ -1,0 +1,121 @@
+"""A drive that is late: the plan of when a torque acts reaches every controller, in every way that one is stepped."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from closed_loops import lay_course, make
+
+from adaptive_ff import JointGroup, load_scenario, simulate
+from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.comparison.running import Drive
+
+STOPS = load_scenario().modified(
+    seed=101,
+    duration=20.0,
+    actuator={"delay": 0.02},
+    feedback={"bandwidth": 3.0},
+    reference={"kind": "point_to_point", "distance": 0.4, "speed": 0.3, "acceleration": 1.0, "dwell": 1.0},
+)
+"""Moves with rests between them, by a drive that is late by two periods."""
+
+FED = {"adaptive": 0.8, "adaptive_unsupervised": 0.8, "fixed": 0.8, "friction_observer": 0.8, "canudas": 0.95}
+FED |= {"feedback_error": 0.95, "disturbance_observer": 1.02}
+"""Controllers that feed the plan forward, and their largest error with the plan known over that by extrapolation."""
+
+
+def blind(course):
+    """The same course; the plan is known up to the next sample."""
+    return course._replace(acting=np.full_like(course.acting, math.nan))
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.01, 0.015])
+def test_the_plan_is_that_of_when_the_torque_acts(delay):
+    scenario = STOPS.modified(actuator={"delay": delay}, duration=6.0)
+    course = lay_course(scenario)
+    times = course.samples * course.solver_period + delay
+    known = times < 6.0 + 1e-9
+    wanted = np.interp(times, scenario.times(), course.reference)
+    assert course.acting[known] == pytest.approx(wanted[known], abs=1e-12)
+    assert np.all(np.isnan(course.acting[~known]))
+    assert np.count_nonzero(~known) == math.ceil(delay / 0.01)
+
+
+@pytest.mark.parametrize(("name", "most"), FED.items())
+def test_with_it_a_controller_tracks_better_than_by_extrapolation(name, most):
+    course = lay_course(STOPS)
+    with_plan, without = (simulate(STOPS, name, course=one).metrics for one in (course, blind(course)))
+    assert with_plan.rms_error_settled < most * without.rms_error_settled
+
+
+def test_each_controller_is_given_the_plan_for_the_delay_that_it_reckons_with():
+    """All but the oracle reckon with the one that the scenario tells, here none."""
+    scenario = load_scenario(SCENARIOS / "delay_unknown.toml")
+    course = lay_course(scenario)
+    assert Drive(make("adaptive", scenario)).previewed(course) is course
+    assert course.lead == 0
+    seen = Drive(make("oracle", scenario)).previewed(course)
+    assert seen.lead == round(scenario.actuator.delay / course.solver_period) > 0
+    later = course.samples + seen.lead
+    inside = later < course.reference.size
+    assert np.array_equal(seen.acting[inside], course.reference[later[inside]])
+
+
+def stepped(controller, course, previewed):
+    """Torques of a controller along a course, measured as planned; every tenth step is not given the plan ahead."""
+    found, plan = [], course.reference[course.samples].tolist()
+    for k, (acting, following) in enumerate(itertools.pairwise(course.acting[:-1].tolist())):
+        known = previewed and k % 10 and math.isfinite(following)
+        ahead = {"acting_reference": acting, "next_acting_reference": following} if known else {}
+        found.append(controller.step(plan[k], 0.95 * plan[k], next_reference=plan[k + 1], **ahead))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("name", ["adaptive", "fixed"])
+def test_step_takes_it_for_one_sample_compiled_and_in_plain_python(name):
+    course = lay_course(STOPS.modified(duration=3.0))
+    fast, plain = (stepped(one, course, True) for one in (make(name, STOPS), make(name, STOPS).run_uncompiled()))
+    assert fast == pytest.approx(plain, rel=1e-9, abs=1e-9)
+    assert np.max(np.abs(fast - stepped(make(name, STOPS), course, False))) > 10.0
+
+
+def test_a_controller_that_has_been_simulated_goes_on_without_the_last_plan():
+    used, restored = make("adaptive", STOPS), make("adaptive", STOPS)
+    simulate(STOPS.modified(duration=2.0), used)
+    restored.state_from_json(used.state_to_json())
+    assert used.step(0.1, 0.1, next_reference=0.1) == restored.step(0.1, 0.1, next_reference=0.1)
+
+
+def test_a_group_hands_it_to_each_joint():
+    alone, *both = (make("adaptive", STOPS) for _ in range(3))
+    grouped = JointGroup(dict(zip(("one", "two"), both, strict=True)))
+    for k in range(50):
+        plan = [0.1 * math.sin(0.1 * (k + ahead)) for ahead in (0, 1, 2, 3)]
+        ahead = {"acting_reference": [plan[2], math.nan], "next_acting_reference": [plan[3], math.nan]}
+        found = grouped.step([plan[0]] * 2, [plan[0]] * 2, next_reference=[plan[1]] * 2, **ahead)
+        expected = alone.step(
+            plan[0], plan[0], next_reference=plan[1], acting_reference=plan[2], next_acting_reference=plan[3]
+        )
+        assert found[0] == expected
+    assert found[1] != found[0]
+
+
+@pytest.mark.parametrize("name", ["acting_reference", "next_acting_reference"])
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_plan_that_is_no_number_is_refused_and_half_of_one_not_used(name, value):
+    controller, other = make("fixed", STOPS), make("fixed", STOPS)
+    plan = {"acting_reference": 0.2, "next_acting_reference": 0.21}
+    with pytest.raises(ValueError, match=f"^{name} = {value} is not allowed"):
+        controller.step(0.1, 0.1, next_reference=0.12, **{**plan, name: value})
+    assert controller.step(0.1, 0.1, next_reference=0.12, **{name: 0.2}) == other.step(0.1, 0.1, next_reference=0.12)
+
+
+def test_a_plan_ahead_that_leaps_is_not_followed():
+    """A fault of the bus: the torque stays what it would be by extrapolation."""
+    controller, other = make("adaptive", STOPS), make("adaptive", STOPS)
+    for k in range(200):
+        plan = [0.1 * math.sin(0.05 * (k + ahead)) for ahead in (0, 1, 2, 3)]
+        leap = {"acting_reference": plan[2], "next_acting_reference": 50.0} if k == 150 else {}
+        found = controller.step(plan[0], plan[0], next_reference=plan[1], **leap)
+        assert found == other.step(plan[0], plan[0], next_reference=plan[1])
