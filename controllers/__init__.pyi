@@ -36,6 +36,7 @@ from .kernels import with_feedforward as with_feedforward
 from .kernels import with_realised_torque as with_realised_torque
 from .kernels import with_reference as with_reference
 from .kernels import with_velocity as with_velocity
+from .kernels import without_coming_plan as without_coming_plan
 from .kernels import without_estimates as without_estimates
 from .kernels import write_estimates as write_estimates
 from .kernels import write_monitors as write_monitors

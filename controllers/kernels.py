@@ -77,7 +77,7 @@ def planned_inputs(
 
 @register_jitable
 def _changed(inputs: Inputs, reference: float, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
-    # the one place that lists all fields: compiled code knows no ``_replace``
+    # all fields are listed: compiled code knows no ``_replace``
     return Inputs(
         reference,
         velocity,
@@ -121,6 +121,24 @@ def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
 def present_inertia(inputs: Inputs, inertia: float) -> float:
     """Return the inertia (kg m^2) of the present configuration, or the controller's own where none is given."""
     return inputs.inertia if math.isfinite(inputs.inertia) else inertia
+
+
+@register_jitable
+def without_coming_plan(inputs: Inputs) -> Inputs:
+    """Return the inputs without the plan over the period in which a torque computed now acts."""
+    return Inputs(
+        inputs.reference,
+        inputs.velocity,
+        inputs.next_reference,
+        inputs.correction,
+        inputs.position,
+        inputs.realised_torque,
+        inputs.feedforward,
+        inputs.inertia,
+        inputs.dt,
+        math.nan,
+        math.nan,
+    )
 
 
 @register_jitable

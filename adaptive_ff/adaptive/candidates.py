@@ -102,7 +102,7 @@ ALIKE = 1.5
 """Largest over least acceleration at reversals up to which they are alike: what takes a time there bends on one way."""
 
 ONE_WAY = 0.99
-"""Squared correlation of the columns of Coulomb friction and offset beyond which the motion was one way."""
+"""Squared correlation of the sign of the motion and the offset beyond which the motion was one way."""
 
 FADING = 0.1
 """Share by which the least and the largest go back to the last one at each reversal."""
@@ -287,14 +287,17 @@ def keep_offset_in_place(estimate: NDArray[np.float64], moments: NDArray[np.floa
     """Keep an offset (N m) where a candidate knows motion one way only; its friction takes the difference.
 
     The sum of both is all that such a motion shows. An offset that nothing has shown throws the joint at the first
-    reversal.
+    reversal. Stiction is then not below Coulomb friction, which the estimator would mend by such an offset at once.
     """
-    mixed, own = moments[OFFSET + 1, COULOMB + 1], moments[OFFSET + 1, OFFSET + 1]
-    if mixed * mixed > ONE_WAY * own * moments[COULOMB + 1, COULOMB + 1]:
+    # g + h is the sign of the motion
+    mixed = moments[OFFSET + 1, COULOMB + 1] + moments[OFFSET + 1, STICTION + 1]
+    sign = moments[COULOMB + 1, COULOMB + 1] + moments[STICTION + 1, STICTION + 1]
+    sign += 2.0 * moments[STICTION + 1, COULOMB + 1]
+    if mixed * mixed > ONE_WAY * moments[OFFSET + 1, OFFSET + 1] * sign:
         direction = math.copysign(1.0, mixed)
         change = max(direction * (estimate[OFFSET] - offset), -estimate[COULOMB])
         estimate[COULOMB] += change
-        estimate[STICTION] += change
+        estimate[STICTION] = max(estimate[STICTION] + change, estimate[COULOMB])
         estimate[OFFSET] -= direction * change
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers import Guard, Inputs
+from controllers import Guard, Inputs, without_coming_plan
 
 TOO_FAST = 10.0
 """A plan this many times the largest speed of the plan so far is doubted, so is a correction of it, ..."""
@@ -107,29 +107,34 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
 
 
 @register_jitable
-def undoubted_inputs(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Inputs:
+def believed_plan(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Inputs:
+    """Return the inputs without the plan for when the torque acts where that, or the plan now, leaps.
+
+    Several periods ahead it may be beyond all that has been seen as motion begins, so that alone is no cause for doubt.
+    """
+    possible = possible_speed(block, state)
+    far = leaps(inputs.acting_reference, possible) or leaps(inputs.next_acting_reference, possible)
+    return without_coming_plan(inputs) if far or doubt.leapt else inputs
+
+
+@register_jitable
+def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
     """Return the inputs as the model is to see them: of a doubtful sample no motion, of a leap the last plan.
 
-    The torque of the drive stays: without it the filters would take what the feedback asked for, without a limit. The
-    plan for when the torque acts, several periods ahead, may be beyond what has been seen as motion begins: then it is
-    extrapolated.
+    The torque of the drive stays: without it the filters would take what the feedback asked for, without a limit.
     """
-    start, end, possible = inputs.acting_reference, inputs.next_acting_reference, possible_speed(block, state)
-    leapt = leaps(start, possible) or leaps(end, possible)
-    if not (doubt.doubted or leapt):
+    if not doubt.doubted:
         return inputs
-    if doubt.leapt or leapt:
-        start, end = math.nan, math.nan
     return Inputs(
-        doubt.reference if doubt.doubted else inputs.reference,
-        math.nan if doubt.doubted else inputs.velocity,
+        doubt.reference,
+        math.nan,
         doubt.reference if doubt.leapt else inputs.next_reference,
-        0.0 if doubt.doubted else inputs.correction,
+        0.0,
         inputs.position,
         inputs.realised_torque,
         inputs.feedforward,
         inputs.inertia,
         inputs.dt,
-        start,
-        end,
+        inputs.acting_reference,
+        inputs.next_acting_reference,
     )

@@ -28,7 +28,7 @@ from adaptive_ff.adaptive.command import (
     limited,
     machine_inputs,
 )
-from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, initial_doubt, undoubted_inputs
+from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, initial_doubt, undoubted_inputs
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     estimated_load,
@@ -457,7 +457,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
-    inputs = undoubted_inputs(block, state, doubt, inputs)
+    inputs = undoubted_inputs(doubt, believed_plan(block, state, doubt, inputs))
     command = fade(state.command, inputs.dt)
     error = inputs.reference + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, error, doubt)

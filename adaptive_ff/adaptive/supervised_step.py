@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
-from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, undoubted_inputs
+from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
@@ -335,7 +335,7 @@ def step_supervised(
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
-    inputs = undoubted_inputs(block, state, doubt, inputs)
+    inputs = undoubted_inputs(doubt, believed_plan(block, state, doubt, inputs))
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
     observer, trust = watch(block, state, inputs, doubt, unfit)

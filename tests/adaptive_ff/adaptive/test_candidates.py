@@ -216,28 +216,33 @@ def test_reversals_out_of_order_are_refused():
         controller.state_from_json(json.dumps(saved))
 
 
-def moments_of_motion(directions):
-    """Second moments of rows along motion in these directions: of Coulomb's column and the offset's, else nothing."""
-    moments = np.zeros((9, 9))
+def moments_of_motion(directions, shares=(0.0, 0.3, 0.8)):
+    """Second moments of rows along motion in these directions, with some shares of adhesion; nothing but friction."""
+    moments, count = np.zeros((9, 9)), len(directions) * len(shares)
     for direction in directions:
-        row = np.zeros(9)
-        row[COULOMB + 1], row[OFFSET + 1] = direction, 1.0
-        moments += np.outer(row, row) / len(directions)
+        for share in shares:
+            row = np.zeros(9)
+            row[[COULOMB + 1, STICTION + 1, OFFSET + 1]] = direction * (1.0 - share), direction * share, 1.0
+            moments += np.outer(row, row) / count
     return moments
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-@pytest.mark.parametrize(("offset", "friction"), [(-20.0, 38.0), (5.0, 12.0), (-30.0, 4.0)])
-def test_an_offset_stays_where_a_candidate_knows_motion_one_way_only(direction, offset, friction):
+@pytest.mark.parametrize(("coulomb", "stiction", "offset"), [(38.0, 48.0, -20.0), (12.0, 12.0, 5.0), (4.0, 9.0, -30.0)])
+def test_an_offset_stays_where_a_candidate_knows_motion_one_way_only(direction, coulomb, stiction, offset):
     """What is known, friction and offset together in that direction, stays; friction is not negative."""
-    estimate = np.array([20.0, friction, friction + 10.0, 80.0, 0.01, direction * offset])
-    before = estimate.copy()
-    keep_offset_in_place(estimate, moments_of_motion([direction] * 5), 1.0)
-    known = [direction * each[COULOMB] + each[OFFSET] for each in (before, estimate)]
-    assert known[0] == pytest.approx(known[1])
-    assert estimate[STICTION] - estimate[COULOMB] == pytest.approx(10.0)
+    estimate = np.array([20.0, coulomb, stiction, 80.0, 0.01, direction * offset])
+    keep_offset_in_place(estimate, moments_of_motion([direction] * 5), direction)
+    assert estimate[COULOMB] + direction * estimate[OFFSET] == pytest.approx(coulomb + offset)
+    assert estimate[STICTION] - estimate[COULOMB] == pytest.approx(stiction - coulomb)
+    assert estimate[OFFSET] == pytest.approx(direction) or estimate[COULOMB] == 0.0
     assert estimate[COULOMB] >= 0.0
-    assert estimate[OFFSET] == pytest.approx(1.0) or estimate[COULOMB] == 0.0
+
+
+def test_stiction_below_coulomb_friction_does_not_bring_the_offset_back():
+    estimate = np.array([20.0, 440.0, 0.0, 80.0, 0.01, -167.0])
+    keep_offset_in_place(estimate, moments_of_motion([1.0] * 5), 0.0)
+    assert (estimate[COULOMB], estimate[STICTION], estimate[OFFSET]) == (273.0, 273.0, 0.0)
 
 
 def test_an_offset_that_both_directions_show_is_taken():
