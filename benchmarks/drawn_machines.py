@@ -1,4 +1,7 @@
-"""Machines drawn at random over decades of size, speed and sampling rate: none is built around the built-in joint."""
+"""Machines drawn at random over decades of size, speed and sampling rate: none is built around the built-in joint.
+
+The same in a cascade: with a weight, behind a position loop.
+"""
 
 import math
 from typing import Any
@@ -46,6 +49,12 @@ LONGEST_STEP = 1e-3
 
 KINDS = ("stribeck", "lugre", "elasto_plastic")
 """Kinds of friction, as often the one as the other."""
+
+WEIGHTS = (0.1, 3.0)
+"""Smallest and largest torque of the weight of a machine in a cascade, over its Coulomb friction."""
+
+WEIGHT_STREAM = 1
+"""Stream of random numbers of the weight."""
 
 
 def draw_machine(seed: int, draw: int) -> Scenario:
@@ -119,3 +128,20 @@ def draw_machine(seed: int, draw: int) -> Scenario:
             if "solver_period" not in str(error) or parts > 1000:
                 raise
             parts *= 2
+
+
+def draw_cascade(seed: int, draw: int) -> Scenario:
+    """Return the machine of :func:`draw_machine` with a weight that turns with it, behind a position loop.
+
+    That gravity is there is told, how much is not. The position loop has the default gain, a sixth of the bandwidth of
+    the velocity loop. The encoder of the position makes a count a period at the speed of the machine's noise.
+    """
+    machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, WEIGHT_STREAM])
+    weight = machine.joint.coulomb * float(np.exp(generator.uniform(*np.log(WEIGHTS))))
+    sensor, period = machine.sensor, machine.sampling.period
+    return machine.modified(
+        joint={"gravity": weight, "gravity_phase": float(generator.uniform(-math.pi, math.pi))},
+        actuator={"torque_limit": machine.actuator.torque_limit + 3.0 * weight},
+        adaptation={"identify": "gravity"},
+        position={"encoder_resolution": sensor.encoder_resolution or sensor.velocity_noise * period},
+    )

@@ -1,11 +1,12 @@
-"""Never worse than PI: ``python -m benchmarks.never_worse [--scenario NAME] [--every] [--joints N] [--machines N]``.
+"""Never worse than PI: ``python -m benchmarks.never_worse [--every] [--joints N] [--machines N] [--cascades N]``.
 
 A controller against its own PI loop, as ``adaptive_ff.comparison.windows`` defines it, beside what is asked of it: in
 situations outside the controller's model (by default), in scenarios of the matrix (``--scenario``, ``--every``) and on
 joints drawn at random around the built-in one (``--joints``), by how steeply their friction falls against the
 proportional gain. Where it falls by more than the gain, PI itself hunts. Machines (``--machines``) are drawn over
-decades of size, speed and sampling rate, see ``benchmarks.drawn_machines``. Reported are references of seeds from 1 on
-and the draws of seed 1; whoever tunes takes ``--first-seed 101``.
+decades of size, speed and sampling rate, see ``benchmarks.drawn_machines``; with a weight and behind a position loop
+(``--cascades``) the error is that of the position, in mrad. Reported are references of seeds from 1 on and the draws of
+seed 1; whoever tunes takes ``--first-seed 101``.
 """
 
 import os
@@ -27,7 +28,7 @@ from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
 from adaptive_ff.files import write_json
-from benchmarks.drawn_machines import draw_machine
+from benchmarks.drawn_machines import draw_cascade, draw_machine
 from benchmarks.position_map import rows as map_rows
 from benchmarks.position_map import told
 from benchmarks.wide import wide_console
@@ -157,6 +158,12 @@ def machine_cases(machines: int, seed: int) -> list[Case]:
     return [Case(f"machine, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
 
 
+def cascade_cases(machines: int, seed: int) -> list[Case]:
+    """Return the same machines with a weight and behind a position loop."""
+    drawn = ((draw, draw_cascade(seed, draw)) for draw in range(machines))
+    return [Case(f"cascade, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
+
+
 def judge_case(case: Case, controller: str, draws: int) -> Judgement:
     """Judge a controller on one reference."""
     return judge(case.scenario, controller, draws=draws)
@@ -203,7 +210,7 @@ def row_of(name: str, found: list[Judgement]) -> dict[str, Any]:
 HEADINGS = (
     "situation",
     "n",
-    "pi, mrad/s",
+    "pi, mrad/s or mrad",
     "pi / own (least)",
     "worse",
     "worst window",
@@ -273,6 +280,7 @@ def main(
     every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix, and all maps.")] = False,
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     machines: Annotated[int, typer.Option(min=0, help="Number of machines to draw over decades as well.")] = 0,
+    cascades: Annotated[int, typer.Option(min=0, help="Number of them behind a position loop, with a weight.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
     references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 30,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first reference, and of the draws.")] = 1,
@@ -286,7 +294,7 @@ def main(
         for name in given:
             if name not in allowed:
                 raise typer.BadParameter(f"{name!r} is not known; there are {', '.join(allowed)}", param_hint=option)
-    names = known if every else scenario or ([] if joints or machines else list(SITUATIONS))
+    names = known if every else scenario or ([] if joints or machines or cascades else list(SITUATIONS))
     console = wide_console()
     rows: list[dict[str, Any]] = []
     parts = {
@@ -296,6 +304,9 @@ def main(
         f"{controller} against pi on drawn joints, by fall of friction over Kp": drawn_cases(joints, first_seed),
         f"{controller} against pi on machines drawn over decades, by their friction": machine_cases(
             machines, first_seed
+        ),
+        f"position error of {controller} against pi on machines with a weight, behind a position loop": cascade_cases(
+            cascades, first_seed
         ),
     }
     with ProcessPoolExecutor(workers) as pool:

@@ -79,11 +79,12 @@ def assess(estimator: EstimatorParameters, state: EstimatorState, period: float)
     """
     size, memory = state.recursion.estimate.size, estimator.memory
     missing = math.exp(-state.levels.learnt / memory)
+    known = estimator.deviation if estimator.given else estimator.scale  # what is merely assumed is not known
     if missing == 1.0:
-        share = estimator.deviation / estimator.scale
-        return Confidence(estimator.deviation.copy(), share, share.copy(), np.zeros(size))
+        share = known / estimator.scale
+        return Confidence(known.copy(), share, share.copy(), np.zeros(size))
     # the prior fades with the memory, to that of a unit
-    prior = 1.0 + missing * ((estimator.scale / estimator.deviation) ** 2 - 1.0)
+    prior = 1.0 + missing * ((estimator.scale / known) ** 2 - 1.0)
     start = missing * initial_estimator_state(estimator).recursion.information
     above = state.recursion.information - start
     floor = min(float(np.min(np.diag(above) - state.agreement[:, 0])), float(np.linalg.eigvalsh(above)[0]))

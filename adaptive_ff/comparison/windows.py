@@ -8,6 +8,8 @@ the mean squares over all draws:
 - the error in disjoint *windows* of 5 s from the start. The error allowed in a window is a multiple of PI's there, or
   of a share of PI's median window where that is more: where PI has nearly no error, none is to be gained or lost;
 - the error of the *start*, the first 5 s of motion, and of the first 5 s after each change.
+
+The error is that of the velocity, and behind a position loop that of the position, which such a loop is there for.
 """
 
 from collections.abc import Iterator
@@ -41,7 +43,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a controller on a scenario, rad/s, each the root of the mean square over all draws of the noise.
+    """Errors of a controller on a scenario, each the root of the mean square over all draws of the noise.
+
+    They are in rad/s, behind a position loop in rad.
 
     Attributes
     ----------
@@ -142,7 +146,8 @@ def run_errors(scenario: Scenario, controller: Any, *, draws: int = DRAWS) -> Er
         except ArithmeticError:
             squares.append(np.full(len(parts), np.inf))
             continue
-        square = np.square(run.reference - run.velocity)
+        error = run.reference - run.velocity if run.position_error is None else run.position_error
+        square = np.square(error)
         squares.append(np.array([float(np.mean(square[part])) for part in parts]))
     assert parts is not None
     errors = np.sqrt(np.mean(squares, axis=0))

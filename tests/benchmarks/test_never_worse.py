@@ -10,12 +10,13 @@ from adaptive_ff.comparison.drawn_joints import CLASSES
 from adaptive_ff.comparison.matrix.cells import scenario_names
 from adaptive_ff.comparison.windows import Errors, Judgement
 from benchmarks import never_worse
-from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, draw_machine
+from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, WEIGHTS, draw_cascade, draw_machine
 from benchmarks.never_worse import (
     LIGHT_PEAKS,
     MAPS,
     SITUATIONS,
     asked_of,
+    cascade_cases,
     drawn_cases,
     machine_cases,
     named_cases,
@@ -87,6 +88,23 @@ def test_machines_are_drawn_over_decades_and_each_seed_has_its_own():
     assert draw_machine(101, 3) == drawn[3]
     assert draw_machine(102, 3) != drawn[3]
     assert asked_of("machine, lugre") == asked_of("payload_half")
+
+
+def test_cascades_are_the_same_machines_with_a_weight_behind_a_position_loop():
+    cases = cascade_cases(20, 101)
+    for draw, case in enumerate(cases):
+        machine, cascade = draw_machine(101, draw), case.scenario
+        weight = cascade.joint.gravity / machine.joint.coulomb
+        assert WEIGHTS[0] <= weight <= WEIGHTS[1]
+        assert cascade.actuator.torque_limit > machine.actuator.torque_limit + 2.0 * cascade.joint.gravity
+        assert (cascade.position is not None, machine.position) == (True, None)
+        assert cascade.adaptation.identify == "gravity"
+        assert cascade.joint.model_copy(update={"gravity": 0.0, "gravity_phase": 0.0}) == machine.joint
+        assert cascade.reference == machine.reference
+        assert cascade.sampling == machine.sampling
+    assert {case.name for case in cases} == {"cascade, stribeck", "cascade, lugre", "cascade, elasto_plastic"}
+    assert draw_cascade(101, 3) == cases[3].scenario
+    assert len({case.scenario.joint.gravity for case in cases}) == len(cases)
 
 
 def test_command_prints_the_rows_and_writes_them(tmp_path, monkeypatch):

@@ -147,7 +147,7 @@ def test_the_inputs_are_wild_enough_to_reach_bounds_and_tame_enough_to_be_learnt
     learnt, at_bound, tuned = 0, 0, 0
     for seed in range(20):
         rng = np.random.default_rng(seed)
-        kinds = [(60, rng.uniform(-0.5, 0.5), "noisy", str(rng.choice(["random", "flipped"])), 1.0) for _ in range(10)]
+        kinds = [(60, rng.uniform(-1.0, 1.0), "noisy", str(rng.choice(["random", "flipped"])), 1.0) for _ in range(10)]
         controller = make(ESTIMATED, 0.01)
         feed(controller, kinds, seed, Watch(controller))
         state = controller.state.estimator

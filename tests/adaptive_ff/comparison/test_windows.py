@@ -28,6 +28,13 @@ def test_errors_are_roots_of_mean_squares_over_draws_and_their_parts():
     assert found.start == pytest.approx(rms(joined[:, 1:5002]), rel=1e-12)  # it moves from the first step on
 
 
+def test_behind_a_position_loop_the_error_is_that_of_the_position():
+    cascade = SCENARIO.modified(position={})
+    found, run = run_errors(cascade, "pi", draws=1), simulate(cascade, "pi")
+    assert found.settled == pytest.approx(rms(run.position_error[17_000:]), rel=1e-12)
+    assert found.settled < 0.2 * rms((run.reference - run.velocity)[17_000:])
+
+
 def test_first_draw_is_the_scenario_itself_and_the_others_differ_in_noise_alone():
     own, *others = noisy_courses(SCENARIO, 3)
     assert np.array_equal(own.noise, SCENARIO.noise())
