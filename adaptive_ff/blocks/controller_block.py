@@ -33,9 +33,10 @@ def controller_block(
     name : str, optional
         Name of the system.
     inputs : sequence of str, optional
-        Signals that it takes, some of ``reference``, ``velocity``, ``next_reference`` (rad/s), ``correction``,
-        ``position`` (rad), ``realised_torque``, ``feedforward`` (N m) and ``inertia`` (kg m^2); the first two must be
-        there. What is not there is not known to the controller.
+        Signals that it takes, some of ``reference``, ``velocity``, ``next_reference``, ``correction`` (rad/s),
+        ``position`` (rad), ``realised_torque``, ``feedforward`` (N m), ``inertia`` (kg m^2), ``acting_reference`` and
+        ``next_acting_reference`` (rad/s, both or none); the first two must be there. What is not there is not known to
+        the controller.
 
     Returns
     -------
