@@ -77,6 +77,9 @@ LIGHTNESS = 0.1
 LIGHT_PEAKS = {"light_slow": 0.0125, "light_medium": 0.05, "light": 0.35}
 """Largest speeds of the plan of joints with a tenth of the built-in inertia, and of the gain, rad/s, by name."""
 
+TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
+"""Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
+
 SITUATIONS: dict[str, Asked] = {
     "paper_100hz": Asked(start=0.36),
     "noisy_1khz": Asked(start=0.15),
@@ -95,6 +98,7 @@ SITUATIONS: dict[str, Asked] = {
     "slow_025": Asked(),
     "slow_050": Asked(),
     **dict.fromkeys(LIGHT_PEAKS, Asked()),
+    **dict.fromkeys(TOLD_INERTIAS, Asked()),
     "steep_2": Asked(),
     "steep_5": Asked(),
     "steep_10": Asked(),
@@ -109,7 +113,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(MAPS, Asked()),
     "map_friction_drops_hats_25": Asked(after=0.28),
 }
-"""Situations by name of their scenario, of ``MAPS`` or ``LIGHT_PEAKS``; others are asked to be never worse."""
+"""Situations by name of their scenario, of ``MAPS``, ``LIGHT_PEAKS`` or ``TOLD_INERTIAS``; others: never worse."""
 
 
 class Case(NamedTuple):
@@ -137,12 +141,15 @@ def named_cases(names: Iterable[str], first: int, references: int) -> list[Case]
 
 
 def named_scenario(name: str, seed: int) -> Scenario:
-    """Return a scenario of the matrix, of ``MAPS`` or of ``LIGHT_PEAKS``, with a seed."""
+    """Return a scenario of the matrix, or of one of the tables above, with a seed."""
     if name in MAPS:
         return told(MAPS[name], seed)
     if name in LIGHT_PEAKS:
         light, peak = {"inertia": LIGHTNESS * load_scenario().joint.inertia}, LIGHT_PEAKS[name]
         return load_scenario().modified(seed=seed, joint=light, feedback=light, reference={"peak": peak})
+    if name in TOLD_INERTIAS:
+        told_inertia = TOLD_INERTIAS[name] * load_scenario().joint.inertia
+        return load_scenario().modified(seed=seed, feedback={"inertia": told_inertia})
     return load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
 
 
@@ -289,7 +296,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    known = [*scenario_names(), *LIGHT_PEAKS, *MAPS]
+    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *MAPS]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:
             if name not in allowed:

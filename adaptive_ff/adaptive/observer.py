@@ -46,7 +46,7 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import LoopResponse, advance_loop_response, initial_loop_response
-from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, initial_noise, noise_known
+from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, initial_noise, noise_known
 from controllers import PIParameters, delay_line, delayed, remember
 
 WINDOW = 0.3
@@ -92,6 +92,9 @@ BEYOND = 10.0
 
 GONE = 0.3
 """... and the time for which that may last, s: a joint that hunts comes back sooner."""
+
+CALM = 1.0
+"""Time for which the observer lets go of a joint that hunts, s."""
 
 EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
@@ -246,7 +249,8 @@ def observe(
     error, which frees the joint, but not against it: what the integral holds from before would drive it there. Where
     it sticks for longer than 2 s, or although the drive gives 3 times the largest torque with which it has moved, a
     brake holds it, and where the error is for 0.3 s three times the largest speed of the plan, the drive gives less
-    than it says; the observer would feed back its own torque then, and lets go of it.
+    than it says; the observer would feed back its own torque then, and lets go of it. It does so for 1 s as well where
+    the loop hunts from sample to sample, as it does with an inertia that is told twice too large.
 
     Parameters
     ----------
@@ -288,10 +292,12 @@ def observe(
     if strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
         stuck = CLAMPED + duration
     away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
-    if stuck > CLAMPED or away > GONE:
-        disturbance = state.disturbance * math.exp(-observer.pole * duration)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
+    if hunts(noise, peak):
+        away = max(away, GONE + CALM)
+    if stuck > CLAMPED or away > GONE:
+        disturbance = state.disturbance * math.exp(-observer.pole * duration)
     # the residual is behind the low-pass of the velocity already
     response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
     weight = 0.0 if held else duration / (WINDOW + duration)

@@ -15,6 +15,7 @@ from benchmarks.never_worse import (
     LIGHT_PEAKS,
     MAPS,
     SITUATIONS,
+    TOLD_INERTIAS,
     asked_of,
     cascade_cases,
     drawn_cases,
@@ -30,7 +31,7 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    assert SITUATIONS.keys() - MAPS.keys() - LIGHT_PEAKS.keys() <= set(scenario_names())
+    assert SITUATIONS.keys() - MAPS.keys() - LIGHT_PEAKS.keys() - TOLD_INERTIAS.keys() <= set(scenario_names())
 
 
 def test_maps_are_given_to_the_controller_over_the_planned_positions():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from adaptive_ff.adaptive.noise_level import RISE, SETTLING, WINDOW, advance_noise, initial_noise, noise_known
+from adaptive_ff.adaptive.noise_level import RISE, SETTLING, WINDOW, advance_noise, hunts, initial_noise, noise_known
 
 NOISE = 0.002
 
@@ -74,3 +74,28 @@ def test_noise_that_grows_is_followed_no_faster_than_the_minimum_rises():
     louder = np.array([state.variance for state in course(white(10.0, 0.01, 110, 10.0 * NOISE), 0.01, quiet)])
     assert np.all(louder[1:] <= louder[:-1] * (1.0 + 0.01 / RISE) * (1.0 + 1e-12))
     assert louder[-1] == pytest.approx(quiet.variance * np.exp(10.0 / RISE), rel=1e-3)
+
+
+@pytest.mark.parametrize("begin", [0.2, 5.0], ids=["before the noise is known", "when it is"])
+def test_swings_that_grow_from_sample_to_sample_are_hunting_once_they_exceed_the_plan(begin):
+    period, peak = 0.01, 0.05
+    errors = white(begin + 0.5, period, 108)
+    growing = np.arange(errors.size) * period - begin
+    errors[growing >= 0.0] += 0.3 * growing[growing >= 0.0] * np.cos(2.4 * np.arange(np.sum(growing >= 0.0)))
+    states = course(errors, period)
+    found = [hunts(state, peak) for state in states]
+    assert not any(found[: round((begin + 0.05) / period)])
+    assert found[-1]
+    assert not hunts(states[-1], 10.0 * peak)
+
+
+@pytest.mark.parametrize("seed", range(109, 119))
+def test_noise_and_a_slow_error_larger_than_the_plan_are_none(seed):
+    errors = white(5.0, 0.01, seed)
+    assert not any(hunts(state, 1e-4) for state in course(errors, 0.01))
+    slow = 0.2 * np.sin(2.0 * np.pi * 0.5 * 0.01 * np.arange(errors.size))
+    assert not any(hunts(state, 1e-3) for state in course(errors + slow, 0.01))
+
+
+def test_before_anything_is_measured_nothing_hunts():
+    assert not hunts(initial_noise(), 0.0)

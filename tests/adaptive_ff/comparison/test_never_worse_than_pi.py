@@ -49,6 +49,13 @@ def test_inertia_of_a_weight_on_bristles_is_not_found_ten_times_too_large():
     assert judged.worst_window <= 1.2
 
 
+def test_where_the_inertia_is_told_twice_too_large():
+    told = load_scenario().modified(seed=SEED + 2, duration=20.0, joint={"inertia": 10.0})
+    judged = judge(told, draws=1)  # the first 5 s were 3.8 times those of PI: the observer hunted
+    assert judged.settled >= 1.0
+    assert judged.worst_window <= 1.2
+
+
 @pytest.mark.parametrize(
     ("seed", "draw", "settled", "window", "was"),
     [
