@@ -18,6 +18,7 @@ from adaptive_ff.model.feedforward import (
     exchange_model,
     feedforward_parts,
     initial_feedforward_state,
+    is_held,
     step_feedforward,
     turning_speed,
 )
@@ -364,3 +365,21 @@ def test_beyond_that_speed_friction_turns():
 def test_friction_of_the_same_direction_is_never_held():
     plan = np.array([0.5, 0.9, 0.5, 0.2, 0.0]) * SLOW
     assert frictions_along(plan, SLOW) == pytest.approx(frictions_along(plan, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "held"),
+    [
+        (-0.01, -0.02, True),
+        (-0.02, -0.01, True),
+        (0.01, 0.02, False),
+        (-0.06, -0.01, False),
+        (-0.01, -0.06, False),
+        (-0.05, -0.05, False),
+        (0.01, -0.01, False),
+    ],
+    ids=["speeding up", "slowing down", "same way", "began fast", "ends fast", "as fast as that", "there and back"],
+)
+def test_friction_of_the_other_direction_is_held_while_the_whole_motion_is_slow(start, end, held):
+    assert is_held(60.0, start, end, 0.05) == held
+    assert is_held(-60.0, -start, -end, 0.05) == held
