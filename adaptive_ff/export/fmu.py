@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 from adaptive_ff.export.comments import plain, section
 from adaptive_ff.export.compiler import compile_library, compiler
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.fmu_source import fmu_source
+from adaptive_ff.export.fmu_source import fmu_source, regressor_count
 from adaptive_ff.export.header import header
 from adaptive_ff.export.leaves import value_at
 from adaptive_ff.export.sample import optional_inputs
@@ -62,6 +62,7 @@ def fmu_variables(export: Export) -> list[Variable]:
     """Return the variables in their order; value references count those of each kind from zero."""
     units, described = field_units(Inputs), section(Inputs, "Attributes")
     reals = [(name, "input", described[name], units[name], "0") for name in export.input_names if name != "dt"]
+    reals += [(f"regressors[{i}]", "input", "Further known regressor.", "", "0") for i in range(regressor_count(export))]
     output_units, outputs = field_units(Output), section(Output, "Attributes")
     reals += [
         (name if name not in export.input_names else f"{name}_out", "output", outputs[name], output_units[name], "")

@@ -43,7 +43,7 @@ typedef struct {{
     {prefix}_Controller controller;
     {prefix}_Inputs inputs; /* as they were set, known or not */
     {prefix}_Output output;
-{estimate_field}    bool known[KNOWABLE + 1];
+{regressor_field}{estimate_field}    bool known[KNOWABLE + 1];
 {switch_fields}    double last_step; /* length of the last communication step, s; 0 before the first */
 }} Instance;
 
@@ -209,7 +209,7 @@ EXPORTED fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real length, 
     {prefix}_Inputs inputs = instance->inputs;
     (void)time, (void)no_return;
 {unknown}    inputs.dt = ({real})(instance->last_step > 0.0 ? instance->last_step : length);
-    if (!(length > 0.0) || {prefix}_step(&instance->controller, &inputs, &instance->output) != {upper}_OK) {{
+{regressors_taken}    if (!(length > 0.0) || {prefix}_step(&instance->controller, &inputs, &instance->output) != {upper}_OK) {{
         return fmi2Discard; /* an input is not finite */
     }}
     instance->last_step = length;
@@ -330,17 +330,29 @@ NONE(fmi2GetStringStatus, (fmi2Component c, fmi2StatusKind s, fmi2String *v))
 """
 
 
+TAKING_REGRESSORS = """    if ({prefix}_set_regressors(&instance->controller, instance->regressors) != {upper}_OK) {{
+        return fmi2Discard; /* a regressor is far too large */
+    }}
+"""
+
+
+def regressor_count(export: Export) -> int:
+    """Return how many further known regressors the controller takes."""
+    return 0 if export.regressors is None else export.regressors.count
+
+
 def fmu_source(export: Export, guid: str) -> str:
     """Return the source around the header, with the value references of ``fmu_variables``."""
-    prefix, upper = export.prefix, export.upper
+    prefix, upper, regressors = export.prefix, export.upper, regressor_count(export)
     inputs = [c_name(name) for name in export.input_names if name != "dt"]
     outputs = [c_name(name) for name, _ in export.output.fields]
     estimates = range(len(export.controller.estimate_names))
     knowable = optional_inputs()
     real = export.precision.real
-    getters = [f"instance->inputs.{name}" for name in inputs] + [f"instance->output.{name}" for name in outputs]
+    taken = [f"instance->inputs.{name}" for name in inputs] + [f"instance->regressors[{i}]" for i in range(regressors)]
+    getters = taken + [f"instance->output.{name}" for name in outputs]
     getters += [f"instance->estimates[{place}]" for place in estimates]
-    setters = [f"instance->inputs.{name} = ({real})value;" for name in inputs]
+    setters = [f"{place} = ({real})value;" for place in taken]
     switches = export.switches
     return FUNCTIONS.format(
         prefix=prefix,
@@ -350,6 +362,8 @@ def fmu_source(export: Export, guid: str) -> str:
         reals=len(getters),
         booleans=len(knowable) + len(switches),
         knowable=len(knowable),
+        regressor_field=f"    {real} regressors[{upper}_REGRESSORS];\n" if regressors else "",
+        regressors_taken=TAKING_REGRESSORS.format(prefix=prefix, upper=upper) if regressors else "",
         estimate_field=f"    {real} estimates[{upper}_ESTIMATES];\n" if estimates else "",
         switch_fields="".join(f"    bool {switch.name};\n" for switch in switches),
         switch_starts="".join(

@@ -6,7 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from exports import WARNINGS, adaptive, compiled, made, needs_gcc
+from exports import SIZES, WARNINGS, adaptive, compiled, made, needs_gcc
 
 from adaptive_ff import export_controller
 from controllers import Inputs
@@ -74,6 +74,31 @@ def test_it_runs_as_in_python(learning):
     # the tool's communication steps are differences of rounded times, not 0.01 s exactly
     assert np.allclose(torque, expected[: torque.size], rtol=1e-6, atol=1e-6 * np.ptp(torque))
     assert result["estimates.coulomb"][-1] > 0.0
+
+
+@runs_here
+def test_further_known_regressors_are_inputs_of_it(tmp_path):
+    def made_for_two():
+        return adaptive(SIZES["offset"], regressors=2)
+
+    file = written(tmp_path, made_for_two())
+    assert validate_fmu(str(file)) == []
+    controller, period = made_for_two().run_uncompiled(), 0.01
+    time = period * np.arange(600)
+    reference = 0.2 * np.sin(3.0 * time)
+    columns = [time, reference, np.roll(reference, 1) * 0.95, np.sin(time), np.cos(2.0 * time)]
+    names = ["time", "reference", "velocity", "regressors[0]", "regressors[1]"]
+    signals = np.array(list(zip(*columns, strict=True)), dtype=[(name, np.float64) for name in names])
+    result = fmpy.simulate_fmu(
+        str(file), stop_time=float(time[-1]), step_size=period, output_interval=period, input=signals
+    )
+    rows = list(zip(*columns[1:], strict=True))
+    expected = [controller.step(*row[:2], regressors=row[2:]) for row in rows]
+    torque = result["torque"][1:]
+    assert np.allclose(torque, expected[: torque.size], rtol=1e-6, atol=1e-6 * np.ptp(torque))
+    without = made_for_two().run_uncompiled()
+    blind = [without.step(*row[:2]) for row in rows]
+    assert np.max(np.abs(np.subtract(blind, expected))) > 0.01 * np.ptp(expected)
 
 
 def test_its_source_compiles_without_a_warning(learning, tmp_path):
