@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_margins import MARGIN
 from adaptive_ff.adaptive.candidate_state import CandidateState
-from adaptive_ff.adaptive.candidates import FIRST, MARGIN
+from adaptive_ff.adaptive.candidates import FIRST
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters
 from adaptive_ff.model.friction import TorqueModel
 

@@ -36,6 +36,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.candidate_margins import alike, least_error, margin_of, note_reversal_in_place
 from adaptive_ff.adaptive.candidate_moments import (
     complete_in_place,
     note_moments_in_place,
@@ -44,8 +45,8 @@ from adaptive_ff.adaptive.candidate_moments import (
 )
 from adaptive_ff.adaptive.candidate_state import CandidateState, forgetful, slides, with_choice, with_turn
 from adaptive_ff.adaptive.correction import correct_in_place
-from adaptive_ff.adaptive.estimator import add_loads, scale_inertia_in_place
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
+from adaptive_ff.adaptive.prediction import add_loads, scale_inertia_in_place
 from adaptive_ff.estimation.resetting import ResettingState, factor_in_place, solve_in_place, total_of
 from adaptive_ff.model.bounds import (
     COULOMB,
@@ -76,36 +77,8 @@ MEMORIES = 4.0
 GROWTH = 0.5
 """... and at most this share of the time for which there have been any: the first ones come from a poor start."""
 
-MARGIN = 0.75
-"""Mean squared error of a candidate over that of the one in use, below which it takes its place."""
-
-BENT_MARGIN = 0.3
-"""The same where the candidate has a presliding distance: a load that depends on position looks like bristles."""
-
-SHORT_MARGIN = 0.7
-"""The same where that is a short one, up to ``Vs`` by the pole of the filters, ``Vs J/Kp`` by default.
-
-It, or a lag in time, whichever is in use first, makes the joint move so that it fits: what stays has to be taken early.
-Where all reversals are alike, a way and a time are the same: the time stays, and only what is far better replaces it.
-"""
-
-RETURN_MARGIN = 1.5
-"""The same for one without a presliding distance where the one in use has one, which must stay clearly better.
-
-Else bristles that a disturbance of the plan has feigned would stay for ever: where there are none, both leave the same.
-"""
-
-SHORT_RETURN_MARGIN = 1.3
-"""The same where the one in use has a short one."""
-
-ALIKE = 1.5
-"""Largest over least acceleration at reversals up to which they are alike: what takes a time there bends on one way."""
-
 ONE_WAY = 0.99
 """Squared correlation of the sign of the motion and the offset beyond which the motion was one way."""
-
-FADING = 0.1
-"""Share by which the least and the largest go back to the last one at each reversal."""
 
 FIRST = 1.0
 """Time for which there must have been moments before that, in memories of the estimator."""
@@ -190,21 +163,6 @@ def advance_candidates_one_way_in_place(
 
 
 @register_jitable
-def note_reversal_in_place(reversals: NDArray[np.float64], acceleration: float) -> None:
-    """Note the acceleration (rad/s^2, without its sign) at which the reference reversed, started or stopped."""
-    if reversals[1] == 0.0:
-        reversals[0], reversals[1] = acceleration, acceleration
-    reversals[0] = min(acceleration, reversals[0] + FADING * (acceleration - reversals[0]))
-    reversals[1] = max(acceleration, reversals[1] + FADING * (acceleration - reversals[1]))
-
-
-@register_jitable
-def alike(reversals: NDArray[np.float64]) -> bool:
-    """Return whether the reference reversed, and each time at about the same acceleration."""
-    return 0.0 < reversals[1] <= ALIKE * reversals[0]  # type: ignore[no-any-return]
-
-
-@register_jitable
 def follow_candidates_in_place(
     estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float
 ) -> None:
@@ -253,33 +211,6 @@ def fit_in_place(
     solved = math.isfinite(total_of(gain))  # before it is confined, which can hide what is no number
     correct_in_place(estimator.fit_scale, estimate, gain, factor, candidates.ranges, candidates.work)
     return solved and math.isfinite(total_of(estimate))
-
-
-@register_jitable
-def least_error(errors: NDArray[np.float64], count: int) -> float:
-    """Return the least of the first errors, so many."""
-    least = errors[0]
-    for i in range(count):
-        least = min(least, errors[i])
-    return least  # type: ignore[no-any-return]
-
-
-@register_jitable
-def margin_of(present: float, tried: float, short: float) -> float:
-    """Return the share of the error in use below which another candidate is taken.
-
-    Parameters
-    ----------
-    present, tried : float
-        Presliding distance of the candidate in use and of the other one, rad, zero where there is none.
-    short : float
-        Longest distance that a lag in time may be taken for, rad.
-    """
-    if tried > 0.0:
-        return SHORT_MARGIN if tried <= short else BENT_MARGIN
-    if present > short:
-        return RETURN_MARGIN
-    return SHORT_RETURN_MARGIN if present > 0.0 else MARGIN
 
 
 @register_jitable

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
 from adaptive_ff.adaptive.candidate_choice import (
     BENT_FACTORS,
     FACTORS,
@@ -22,7 +23,7 @@ from adaptive_ff.adaptive.friction_map import coefficient_count
 from adaptive_ff.adaptive.held_integral import initial_held_integral
 from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_map
 from adaptive_ff.adaptive.map_settings import MAP_DEVIATION, MAP_MEMORY
-from adaptive_ff.adaptive.observer import ObserverParameters, initial_observer
+from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import (
     check_candidate_state,
@@ -32,7 +33,7 @@ from adaptive_ff.adaptive.state_check import (
     check_share,
     possible_now,
 )
-from adaptive_ff.adaptive.step import identified_model, initial_adaptive_state
+from adaptive_ff.adaptive.step import identified_model
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA

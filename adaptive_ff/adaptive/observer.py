@@ -40,14 +40,14 @@ the PI loop respect and the observer would not. By default it is at most 65 rad/
 """
 
 import math
-from typing import NamedTuple
 
 from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.lag_tuning import lag_torque
-from adaptive_ff.adaptive.loop_response import LoopResponse, advance_loop_response, initial_loop_response
-from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, initial_noise, noise_known
-from controllers import PIParameters, delay_line, delayed, remember
+from adaptive_ff.adaptive.loop_response import advance_loop_response
+from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, noise_known
+from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
+from controllers import PIParameters, delayed, remember
 
 WINDOW = 0.3
 """Length of the short means, s."""
@@ -98,113 +98,6 @@ CALM = 1.0
 
 EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
-
-
-class ObserverParameters(NamedTuple):
-    """Parameters of the observer.
-
-    Attributes
-    ----------
-    pole : float
-        Pole ``p``, rad/s.
-    inertia : float
-        Inertia that the feedback was designed for, kg m^2.
-    velocity_lag : float
-        Time by which the measured velocity lags behind the joint's, s.
-    period : float
-        Nominal period, s.
-    """
-
-    pole: float
-    inertia: float
-    velocity_lag: float
-    period: float
-
-
-class ObserverState(NamedTuple):
-    """State of the observer.
-
-    Attributes
-    ----------
-    disturbance : float
-        Observed torque ``d`` that the feedforward lacks, N m.
-    gain : float
-        Gain ``g`` with which it is fed back.
-    velocity : float
-        Last measured velocity, rad/s.
-    reference : float
-        Last reference behind the low-pass of the measured velocity, rad/s.
-    lagged_torque : float
-        Torque beyond the feedforward behind that low-pass, N m.
-    fed : tuple of float
-        Torques that were fed forward, N m, the newest first, as far back as the drive may still apply them.
-    squared : float
-        Short mean of ``d^2``, N^2 m^2.
-    response : LoopResponse
-        What the loop would make of the residual; its velocity is ``ehat``.
-    predicted_squared : float
-        Short mean of ``ehat^2``, rad^2/s^2.
-    noise : NoiseState
-        Noise of the measured velocity.
-    error : float
-        Error ``e_f`` that the feedback sees, behind a low-pass, rad/s.
-    error_squared : float
-        Short mean of ``e_f^2``, rad^2/s^2.
-    quiet : float
-        Slowly rising minimum of the short mean of ``ehat^2``, rad^2/s^2.
-    stuck : float
-        For how long the joint has stuck while its plan moves, s.
-    away : float
-        For how much longer it has been far away from its plan than near to it, s; zero at least.
-    let_go : bool
-        Whether the observer has let go of the joint, and it has not been seen moving since.
-    """
-
-    disturbance: float
-    gain: float
-    velocity: float
-    reference: float
-    lagged_torque: float
-    fed: tuple[float, ...]
-    squared: float
-    response: LoopResponse
-    predicted_squared: float
-    noise: NoiseState
-    error: float
-    error_squared: float
-    quiet: float
-    stuck: float
-    away: float
-    let_go: bool
-
-
-def initial_observer(feedback: PIParameters) -> ObserverState:
-    """Return the state before the first sample: the noise is not known, so the gates are open."""
-    line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
-    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False)
-
-
-@register_jitable
-def start_observer(state: ObserverState, reference: float, velocity: float) -> ObserverState:
-    """Return the state at the first sample, from which on differences are taken."""
-    return ObserverState(
-        state.disturbance,
-        state.gain,
-        velocity,
-        reference,
-        state.lagged_torque,
-        state.fed,
-        state.squared,
-        state.response,
-        state.predicted_squared,
-        state.noise,
-        state.error,
-        state.error_squared,
-        state.quiet,
-        state.stuck,
-        state.away,
-        state.let_go,
-    )
 
 
 @register_jitable

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters
 from adaptive_ff.adaptive.candidate_choice import (
     begin_velocity,
     candidate_distances,
@@ -14,7 +15,6 @@ from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters
 from adaptive_ff.adaptive.map_settings import MAP_MEMORY, map_parameters
 from adaptive_ff.adaptive.prior import prior_of
-from adaptive_ff.adaptive.step import AdaptiveParameters
 from adaptive_ff.model.bounds import largest_lag
 from adaptive_ff.model.friction import FURTHER, TorqueModel
 from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity

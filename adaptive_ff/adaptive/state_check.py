@@ -7,7 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.candidate_state import CandidateState
-from adaptive_ff.adaptive.candidates import FITS, FLAT_ROWS, candidate_distance, candidate_velocity
+from adaptive_ff.adaptive.candidates import (
+    FITS,
+    FLAT_ROWS,
+    candidate_distance,
+    candidate_velocity,
+)
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
 from adaptive_ff.adaptive.held_integral import HeldIntegral

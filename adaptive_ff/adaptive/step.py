@@ -6,12 +6,12 @@ that begins, with a friction lag that the tracking error tunes; the PI loop does
 """
 
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters, AdaptiveState, Block
 from adaptive_ff.adaptive.candidate_state import CandidateState, slides
 from adaptive_ff.adaptive.candidates import (
     compare_candidates_in_place,
@@ -20,15 +20,12 @@ from adaptive_ff.adaptive.candidates import (
 )
 from adaptive_ff.adaptive.change_detection import JUMP_WINDOW, LOAD, UNDECIDED, undecided_factor
 from adaptive_ff.adaptive.command import (
-    CommandParameters,
-    CommandState,
     fade,
     inertia_torque,
-    initial_command_state,
     limited,
     machine_inputs,
 )
-from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, initial_doubt, undoubted_inputs
+from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     estimated_load,
@@ -39,12 +36,10 @@ from adaptive_ff.adaptive.estimator import (
     learn_in_place,
 )
 from adaptive_ff.adaptive.estimator_state import (
-    EstimatorParameters,
     EstimatorState,
     carries_loads,
     damping_in_use,
     form_in_use,
-    initial_estimator_state,
     load_count,
     may_guess,
     with_candidates,
@@ -58,7 +53,6 @@ from adaptive_ff.adaptive.lag_tuning import (
     best_lag,
     drop_stale_evidence,
     empty_evidence,
-    initial_timing_state,
     lag_torque,
     lateness,
     learn_timing,
@@ -79,16 +73,13 @@ from adaptive_ff.model.feedforward import (
     coming_plan,
     exchange_model,
     feedforward_parts,
-    initial_feedforward_state,
     turning_speed,
 )
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import (
     BENT,
-    Signals,
     advance_signals_in_place,
-    initial_signals,
     settle_signals_in_place,
 )
 from controllers import (
@@ -96,24 +87,16 @@ from controllers import (
     STEPS,
     Inputs,
     Output,
-    PIParameters,
-    PIState,
     acting_torque,
     asked_torque,
-    delay_line,
     delayed,
     feed_back,
     hand_over,
-    initial_pi_state,
     plausible_inputs,
     present_inertia,
     remember,
     with_feedforward,
 )
-
-Block = Any
-"""Parameters or state of kernels that serve the supervised controller too: its tuples have these fields and more."""
-
 
 LOADS_FIRST = 1.0
 """Time learnt before candidates are compared where loads are estimated, in memories: what is left of a load that is
@@ -125,110 +108,6 @@ GUESS_HOLD = 0.5
 With gravity alone, and a weight of 1.1 times the stiction from the start, the first 5 s are as good without waiting
 (3.80 for 3.71 mrad/s), and with a smaller weight or none much better (2.2 for 3.1).
 """
-
-
-class AdaptiveParameters(NamedTuple):
-    """Parameters of the adaptive controller.
-
-    Attributes
-    ----------
-    feedback : PIParameters
-        The PI loop.
-    estimator : EstimatorParameters
-        The estimator.
-    slowest : float
-        Speed of the gate, rad/s.
-    hold : float
-        Hold of the gate, s.
-    velocity_lag : float
-        Time by which the measured velocity lags behind the joint's, s.
-    period : float
-        Nominal period, s.
-    tunes_lag : bool
-        Whether the lag of the feedforward is tuned by the tracking error.
-    command : CommandParameters
-        What stands between the controller and the machine.
-    """
-
-    feedback: PIParameters
-    estimator: EstimatorParameters
-    slowest: float
-    hold: float
-    velocity_lag: float
-    period: float
-    tunes_lag: bool
-    command: CommandParameters
-
-
-class AdaptiveState(NamedTuple):
-    """State of the adaptive controller.
-
-    Attributes
-    ----------
-    feedback : PIState
-        State of the PI loop.
-    feedforward : FeedforwardState
-        State of the feedforward.
-    measured : Signals
-        Filters over the measurements.
-    model : Signals
-        Filters over the reference and the torque of the model.
-    estimator : EstimatorState
-        State of the estimator.
-    sliding : float
-        For how long the joint has been sliding, s.
-    lagged_torque : float
-        Torque behind a low-pass with the lag of the measured velocity, N m.
-    model_torques, known_torques : tuple of float
-        Torque of the model, and torque known from elsewhere, N m, the newest first, as far back as the drive may still
-        apply them.
-    timing : TimingState
-        State of the tuning of the feedforward's lag.
-    enabled : bool
-        Whether the estimates adapt.
-    command : CommandState
-        How much of the feedforward is fed.
-    doubt : Doubt
-        Doubt about what is measured.
-    """
-
-    feedback: PIState
-    feedforward: FeedforwardState
-    measured: Signals
-    model: Signals
-    estimator: EstimatorState
-    sliding: float
-    lagged_torque: float
-    model_torques: tuple[float, ...]
-    known_torques: tuple[float, ...]
-    timing: TimingState
-    enabled: bool
-    command: CommandState
-    doubt: Doubt
-
-
-def initial_adaptive_state(block: Block) -> AdaptiveState:
-    """Return the state of a controller that knows nothing but the assumed inertia."""
-    parameters = block.estimator.first.size - load_count(block.estimator)
-    return AdaptiveState(
-        initial_pi_state(block.feedback),
-        initial_feedforward_state(),
-        initial_signals(parameters),
-        initial_signals(parameters),
-        initial_estimator_state(block.estimator),
-        -block.hold,  # the filters start from a guess: hold twice as long
-        0.0,
-        delay_line(block.feedback.delay),
-        delay_line(block.feedback.delay),
-        initial_timing_state(
-            block.feedback,
-            float(block.estimator.first[FRICTION_LAG]),
-            float(block.estimator.deviation[FRICTION_LAG]),
-        ),
-        True,
-        initial_command_state(),
-        initial_doubt(),
-    )
 
 
 @register_jitable

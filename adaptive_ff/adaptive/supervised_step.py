@@ -14,6 +14,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
@@ -24,19 +25,21 @@ from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.observer import (
     TINY,
-    ObserverParameters,
-    ObserverState,
     error_beyond_noise,
     hand_over_to_observer,
-    initial_observer,
     misfit,
     observe,
     observed_inertia,
     observer_gain,
     saturated,
-    start_observer,
     strains,
     take_up,
+)
+from adaptive_ff.adaptive.observer_state import (
+    ObserverParameters,
+    ObserverState,
+    initial_observer,
+    start_observer,
 )
 from adaptive_ff.adaptive.one_way import loosen_offset_in_place
 from adaptive_ff.adaptive.outer_loop import (
@@ -50,7 +53,6 @@ from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
     given_inertia_torque,
-    initial_adaptive_state,
     learn_and_feed_in_place,
     turned_speed,
     write_adaptive,

@@ -62,7 +62,9 @@ def fmu_variables(export: Export) -> list[Variable]:
     """Return the variables in their order; value references count those of each kind from zero."""
     units, described = field_units(Inputs), section(Inputs, "Attributes")
     reals = [(name, "input", described[name], units[name], "0") for name in export.input_names if name != "dt"]
-    reals += [(f"regressors[{i}]", "input", "Further known regressor.", "", "0") for i in range(regressor_count(export))]
+    reals += [
+        (f"regressors[{i}]", "input", "Further known regressor.", "", "0") for i in range(regressor_count(export))
+    ]
     output_units, outputs = field_units(Output), section(Output, "Attributes")
     reals += [
         (name if name not in export.input_names else f"{name}_out", "output", outputs[name], output_units[name], "")

@@ -209,7 +209,8 @@ EXPORTED fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real length, 
     {prefix}_Inputs inputs = instance->inputs;
     (void)time, (void)no_return;
 {unknown}    inputs.dt = ({real})(instance->last_step > 0.0 ? instance->last_step : length);
-{regressors_taken}    if (!(length > 0.0) || {prefix}_step(&instance->controller, &inputs, &instance->output) != {upper}_OK) {{
+{regressors}    if (!(length > 0.0)
+        || {prefix}_step(&instance->controller, &inputs, &instance->output) != {upper}_OK) {{
         return fmi2Discard; /* an input is not finite */
     }}
     instance->last_step = length;
@@ -363,7 +364,7 @@ def fmu_source(export: Export, guid: str) -> str:
         booleans=len(knowable) + len(switches),
         knowable=len(knowable),
         regressor_field=f"    {real} regressors[{upper}_REGRESSORS];\n" if regressors else "",
-        regressors_taken=TAKING_REGRESSORS.format(prefix=prefix, upper=upper) if regressors else "",
+        regressors=TAKING_REGRESSORS.format(prefix=prefix, upper=upper) if regressors else "",
         estimate_field=f"    {real} estimates[{upper}_ESTIMATES];\n" if estimates else "",
         switch_fields="".join(f"    bool {switch.name};\n" for switch in switches),
         switch_starts="".join(

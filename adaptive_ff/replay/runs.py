@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.adaptive.step import initial_adaptive_state
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import Log

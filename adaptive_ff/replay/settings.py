@@ -10,9 +10,9 @@ from dataclasses import asdict, dataclass, fields
 from numbers import Real
 from typing import Any, Self
 
+from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.estimator_state import LAG_PRIOR
-from adaptive_ff.adaptive.step import AdaptiveParameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.bounds import FRICTION_LAG
 from adaptive_ff.model.friction import IDENTIFIED

@@ -31,6 +31,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 
 MUTATED = (
     "adaptive_ff.adaptive.estimator",
+    "adaptive_ff.adaptive.prediction",
     "adaptive_ff.regression.filters",
     "adaptive_ff.regression.known_loads",
     "adaptive_ff.regression.sliding_gate",

@@ -42,7 +42,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "release_in_place(information, direction, share * (size * size), work[2])",
     ): "any row of the scratch but the first will do",
     (
-        "adaptive_ff.adaptive.estimator.predict_torque",
+        "adaptive_ff.adaptive.prediction.predict_torque",
         "prediction += estimate[OFFSET] * row[OFFSET + 1]",
         "prediction += estimate[OFFSET] / row[OFFSET + 1]",
     ): "the column of the offset is one",

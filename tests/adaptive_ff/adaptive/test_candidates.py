@@ -9,10 +9,11 @@ from closed_loops import drive, lay_course, make
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.candidate_choice import FACTORS, assess_choice
+from adaptive_ff.adaptive.candidate_margins import alike, margin_of, note_reversal_in_place
 from adaptive_ff.adaptive.candidate_moments import OUTLIER, residual_moments_in_place, robust_share
-from adaptive_ff.adaptive.candidates import alike, keep_offset_in_place, margin_of, note_reversal_in_place
+from adaptive_ff.adaptive.candidates import keep_offset_in_place
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.adaptive.estimator import predict_torque
+from adaptive_ff.adaptive.prediction import predict_torque
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.registry import make_adaptive
 from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION

@@ -57,7 +57,7 @@ from adaptive_ff.adaptive.change_detection import (
     since_turned,
     undecided_factor,
 )
-from adaptive_ff.adaptive.estimator import add_friction
+from adaptive_ff.adaptive.prediction import add_friction
 from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION, VISCOUS
 from adaptive_ff.model.friction import PER_DIRECTION
 from adaptive_ff.simulation.experiment import empty_record

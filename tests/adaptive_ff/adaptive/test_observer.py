@@ -11,17 +11,15 @@ from hypothesis import strategies as st
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.observer import (
     CLAMPED,
-    ObserverParameters,
     hand_over_to_observer,
-    initial_observer,
     misfit,
     observe,
     observed_inertia,
     observer_gain,
-    start_observer,
     strains,
     take_up,
 )
+from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer, start_observer
 from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.simulation.experiment import empty_record
 from controllers import check_gains

@@ -1,0 +1,124 @@
+"""Parameters and state of the adaptive controller; see :mod:`adaptive_ff.adaptive.step`."""
+
+from typing import Any, NamedTuple
+
+from adaptive_ff.adaptive.command import CommandParameters, CommandState, initial_command_state
+from adaptive_ff.adaptive.doubt import Doubt, initial_doubt
+from adaptive_ff.adaptive.estimator_state import (
+    EstimatorParameters,
+    EstimatorState,
+    initial_estimator_state,
+    load_count,
+)
+from adaptive_ff.adaptive.lag_tuning import TimingState, initial_timing_state
+from adaptive_ff.model.bounds import FRICTION_LAG
+from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state
+from adaptive_ff.regression.torque_form import Signals, initial_signals
+from controllers import PIParameters, PIState, delay_line, initial_pi_state
+
+Block = Any
+"""Parameters or state of kernels that serve the supervised controller too: its tuples have these fields and more."""
+
+
+class AdaptiveParameters(NamedTuple):
+    """Parameters of the adaptive controller.
+
+    Attributes
+    ----------
+    feedback : PIParameters
+        The PI loop.
+    estimator : EstimatorParameters
+        The estimator.
+    slowest : float
+        Speed of the gate, rad/s.
+    hold : float
+        Hold of the gate, s.
+    velocity_lag : float
+        Time by which the measured velocity lags behind the joint's, s.
+    period : float
+        Nominal period, s.
+    tunes_lag : bool
+        Whether the lag of the feedforward is tuned by the tracking error.
+    command : CommandParameters
+        What stands between the controller and the machine.
+    """
+
+    feedback: PIParameters
+    estimator: EstimatorParameters
+    slowest: float
+    hold: float
+    velocity_lag: float
+    period: float
+    tunes_lag: bool
+    command: CommandParameters
+
+
+class AdaptiveState(NamedTuple):
+    """State of the adaptive controller.
+
+    Attributes
+    ----------
+    feedback : PIState
+        State of the PI loop.
+    feedforward : FeedforwardState
+        State of the feedforward.
+    measured : Signals
+        Filters over the measurements.
+    model : Signals
+        Filters over the reference and the torque of the model.
+    estimator : EstimatorState
+        State of the estimator.
+    sliding : float
+        For how long the joint has been sliding, s.
+    lagged_torque : float
+        Torque behind a low-pass with the lag of the measured velocity, N m.
+    model_torques, known_torques : tuple of float
+        Torque of the model, and torque known from elsewhere, N m, the newest first, as far back as the drive may still
+        apply them.
+    timing : TimingState
+        State of the tuning of the feedforward's lag.
+    enabled : bool
+        Whether the estimates adapt.
+    command : CommandState
+        How much of the feedforward is fed.
+    doubt : Doubt
+        Doubt about what is measured.
+    """
+
+    feedback: PIState
+    feedforward: FeedforwardState
+    measured: Signals
+    model: Signals
+    estimator: EstimatorState
+    sliding: float
+    lagged_torque: float
+    model_torques: tuple[float, ...]
+    known_torques: tuple[float, ...]
+    timing: TimingState
+    enabled: bool
+    command: CommandState
+    doubt: Doubt
+
+
+def initial_adaptive_state(block: Block) -> AdaptiveState:
+    """Return the state of a controller that knows nothing but the assumed inertia."""
+    parameters = block.estimator.first.size - load_count(block.estimator)
+    return AdaptiveState(
+        initial_pi_state(block.feedback),
+        initial_feedforward_state(),
+        initial_signals(parameters),
+        initial_signals(parameters),
+        initial_estimator_state(block.estimator),
+        -block.hold,  # the filters start from a guess: hold twice as long
+        0.0,
+        delay_line(block.feedback.delay),
+        delay_line(block.feedback.delay),
+        initial_timing_state(
+            block.feedback,
+            float(block.estimator.first[FRICTION_LAG]),
+            float(block.estimator.deviation[FRICTION_LAG]),
+        ),
+        True,
+        initial_command_state(),
+        initial_doubt(),
+    )
