@@ -35,6 +35,7 @@ from .kernels import step as step
 from .kernels import with_feedforward as with_feedforward
 from .kernels import with_realised_torque as with_realised_torque
 from .kernels import with_reference as with_reference
+from .kernels import with_standing_plan as with_standing_plan
 from .kernels import with_velocity as with_velocity
 from .kernels import without_coming_plan as without_coming_plan
 from .kernels import without_estimates as without_estimates

@@ -124,12 +124,11 @@ def present_inertia(inputs: Inputs, inertia: float) -> float:
 
 
 @register_jitable
-def without_coming_plan(inputs: Inputs) -> Inputs:
-    """Return the inputs without the plan over the period in which a torque computed now acts."""
+def _planned_until(inputs: Inputs, next_reference: float) -> Inputs:
     return Inputs(
         inputs.reference,
         inputs.velocity,
-        inputs.next_reference,
+        next_reference,
         inputs.correction,
         inputs.position,
         inputs.realised_torque,
@@ -139,6 +138,18 @@ def without_coming_plan(inputs: Inputs) -> Inputs:
         math.nan,
         math.nan,
     )
+
+
+@register_jitable
+def without_coming_plan(inputs: Inputs) -> Inputs:
+    """Return the inputs without the plan over the period in which a torque computed now acts."""
+    return _planned_until(inputs, inputs.next_reference)
+
+
+@register_jitable
+def with_standing_plan(inputs: Inputs) -> Inputs:
+    """Return the inputs with a plan that stays as it is now, and is not known beyond the next sample."""
+    return _planned_until(inputs, inputs.reference)
 
 
 @register_jitable

@@ -2,8 +2,9 @@
 
 A velocity far beyond any that was planned, a torque far beyond any that was seen, a plan that leaps, a time between
 samples that is not the period's: sensors, drives and buses make such values. The feedback follows them, for they may be
-true. What is learnt and fed forward does not: at such a sample the model keeps the last plan, and after it nothing is
-learnt until the filters have forgotten it. A plan that stays is taken for true after a second or so.
+true: along a plan that leaps the controller is the PI loop alone. What is learnt and fed forward does not: at such a
+sample the model keeps the last plan, and after it nothing is learnt until the filters have forgotten it. A plan that
+stays is taken for true after a second or so.
 """
 
 import math
@@ -11,7 +12,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers import Guard, Inputs, without_coming_plan
+from controllers import Guard, Inputs, with_standing_plan, without_coming_plan
 
 TOO_FAST = 10.0
 """A plan this many times the largest speed of the plan so far is doubted, so is a correction of it, ..."""
@@ -111,7 +112,11 @@ def believed_plan(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Input
     """Return the inputs without the plan for when the torque acts where that, or the plan now, leaps.
 
     Several periods ahead it may be beyond all that has been seen as motion begins, so that alone is no cause for doubt.
+    A plan that has leapt, and is believed from now on, stands where the next sample is not known: extrapolated, it
+    would leap once more.
     """
+    if state.doubt.leapt and not doubt.leapt and not math.isfinite(inputs.next_reference):
+        return with_standing_plan(inputs)
     possible = possible_speed(block, state)
     far = leaps(inputs.acting_reference, possible) or leaps(inputs.next_acting_reference, possible)
     return without_coming_plan(inputs) if far or doubt.leapt else inputs

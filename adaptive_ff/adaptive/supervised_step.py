@@ -370,12 +370,14 @@ def step_supervised(
     leaves += taken
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
-    rests = plan_rests(state, inputs.reference)
+    rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
     if math.isfinite(inputs.velocity):
         leaves += block.feedback.integral * inputs.dt * unseen_error(outer, rests)
     feedback = hand_over(block.feedback, state.feedback, leaves)
-    compared = with_reference(checked, seen + unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests))
+    unseen = unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests)
+    # a plan that leaps may be true: the feedback follows it, what is fed and learnt does not
+    compared = with_reference(checked, (checked.reference if doubt.leapt else seen) + unseen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned = max(share, LEAST_TRUST)
