@@ -88,12 +88,12 @@ def score_command(
 def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path, linear: bool) -> list[str]:
     unit = "mm" if linear else "mrad"
     best = score.chosen
-    sides = "by direction" if best.by_direction else "the same both ways"
-    force = f"force at {best.knots} knots over position" if best.knots > 1 else "an offset"
     mapped = f", friction over position ({best.mapped} coefficients)" if best.mapped else ""
     return [
         columns_taken(columns),
-        f"Chosen on {train}: {force}, viscous friction {sides}{mapped}; {best.parameters:.3g} parameters in effect.",
+        f"Mean of {len(best.structures)} models of {train}: viscous friction by direction in {best.by_direction:.0%} "
+        f"of it{mapped}; {best.parameters:.3g} parameters in effect, {1e3 * best.error:.3g} {unit} rms on what was "
+        "held out.",
         f"Open loop on {test}: {1e3 * score.rms:.3g} {unit} rms, fit {score.fit:.4g} %; in windows of 1 s "
         f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}.",
     ]

@@ -2,12 +2,16 @@
 
 It is the protocol of the EMPS benchmark (A. Janot, M. Gautier, M. Brunot, 2019): identified on one record, the model
 simulates the position of the other from its force alone, and the root mean square of the error counts, without the
-first samples. Nothing is chosen on the other record: whether viscous friction differs by direction, whether there is a
-force over the position and how far it is shrunk, and whether friction has the map over position that is asked for, is
-chosen by blocked cross-validation on the first, in the same measure, the error of an open-loop simulation over as long
-as a block. Used is the model of fewest parameters within a standard error of the best one, on paired differences
-(L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3); of a model that is shrunk their
-effective number counts (:mod:`adaptive_ff.identify.open_loop_fit`).
+first samples. Nothing is chosen on the other record: how much it counts that viscous friction differs by direction,
+that there is a force over the position and how far it is shrunk, is found by blocked cross-validation on the first, in
+the same measure, the error of an open-loop simulation over as long as a block. Used is the mean of all these structures
+with shares by this error (:mod:`adaptive_ff.identify.open_loop_mean`), because which of them is the best hangs on the
+last digits of the log.
+
+Whether friction has the map over position that is asked for, is chosen among the means without and with each map: the
+one of fewest parameters within a standard error of the best one, on paired differences (L. Breiman et al.,
+"Classification and Regression Trees", 1984, section 3.4.3); of a model that is shrunk their effective number counts
+(:mod:`adaptive_ff.identify.open_loop_fit`).
 """
 
 import math
@@ -27,6 +31,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.map_columns import MapAsked, check_asked
 from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
 from adaptive_ff.identify.open_loop_fit import fit_path
+from adaptive_ff.identify.open_loop_mean import Validated, held_out_squares, mean_of_all
 from adaptive_ff.identify.open_loop_slopes import Training
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.logs.derivatives import Array, lowpass
@@ -58,35 +63,33 @@ VELOCITY_BAND = 100.0
 
 
 class Choice(NamedTuple):
-    """A structure of the model.
+    """The mean of the structures that have the same map of friction over position.
 
     Attributes
     ----------
-    knots : int
-        Knots of the force over position.
-    by_direction : bool
-        Whether viscous friction differs by direction.
     error, squares : float, tuple of float
         Its error on blocks that were held out, rad, and its square on each, rad^2.
     mapped : int
-        Coefficients of a map of friction over position; zero without one.
-    weight : float
-        Weight of the shrinkage; zero where nothing depends on the position.
+        Coefficients of the map; zero without one.
     parameters : float
-        Effective number of parameters.
+        Effective number of parameters, the mean of that of the structures.
+    by_direction : float
+        Share of the structures whose viscous friction differs by direction.
+    structures : tuple of dict
+        The structures: ``share``, ``knots``, ``by_direction``, ``weight`` of the shrinkage (zero where nothing depends
+        on the position), ``error`` on blocks that were held out (rad), effective ``parameters``; largest share first.
     """
 
-    knots: int
-    by_direction: bool
     error: float
-    squares: tuple[float, ...] = ()
+    squares: tuple[float, ...]
     mapped: int = 0
-    weight: float = 0.0
     parameters: float = 0.0
+    by_direction: float = 0.0
+    structures: tuple[dict[str, Any], ...] = ()
 
 
-def choose_structure(choices: Sequence[Choice]) -> Choice:
-    """Return the structure of fewest parameters that is no more than one standard error behind the best one."""
+def choose_mean(choices: Sequence[Choice]) -> Choice:
+    """Return the mean of fewest parameters that is no more than one standard error behind the best one."""
     best = min(choices, key=lambda choice: choice.error)
     near = []
     for choice in choices:
@@ -107,8 +110,8 @@ class Score:
     model : OpenLoopModel
         The model.
     choices : list of Choice
-        All structures that were compared on the training record, the one with the smallest error first; see
-        ``choose_structure`` for the one that is used.
+        Means without and with each map that were compared on the training record, the one with the smallest error
+        first; see ``choose_mean`` for the one that is used.
     rms, fit, windows : float
         Error of the simulation of the whole other log, root mean square; how much of its variation is explained, per
         cent; root mean square over simulations of 1 s.
@@ -135,8 +138,8 @@ class Score:
 
     @property
     def chosen(self) -> Choice:
-        """The structure that is used."""
-        return choose_structure(self.choices)
+        """The mean that is used."""
+        return choose_mean(self.choices)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values."""
@@ -195,36 +198,55 @@ def score_log(
         for variation in (NO_MAP, *_maps(position_periods, position_hats, records[0]))
         for knots in KNOTS
     ]
-    made = []
+    made: dict[int, list[Validated]] = {}
     for place, (begin, by_direction) in enumerate(product(structures, (False, True))):
-        made += _validated(begin, records[0], by_direction=by_direction)
+        made.setdefault(begin.coefficients.size, []).extend(_validated(begin, records[0], by_direction=by_direction))
         if progress is not None:
             progress((place + 1) / (2 * len(structures)))
-    made.sort(key=lambda one: one[0].error)
-    choices = [choice for choice, _ in made]
-    model = made[choices.index(choose_structure(choices))][1]
+    means = sorted((_mean(members, records[0]) for members in made.values()), key=lambda one: one[0].error)
+    choices = [choice for choice, _ in means]
+    model = means[choices.index(choose_mean(choices))][1]
     return _judge(train, test, model, choices, records, linear=linear)
 
 
-def _validated(begin: OpenLoopModel, record: Record, *, by_direction: bool) -> list[tuple[Choice, OpenLoopModel]]:
-    """Return a structure with each weight of the shrinkage: its error on held-out blocks, its fit to all of them."""
-    knots, mapped = begin.force.size, begin.coefficients.size
-    weights = WEIGHTS if knots > 1 or mapped else (0.0,)
+def _validated(begin: OpenLoopModel, record: Record, *, by_direction: bool) -> list[Validated]:
+    """Return a structure with each weight of the shrinkage, fitted without each block."""
+    knots = begin.force.size
+    weights = WEIGHTS if knots > 1 or begin.coefficients.size else (0.0,)
     length = record.position.size // BLOCKS
     blocks = np.arange(BLOCKS) * length
-    held = np.empty((len(weights), BLOCKS))
+    fits, held = [], np.empty((len(weights), BLOCKS))
     for block in range(BLOCKS):
         training = Training(record, np.delete(blocks, block), length, SETTLING)
-        for place, fitted in enumerate(fit_path(begin, training, weights, by_direction=by_direction)):
+        fits.append(fit_path(begin, training, weights, by_direction=by_direction))
+        for place, fitted in enumerate(fits[-1]):
             unseen = fitted.model.errors(record, blocks[block : block + 1], length)[:, SETTLING:]
             held[place, block] = float(np.mean(unseen**2))
-    whole = fit_path(begin, Training(record, blocks, length, SETTLING), weights, by_direction=by_direction)
     made = []
-    for weight, squares, fitted in zip(weights, held, whole, strict=True):
-        error = math.sqrt(float(np.mean(squares)))
-        choice = Choice(knots, by_direction, error, tuple(squares.tolist()), mapped, weight, fitted.parameters)
-        made.append((choice, fitted.model))
+    for weight, squares, same in zip(weights, held, zip(*fits, strict=True), strict=True):
+        models, parameters = tuple(one.model for one in same), float(np.mean([one.parameters for one in same]))
+        made.append(Validated(knots, by_direction, weight, models, tuple(squares.tolist()), parameters))
     return made
+
+
+def _mean(members: list[Validated], record: Record) -> tuple[Choice, OpenLoopModel]:
+    """Return the mean of structures with the same map, as it is compared, and its model."""
+    model, shares = mean_of_all(members)
+    squares = held_out_squares(members, record, record.position.size // BLOCKS, SETTLING)
+    plain = ("knots", "by_direction", "weight", "error", "parameters")
+    listed = [
+        {"share": share, **{name: getattr(one, name) for name in plain}}
+        for share, one in zip(shares.tolist(), members, strict=True)
+    ]
+    choice = Choice(
+        math.sqrt(float(np.mean(squares))),
+        tuple(squares.tolist()),
+        members[0].models[0].coefficients.size,
+        float(shares @ [one.parameters for one in members]),
+        float(shares @ [one.by_direction for one in members]),
+        tuple(sorted(listed, key=lambda one: -one["share"])),
+    )
+    return choice, model
 
 
 def _maps(periods: Sequence[float], hats: int, record: Record) -> list[MapParameters]:

@@ -81,10 +81,10 @@ def score_sentence(result: Result) -> str:
     score = result.score
     assert score is not None
     unit, best = "mm" if score.linear else "mrad", score.chosen
-    sides = "viscous friction by direction" if best.by_direction else "one viscous friction"
     return (
-        f"{result.job.name}: open loop, trained on {result.job.records[0]} (chosen there: {best.knots} knots of force "
-        f"over position, {sides}, {best.parameters:.3g} parameters in effect), "
+        f"{result.job.name}: open loop, trained on {result.job.records[0]} (mean of {len(best.structures)} models, "
+        f"viscous friction by direction in {best.by_direction:.0%} of it, {best.parameters:.3g} parameters in effect, "
+        f"{1e3 * best.error:.3g} {unit} rms on what was held out), "
         f"{result.job.records[1]} from its torque: {1e3 * score.rms:.3g} {unit} rms, "
         f"{1e3 * score.windows:.3g} {unit} in windows of 1 s."
     )

@@ -1,15 +1,18 @@
 """The open-loop score on a joint that is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from adaptive_ff import InputError
 from adaptive_ff.adaptive.map_settings import map_parameters
-from adaptive_ff.identify import score
+from adaptive_ff.identify import open_loop_fit, score
 from adaptive_ff.identify.open_loop import OpenLoopModel, Record
 from adaptive_ff.identify.open_loop_fit import fit_path
+from adaptive_ff.identify.open_loop_mean import Validated, held_out_squares, mean_model, mean_of_all, shares_of
 from adaptive_ff.identify.open_loop_slopes import Training, errors_and_slopes, parameters_of, with_parameters
-from adaptive_ff.identify.score import Choice, choose_structure, score_log
+from adaptive_ff.identify.score import Choice, choose_mean, score_log
 from adaptive_ff.logs.log import Log
 
 PERIOD = 0.002
@@ -118,8 +121,87 @@ def test_logs_that_are_too_short_or_too_coarse_to_be_simulated_are_refused(sampl
 
 def test_fewest_effective_parameters_within_a_standard_error_are_chosen():
     squares = {20.0: (1.0, 1.2, 0.8, 1.1), 10.0: (1.1, 1.0, 1.3, 0.9), 5.0: (2.0, 2.1, 1.9, 2.2)}
-    choices = [Choice(65, False, np.sqrt(np.mean(row)), row, 0, 1.0, count) for count, row in squares.items()]
-    assert choose_structure(choices).parameters == 10.0
+    choices = [Choice(np.sqrt(np.mean(row)), row, 0, count) for count, row in squares.items()]
+    assert choose_mean(choices).parameters == 10.0
+
+
+def test_shares_are_those_of_the_pseudo_likelihood():
+    """With B blocks, ``<E>^(-B/2)``: of three blocks, four times the square has an eighth of the share."""
+    squares = np.array([[1.0, 2.0, 3.0], [8.0, 8.0, 8.0]])
+    assert shares_of(squares) == pytest.approx([8.0 / 9.0, 1.0 / 9.0])
+    assert shares_of(1e-30 * squares) == pytest.approx(shares_of(squares))
+    assert shares_of(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]])) == pytest.approx([0.5, 0.0, 0.5])
+
+
+def test_mean_of_an_offset_and_a_force_over_position():
+    offset = OpenLoopModel(1.0, 2.0, 3.0, 0.0, -1.0, 1.0, np.array([0.4]))
+    force = OpenLoopModel(2.0, 4.0, 1.0, 0.5, -1.0, 1.0, np.array([0.0, 1.0, 2.0]))
+    mean = mean_model([offset, force], np.array([0.75, 0.25]))
+    assert parameters_of(mean) == pytest.approx([1.25, 2.5, 2.5, 0.125, 0.3, 0.55, 0.8])
+    with pytest.raises(ValueError, match="2 knots"):
+        mean_model([force, force._replace(force=np.zeros(2))], np.array([0.5, 0.5]))
+
+
+def test_a_mean_is_held_out_with_the_shares_of_the_other_blocks():
+    """Of two models, one is right in the first block and the other in the second: each counts where it is wrong."""
+    record = _record_of(_wavy())
+    right, wrong = _wavy(), _wavy()._replace(inertia=0.7)
+    pairs = (right, wrong), (wrong, right)
+    squares = np.array([[np.mean(_unseen(pair[b], record, b) ** 2) for b in range(2)] for pair in pairs])
+    structures = [
+        Validated(4, True, 0.0, pair, tuple(left), 9.0) for pair, left in zip(pairs, squares.tolist(), strict=True)
+    ]
+    for block, left in enumerate(held_out_squares(structures, record, 2500, 20)):
+        shares = squares[:, 1 - block] ** -0.5 / np.sum(squares[:, 1 - block] ** -0.5)  # of one block
+        inertia = shares @ [pair[block].inertia for pair in pairs]
+        assert inertia > 0.69
+        assert left == pytest.approx(np.mean(_unseen(right._replace(inertia=inertia), record, block) ** 2))
+    mean, shares = mean_of_all(structures)
+    assert sum(shares) == pytest.approx(1.0)
+    assert mean.inertia == pytest.approx(0.6)  # of each structure both fits count
+
+
+def test_models_that_validate_alike_have_no_winner():
+    """Which of two is better by 1e-12 is decided by the last digits; the mean of both does not change with it."""
+    pair = [_wavy(), _wavy()._replace(inertia=0.7)]
+    for squares in ((1.0, 1.0 + 1e-12), (1.0 + 1e-12, 1.0)):
+        structures = [
+            Validated(4, True, 0.0, (model,) * 5, (left,) * 5, 9.0) for model, left in zip(pair, squares, strict=True)
+        ]
+        assert mean_of_all(structures)[0].inertia == pytest.approx(0.6, rel=1e-9)
+
+
+def test_change_of_the_last_digits_changes_the_result_little(monkeypatch):
+    """A log changed by 1e-12, and fits of twice the steps, where the joint rests more than half of the time."""
+    monkeypatch.setattr(score, "KNOTS", (1, 17))
+    train, test = _sticking(1), _sticking(2)
+    assert np.mean(np.diff(train.position) == 0.0) > 0.5
+    noise = 1.0 + 1e-12 * np.random.default_rng(3).standard_normal((2, train.time.size))
+    moved = replace(train, position=noise[0] * train.position, torque=noise[1] * train.torque)
+    found = score_log(train, test)
+    again = [score_log(moved, test)]
+    monkeypatch.setattr(open_loop_fit, "STEPS", 2 * open_loop_fit.STEPS)
+    again.append(score_log(train, test))
+    for other in again:
+        assert np.std(other.simulated - found.simulated) < 0.03 * found.rms
+        assert other.chosen.error == pytest.approx(found.chosen.error, rel=0.03)
+
+
+def _unseen(model, record, block):
+    return model.errors(record, np.array([2500 * block]), 2500)[0, 20:]
+
+
+def _sticking(seed):
+    """A log of 20 s of a joint that rests often; its force, noise and friction are none that a structure has."""
+    time = 0.004 * np.arange(5000)
+    generator = np.random.default_rng(seed)
+    frequencies, phases = generator.uniform(0.3, 1.0, 5), generator.uniform(0.0, 2.0 * np.pi, 5)
+    torque = np.sum(np.sin(2.0 * np.pi * np.outer(frequencies, time) + phases[:, np.newaxis]), axis=0)
+    force = 0.4 * np.random.default_rng(9).standard_normal(40)
+    model = OpenLoopModel(0.5, 1.5, 2.0, 0.2, -1.0, 1.0, force)
+    position = model.errors(Record(np.zeros(5000), np.zeros(5000), torque, 0.004), np.array([0]), 5000)[0]
+    seen = torque * (1.0 + 0.05 * np.sin(3.0 * position)) + 0.1 * generator.standard_normal(5000)
+    return Log("log", time, seen, position=position)
 
 
 def _wavy():
