@@ -46,6 +46,7 @@ from numba.extending import register_jitable
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, noise_known
+from adaptive_ff.adaptive.observer_effect import advance_effect
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from controllers import PIParameters, delayed, remember
 
@@ -196,6 +197,9 @@ def observe(
     weight = 0.0 if held else duration / (WINDOW + duration)
     squared = state.squared + weight * (disturbance * disturbance - state.squared)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
+    effect = state.effect
+    if not held:
+        effect = advance_effect(effect, now, response.velocity, correction, state.noise.variance, state.gain, duration)
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(
@@ -215,6 +219,7 @@ def observe(
         stuck,
         away,
         state.let_go or stuck > CLAMPED or away > GONE,
+        effect,
     )
 
 
@@ -319,6 +324,7 @@ def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[Observe
             state.stuck,
             state.away,
             False,
+            state.effect,
         ),
         state.gain * integral,
     )
@@ -371,6 +377,7 @@ def hand_over_to_observer(
             state.stuck,
             state.away,
             state.let_go,
+            state.effect,
         ),
         leaves,
     )

@@ -6,6 +6,7 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.loop_response import LoopResponse, initial_loop_response
 from adaptive_ff.adaptive.noise_level import NoiseState, initial_noise
+from adaptive_ff.adaptive.observer_effect import ObserverEffect, initial_effect
 from controllers import PIParameters, delay_line
 
 
@@ -67,6 +68,8 @@ class ObserverState(NamedTuple):
         For how much longer it has been far away from its plan than near to it, s; zero at least.
     let_go : bool
         Whether the observer has let go of the joint, and it has not been seen moving since.
+    effect : ObserverEffect
+        Whether the observer helps.
     """
 
     disturbance: float
@@ -85,12 +88,15 @@ class ObserverState(NamedTuple):
     stuck: float
     away: float
     let_go: bool
+    effect: ObserverEffect
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
-    return ObserverState(0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+    return ObserverState(
+        0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False, initial_effect()
+    )
 
 
 @register_jitable
@@ -113,4 +119,5 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.stuck,
         state.away,
         state.let_go,
+        state.effect,
     )

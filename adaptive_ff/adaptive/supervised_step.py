@@ -358,7 +358,7 @@ def step_supervised(
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
     if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
         gain = 1.0  # something is missed now, whichever the cause is
-    gain = command.share * min(gain, bound)
+    gain = command.share * observer.effect.share * min(gain, bound)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
