@@ -80,6 +80,15 @@ LIGHT_PEAKS = {"light_slow": 0.0125, "light_medium": 0.05, "light": 0.35}
 TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 """Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
 
+COARSE_STEP = 2.0 * np.pi / 4096
+"""Resolution of a coarse encoder, rad: 4096 counts in a turn."""
+
+COARSE_ENCODERS: dict[str, dict[str, Any]] = {
+    "coarse_encoder": {"method": "low_pass", "cutoff": 30.0},
+    "coarse_encoder_kalman": {"method": "kalman"},
+}
+"""What makes a velocity of it, by name; the loop has 6 Hz, since PI itself hunts with 10."""
+
 SITUATIONS: dict[str, Asked] = {
     "paper_100hz": Asked(start=0.36),
     "noisy_1khz": Asked(start=0.15),
@@ -110,10 +119,11 @@ SITUATIONS: dict[str, Asked] = {
     "elastic": Asked(start=0.25),
     "fast_loop_1khz": Asked(),
     "fast_loop_encoder": Asked(),
+    **dict.fromkeys(COARSE_ENCODERS, Asked()),
     **dict.fromkeys(MAPS, Asked()),
     "map_friction_drops_hats_25": Asked(after=0.28),
 }
-"""Situations by name of their scenario, of ``MAPS``, ``LIGHT_PEAKS`` or ``TOLD_INERTIAS``; others: never worse."""
+"""Situations by name of their scenario, of ``MAPS``, ``LIGHT_PEAKS``, ``TOLD_INERTIAS`` or ``COARSE_ENCODERS``; others: never worse."""
 
 
 class Case(NamedTuple):
@@ -150,6 +160,11 @@ def named_scenario(name: str, seed: int) -> Scenario:
     if name in TOLD_INERTIAS:
         told_inertia = TOLD_INERTIAS[name] * load_scenario().joint.inertia
         return load_scenario().modified(seed=seed, feedback={"inertia": told_inertia})
+    if name in COARSE_ENCODERS:
+        sensor = {"velocity_noise": 0.0, "encoder_resolution": COARSE_STEP}
+        return load_scenario().modified(
+            seed=seed, sensor=sensor, velocity=COARSE_ENCODERS[name], feedback={"bandwidth": 6.0}
+        )
     return load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
 
 

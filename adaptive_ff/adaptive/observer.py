@@ -197,9 +197,9 @@ def observe(
     weight = 0.0 if held else duration / (WINDOW + duration)
     squared = state.squared + weight * (disturbance * disturbance - state.squared)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
-    effect = state.effect
-    if not held:
-        effect = advance_effect(effect, now, response.velocity, correction, state.noise.variance, state.gain, duration)
+    effect, stands = state.effect, sticks and abs(velocity) < STUCK * abs(seen)
+    if noise_known(noise) and not (held or stands):  # a joint that stands does not answer as predicted
+        effect = advance_effect(effect, now, response.velocity, correction, noise.variance, state.gain, duration)
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(

@@ -1,6 +1,6 @@
 """Whether the observer helps: the error that there is, against the one that the loop would make without it.
 
-    rho = (<e^2> - s^2) / <ehat^2 + c^2>,    h = 1 - sat((rho - 1) / 0.15)
+    rho = (<e^2> - s^2) / <ehat^2 + c^2>,    h = 1 - sat((rho - 1.05) / 0.15)
 
 ``e`` is the error that the feedback sees, ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that
 the PI loop would make of the residual, ``c`` what an outer loop adds to the plan, ``<.>`` a mean over 1 s. An observer
@@ -19,10 +19,10 @@ from numba.extending import register_jitable
 WINDOW = 1.0
 """Length of the means, s: single reversals, at which a joint sticks and does not answer as predicted, do not count."""
 
-WORSE = 1.0
+WORSE = 1.05
 """Squared error that there is over the predicted one, from which on the observer is held back ..."""
 
-FAR_WORSE = 1.15
+FAR_WORSE = 1.2
 """... and from which on it is not used."""
 
 IN_USE = 0.5
