@@ -123,7 +123,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(MAPS, Asked()),
     "map_friction_drops_hats_25": Asked(after=0.28),
 }
-"""Situations by name of their scenario, of ``MAPS``, ``LIGHT_PEAKS``, ``TOLD_INERTIAS`` or ``COARSE_ENCODERS``; others: never worse."""
+"""Situations by name of their scenario, or of one of the tables above; others: never worse."""
 
 
 class Case(NamedTuple):

@@ -64,6 +64,12 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "says: presliding (bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed "
             "wrong."
         )
+    if state.observer.effect.share < SHOWN:
+        yield (
+            f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: the error is more "
+            "than the loop would make without it, as where the measured velocity lags by more than has been told (a "
+            "filter behind a coarse encoder)."
+        )
     if not noise_known(state.observer.noise):
         yield "The noise of the measurement is not known yet, so all of the observed torque is fed back."
     elif controller.observer_gain > 0.0:

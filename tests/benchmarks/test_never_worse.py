@@ -12,6 +12,7 @@ from adaptive_ff.comparison.windows import Errors, Judgement
 from benchmarks import never_worse
 from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, WEIGHTS, draw_cascade, draw_machine
 from benchmarks.never_worse import (
+    COARSE_ENCODERS,
     LIGHT_PEAKS,
     MAPS,
     SITUATIONS,
@@ -31,7 +32,8 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    assert SITUATIONS.keys() - MAPS.keys() - LIGHT_PEAKS.keys() - TOLD_INERTIAS.keys() <= set(scenario_names())
+    made = MAPS.keys() | LIGHT_PEAKS.keys() | TOLD_INERTIAS.keys() | COARSE_ENCODERS.keys()
+    assert SITUATIONS.keys() - made <= set(scenario_names())
 
 
 def test_maps_are_given_to_the_controller_over_the_planned_positions():

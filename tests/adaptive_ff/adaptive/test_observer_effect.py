@@ -1,0 +1,59 @@
+"""Whether the observer helps, told from the error that there is and the one that is predicted without it."""
+
+import numpy as np
+import pytest
+
+from adaptive_ff import load_scenario
+from adaptive_ff.adaptive.observer_effect import FAR_WORSE, RETURN, WORSE, advance_effect, initial_effect
+from adaptive_ff.comparison.windows import judge
+
+PERIOD = 0.01
+
+
+def after(duration, error, *, predicted=0.1, correction=0.0, variance=0.0, gain=1.0, begin=None):
+    effect = initial_effect() if begin is None else begin
+    for _ in range(round(duration / PERIOD)):
+        effect = advance_effect(effect, error, predicted, correction, variance, gain * effect.share, PERIOD)
+    return effect
+
+
+def test_an_observer_that_leaves_less_than_the_loop_would_is_used_in_full():
+    assert after(3.0, 0.1 * np.sqrt(0.99 * WORSE)).share == 1.0
+
+
+def test_one_that_leaves_far_more_is_not_used():
+    assert after(3.0, 0.1 * np.sqrt(1.01 * FAR_WORSE)).share <= PERIOD / RETURN  # a sample of its return
+
+
+def test_half_way_between_it_is_used_by_half():
+    assert after(3.0, 0.1 * np.sqrt(0.5 * (WORSE + FAR_WORSE))).share == pytest.approx(0.5)
+
+
+def test_noise_and_what_an_outer_loop_asks_for_are_no_error_of_it():
+    error = 0.1 * np.sqrt(1.5)
+    assert after(3.0, error).share <= PERIOD / RETURN
+    assert after(3.0, error, variance=0.006).share == 1.0
+    assert after(3.0, error, correction=0.1).share == 1.0
+
+
+def test_an_observer_out_of_use_is_not_blamed():
+    assert after(3.0, 0.3, gain=0.4).share == 1.0
+
+
+def test_the_share_comes_back_slowly():
+    bad = after(3.0, 0.3)
+    assert bad.share <= PERIOD / RETURN
+    quiet = after(5.0, 0.01, gain=0.0, begin=bad)
+    assert quiet.share == pytest.approx(5.0 / RETURN, rel=0.01)
+
+
+@pytest.mark.parametrize("seed", [101, 102])
+def test_a_loop_behind_a_coarse_encoder_does_not_oscillate(seed):
+    coarse = load_scenario().modified(
+        seed=seed,
+        duration=40.0,
+        sensor={"velocity_noise": 0.0, "encoder_resolution": 2.0 * np.pi / 4096},
+        velocity={"method": "kalman"},
+        feedback={"bandwidth": 6.0},
+    )
+    assert judge(coarse).settled > 0.7  # 0.15 and 0.2 where the observer stays
