@@ -1,7 +1,7 @@
 """Identification of a joint from a log: the steps from the samples to the result."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
 from adaptive_ff.identify.families import AUTO
-from adaptive_ff.identify.filtering import condition, shortest_piece
+from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
 from adaptive_ff.identify.identified_map import identified_map
 from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, with_map
@@ -27,6 +27,7 @@ from adaptive_ff.identify.term_selection import Selection, select_terms
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.identify.verdict import WORSE, cautions, check_plausible, verdict
 from adaptive_ff.logs.defects import Piece, Skipped
+from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import Log
 
 HELD_OUT = 0.25
@@ -177,7 +178,7 @@ def _assemble(
         carries_over=None,
         both_ways=True,
         curve=friction_curve(rows, chosen.values["coulomb"], prepared.bandwidth, confidence),
-        rest_torque=rest_torque(problem, chosen.values.get("offset", 0.0)),
+        rest_torque=rest_torque(problem, chosen.values),
         lags=lags,
         lag_errors=lag_profile(problem, chosen, lags),
         rows=rows,
@@ -188,10 +189,20 @@ def _assemble(
     )
 
 
-def rest_torque(problem: Problem, offset: float) -> float | None:
-    """Return the largest torque at rest without the offset, N m; None where the joint does not rest."""
-    torques = [np.abs(piece.held[piece.rests] - offset) for piece in problem.pieces if np.any(piece.rests)]
-    return max(float(np.max(torque)) for torque in torques) if torques else None
+def rest_torque(problem: Problem, values: Mapping[str, float]) -> float | None:
+    """Return the largest torque at rest without offset and gravity, N m; None where the joint does not rest."""
+    torques = [np.abs((piece.held - carried(piece, values))[piece.rests]) for piece in problem.pieces]
+    largest = [float(np.max(torque)) for torque in torques if torque.size]
+    return max(largest) if largest else None
+
+
+def carried(piece: Conditioned, values: Mapping[str, float]) -> Array | float:
+    """Return the torque (N m) that carries offset and gravity along a piece, for the values of the terms."""
+    torque: Array | float = values.get("offset", 0.0)
+    for term, column in (("gravity_sine", piece.sine), ("gravity_cosine", piece.cosine)):
+        if term in values and column is not None:
+            torque = torque + values[term] * column
+    return torque
 
 
 def _positions(prepared: Prepared, pieces: list[Piece]) -> tuple[float, float]:
