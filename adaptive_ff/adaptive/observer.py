@@ -199,7 +199,7 @@ def observe(
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
     effect, stands = state.effect, sticks and abs(velocity) < STUCK * abs(seen)
     if noise_known(noise) and not (held or stands):  # a joint that stands does not answer as predicted
-        effect = advance_effect(effect, now, response.velocity, correction, noise.variance, state.gain, duration)
+        effect = advance_effect(effect, now, response.velocity, correction, noise.variance, peak, state.gain, duration)
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(

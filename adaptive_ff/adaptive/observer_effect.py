@@ -9,7 +9,7 @@ all kinds, hardly ever more than all of it. Where it is far more, the loop oscil
 So it does where a filter makes a velocity of an encoder with few counts and lags by more than has been told: with 4096
 counts in a turn and a Kalman filter the error was five times that of the PI loop alone.
 
-The share ``h`` of the gain falls at once while the observer is in use, and rises by at most 1 in 20 s.
+The share ``h`` of the gain falls at once while the observer is in use and the error is 0.12 of the plan or more, and rises by at most 1 in 20 s.
 """
 
 from typing import NamedTuple
@@ -24,6 +24,12 @@ WORSE = 1.05
 
 FAR_WORSE = 1.2
 """... and from which on it is not used."""
+
+LARGE = 0.12
+"""Error over the largest speed of the plan from which on it counts: a loop that oscillates makes such ones.
+
+Of a small one it matters little what made it; with all counted, joints on steep curves lost up to a tenth.
+"""
 
 IN_USE = 0.5
 """Gain of the observer from which on the error tells of it."""
@@ -65,6 +71,7 @@ def advance_effect(
     predicted: float,
     correction: float,
     variance: float,
+    peak: float,
     gain: float,
     duration: float,
 ) -> ObserverEffect:
@@ -78,6 +85,8 @@ def advance_effect(
         Error that the feedback sees, error ``ehat``, and what an outer loop asks for, rad/s.
     variance : float
         Variance of the measured velocity, rad^2/s^2.
+    peak : float
+        Largest speed of the plan of late, rad/s.
     gain : float
         Gain with which the observer was fed back.
     duration : float
@@ -88,7 +97,8 @@ def advance_effect(
     expected = predicted * predicted + correction * correction
     expected_squared = state.expected_squared + weight * (expected - state.expected_squared)
     share = min(1.0, state.share + duration / RETURN)
-    if gain > IN_USE * state.share:
-        ratio = (error_squared - variance) / (expected_squared + NONE)
+    beyond_noise = error_squared - variance
+    if gain > IN_USE * state.share and beyond_noise > LARGE * LARGE * peak * peak:
+        ratio = beyond_noise / (expected_squared + NONE)
         share = min(share, max(0.0, min(1.0, (FAR_WORSE - ratio) / (FAR_WORSE - WORSE))))
     return ObserverEffect(error_squared, expected_squared, share)

@@ -10,10 +10,10 @@ from adaptive_ff.comparison.windows import judge
 PERIOD = 0.01
 
 
-def after(duration, error, *, predicted=0.1, correction=0.0, variance=0.0, gain=1.0, begin=None):
+def after(duration, error, *, predicted=0.1, correction=0.0, variance=0.0, peak=0.1, gain=1.0, begin=None):
     effect = initial_effect() if begin is None else begin
     for _ in range(round(duration / PERIOD)):
-        effect = advance_effect(effect, error, predicted, correction, variance, gain * effect.share, PERIOD)
+        effect = advance_effect(effect, error, predicted, correction, variance, peak, gain * effect.share, PERIOD)
     return effect
 
 
@@ -38,6 +38,10 @@ def test_noise_and_what_an_outer_loop_asks_for_are_no_error_of_it():
 
 def test_an_observer_out_of_use_is_not_blamed():
     assert after(3.0, 0.3, gain=0.4).share == 1.0
+
+
+def test_an_error_that_is_small_beside_the_plan_does_not_count():
+    assert after(3.0, 0.3, peak=3.0).share == 1.0
 
 
 def test_the_share_comes_back_slowly():
