@@ -9,7 +9,8 @@ all kinds, hardly ever more than all of it. Where it is far more, the loop oscil
 So it does where a filter makes a velocity of an encoder with few counts and lags by more than has been told: with 4096
 counts in a turn and a Kalman filter the error was five times that of the PI loop alone.
 
-The share ``h`` of the gain falls at once while the observer is in use and the error is 0.12 of the plan or more, and rises by at most 1 in 20 s.
+The share ``h`` of the gain falls at once while the observer is in use and the error is 0.12 of the plan's largest speed
+or more, and rises by at most 1 in 20 s.
 """
 
 from typing import NamedTuple
