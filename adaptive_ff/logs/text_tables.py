@@ -42,7 +42,7 @@ class Layout(NamedTuple):
 
 
 def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str, NDArray[np.float64]]]:
-    """Read columns of a text file; cells without a number become NaN, ISO times become seconds.
+    """Read columns of a text file; cells without a number become NaN, ISO times become seconds from the first one.
 
     Parameters
     ----------
@@ -199,14 +199,14 @@ def _read_quickly(path: Path, layout: Layout, places: list[int]) -> NDArray[np.f
 
 
 def _read_cells(path: Path, layout: Layout, places: list[int]) -> NDArray[np.float64]:
-    values = array("d")  # a list of numbers would take eight times the memory
+    values, clock = array("d"), Clock()  # a list of numbers would take eight times the memory
     with path.open(newline="", encoding="utf-8-sig") as stream:
         for _ in range(layout.skipped):
             next(stream)
         for number, row in enumerate(_rows(stream, layout.separator), layout.skipped + 1):
             if any("\n" in cell for cell in row):
                 raise InputError(f"{path}: a quote that begins in or after line {number} is not closed in that line")
-            values.extend(_number(row[place] if place < len(row) else "", layout.comma) for place in places)
+            values.extend(_number(row[place] if place < len(row) else "", layout.comma, clock) for place in places)
     return np.frombuffer(values, dtype=np.float64).reshape(-1, len(places)).copy()
 
 
@@ -215,8 +215,8 @@ def _rows(stream: TextIO, separator: str) -> Iterator[list[str]]:
     return csv.reader(lines, delimiter=separator) if separator else (line.split() for line in lines)
 
 
-def _number(cell: str, comma: bool) -> float:
-    """Return a cell as a number, an ISO time as seconds since 1970, and anything else as NaN."""
+def _number(cell: str, comma: bool, clock: "Clock | None" = None) -> float:
+    """Return a cell as a number, an ISO time as seconds of a clock, and anything else as NaN."""
     text = cell.replace(",", ".") if comma else cell
     try:
         return math.nan if "_" in text else float(text)
@@ -226,4 +226,20 @@ def _number(cell: str, comma: bool) -> float:
         moment = datetime.fromisoformat(cell.strip())
     except ValueError:
         return math.nan
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
+    return (clock or Clock()).seconds(moment)
+
+
+class Clock:
+    """Counts seconds from the first time that it is told.
+
+    Seconds since 1970 would be known to 0.2 us only, which at 500 Hz is enough to change what is identified.
+    """
+
+    def __init__(self) -> None:
+        self._begin: datetime | None = None
+
+    def seconds(self, moment: datetime) -> float:
+        """Return a time as seconds; one without a zone is taken for UTC."""
+        known = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+        self._begin = self._begin or known
+        return (known - self._begin).total_seconds()

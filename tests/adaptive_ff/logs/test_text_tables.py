@@ -1,6 +1,7 @@
 """Tables as people write them: separators, decimal commas, comments, no header, ISO times."""
 
 import tracemalloc
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -47,6 +48,14 @@ def test_iso_times_become_seconds(tmp_path):
     time = read_table(tmp_path / "log.csv", ["t"])[1]["t"]
     assert np.diff(time[:2]).tolist() == [1.25]
     assert np.isnan(time[2])
+
+
+def test_iso_times_lose_nothing_of_a_microsecond(tmp_path):
+    begin = datetime(2026, 3, 1, 23, 59, 59, tzinfo=UTC)
+    rows = [f"{(begin + timedelta(microseconds=2000 * k)).isoformat()},{k}" for k in range(1000)]
+    (tmp_path / "log.csv").write_text("\n".join(["t,q", *rows]))
+    _, columns = read_table(tmp_path / "log.csv", ["t", "q"])
+    assert np.max(np.abs(columns["t"] - 0.002 * np.arange(1000))) < 1e-12
 
 
 def test_known_torque_is_taken_from_that_of_the_drive(tmp_path):
