@@ -11,6 +11,7 @@ error over that of ``adaptive`` (above 1: better than PI), settled (second half)
 
 import itertools
 import os
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -25,7 +26,7 @@ from adaptive_ff.report.drawing import write_figures
 from benchmarks.robot.circle import picture
 from benchmarks.robot.in_turn import chosen_cases, run_in_turn
 from benchmarks.robot.loops import MAKERS, Driven, Setup, drive
-from benchmarks.robot.machines import KINDS, make_machine
+from benchmarks.robot.machines import CREEP, KINDS, PHYSICS, make_machine
 from benchmarks.robot.plans import moves, multisines
 from benchmarks.wide import wide_console
 
@@ -70,9 +71,9 @@ def squares(driven: Driven, rate: int) -> NDArray[np.float64]:
     return np.array([np.mean(part**2, axis=0) for part in parts])
 
 
-def run_case(case: Case, seeds: range, duration: float) -> dict[str, Any]:
+def run_case(case: Case, seeds: range, duration: float, creep: float = CREEP) -> dict[str, Any]:
     """Return the errors of all controllers, and the figures that are printed."""
-    machine, plans = make_machine(case.machine, case.friction), moves if case.setup.cascade else multisines
+    machine, plans = make_machine(case.machine, case.friction, creep), moves if case.setup.cascade else multisines
     total = {name: np.zeros((len(QUANTITIES), len(machine.axes))) for name in MAKERS}
     for seed in seeds:
         plan = plans(machine.axes, seed, duration, 1.0 / case.setup.rate)
@@ -147,19 +148,22 @@ def main(
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from the first on.")] = 5,
     first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
     duration: Annotated[float, typer.Option(min=12.0, help="Length of a run, s.")] = 60.0,
+    creep: Annotated[
+        float, typer.Option(min=2.0 * PHYSICS, help="Time constant of MuJoCo's Coulomb friction while a joint is held, s.")
+    ] = CREEP,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     json: Annotated[Path | None, typer.Option(help="Write all errors there.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the picture of the arm's tip.")] = None,
 ) -> None:
     """Drive machines in MuJoCo, print how much is gained, and draw the tip of an arm on a circle."""
     numbers = range(first, first + seeds)
-    rows = run_in_turn(run_case, chosen_cases(cases(), only), numbers, duration, workers)
+    rows = run_in_turn(partial(run_case, creep=creep), chosen_cases(cases(), only), numbers, duration, workers)
     console = wide_console()
     console.print(table_of(rows))
     console.print(errors_table(rows))
     console.print(f"{sum(not row['missed'] for row in rows)} of {len(rows)} cases miss nothing", highlight=False)
     if json is not None:
-        write_json(json, {"seeds": list(numbers), "duration": duration, "cases": rows})
+        write_json(json, {"seeds": list(numbers), "duration": duration, "creep": creep, "cases": rows})
     if out is not None:
         write_figures({"arm_on_a_circle": picture(first)}, out, ["png"])
 
