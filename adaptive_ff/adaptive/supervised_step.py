@@ -20,6 +20,7 @@ from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
+from adaptive_ff.adaptive.held_friction import HeldFriction, feedforward_at_rest, friction_shown, initial_held_friction
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.noise_level import noise_known
@@ -169,6 +170,8 @@ class SupervisedState(NamedTuple):
         What of the integral is held while the measurement is lost.
     outer : OuterLoop
         What an outer loop can tell at rest.
+    held_friction : HeldFriction
+        What the joint has shown of the friction that it holds at rest.
     """
 
     feedback: PIState
@@ -188,6 +191,7 @@ class SupervisedState(NamedTuple):
     trust: TrustState
     held: HeldIntegral
     outer: OuterLoop
+    held_friction: HeldFriction
 
 
 def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
@@ -198,6 +202,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_trust(block.feedback),
         initial_held_integral(),
         initial_outer_loop(),
+        initial_held_friction(),
     )
 
 
@@ -372,7 +377,10 @@ def step_supervised(
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
     rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
+    held_friction = state.held_friction
     if math.isfinite(inputs.velocity):
+        if state.enabled:
+            held_friction = friction_shown(block, state, inputs, rests)
         leaves += block.feedback.integral * inputs.dt * unseen_error(outer, rests)
     feedback = hand_over(block.feedback, state.feedback, leaves)
     unseen = unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests)
@@ -383,7 +391,7 @@ def step_supervised(
     tuned = max(share, LEAST_TRUST)
     return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
         feedback,
-        fed.feedforward,
+        feedforward_at_rest(block, state, fed, inputs),
         period.measured,
         period.model,
         fed.estimator,
@@ -405,6 +413,7 @@ def step_supervised(
         with_friction(trust, share, fed.friction),
         held,
         outer,
+        held_friction,
     )
 
 

@@ -16,7 +16,8 @@ the LuGre model with ``s = F/sigma_0`` and ``c = sigma_1 Vs``, but that ``s`` do
 
 A reference at rest has no direction. Where it comes to rest most of the Coulomb friction of the last direction is held
 for a while, as the joint holds it: bristles stay bent, and under a position loop the joint stays where it stopped. The
-rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well.
+rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well. A joint that
+creeps holds less of it, :func:`released`.
 
 Where the reference reverses, friction can be held in the same way until the reference is beyond zero by
 ``0.04 Fc T/J``. Friction that is turned too early throws a joint that still slides, by ``2 Fc/J`` times the time.
@@ -103,6 +104,21 @@ def resting_friction(model: TorqueModel, friction: float, duration: float) -> tu
         integral += excess * model.friction_lag * settled
         friction += excess * (1.0 - settled)
     return integral, friction
+
+
+@register_jitable
+def released(model: TorqueModel, state: FeedforwardState, share: float, duration: float) -> FeedforwardState:
+    """Return the state after a period (s) at rest of a joint that holds only a share of what it would hold.
+
+    What is more fades with the lag. Bent bristles hold all of it.
+    """
+    if share >= 1.0 or model.presliding > 0.0:
+        return state
+    least = share * HELD * model.coulomb
+    excess = state.friction - min(max(state.friction, -least), least)
+    if model.friction_lag > 0.0:
+        excess *= -math.expm1(-duration / model.friction_lag)
+    return FeedforwardState(state.friction - excess, state.reference, state.started, state.slip, state.adhesion)
 
 
 @register_jitable
