@@ -28,6 +28,7 @@ from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive
 from adaptive_ff.adaptive.state_check import (
     check_candidate_state,
     check_estimator_state,
+    check_held_friction,
     check_held_integral,
     check_outer_loop,
     check_share,
@@ -400,6 +401,7 @@ class AdaptiveController(AdaptiveBase):
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)
+        check_held_friction(state.held_friction)
 
     def _prepare(self, reference: float, torque: float) -> None:
         super()._prepare(reference, torque)

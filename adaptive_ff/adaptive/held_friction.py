@@ -22,7 +22,7 @@ from numba.extending import register_jitable
 from adaptive_ff.adaptive.adaptive_state import Block
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.step import present_model
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan, released
+from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest, released
 from controllers import Inputs
 
 SPARE = 0.05
@@ -44,14 +44,14 @@ class HeldFriction(NamedTuple):
         Share ``s`` of what would be held that is held.
     asked : float
         Torque ``i`` that the integral of the feedback has asked for since the plan came to rest, N m.
-    product, square : float
+    shown, held : float
         Integrals of ``(h + i) h`` and ``h^2`` since then, N^2 m^2 s.
     """
 
     share: float
     asked: float
-    product: float
-    square: float
+    shown: float
+    held: float
 
 
 def initial_held_friction() -> HeldFriction:
@@ -80,11 +80,11 @@ def advance_held_friction(
     """
     if rests:
         in_all = state.asked + asked
-        product = state.product + (friction + in_all) * friction * duration
-        return HeldFriction(state.share, in_all, product, state.square + friction * friction * duration)
+        shown = state.shown + (friction + in_all) * friction * duration
+        return HeldFriction(state.share, in_all, shown, state.held + friction * friction * duration)
     share = state.share
-    if state.square > 0.0:
-        change = state.product / state.square + SPARE
+    if state.held > 0.0:
+        change = state.shown / state.held + SPARE
         share = max(LEAST_SHARE, min(1.0, share * max(LEAST_CHANGE, min(change, LARGEST_CHANGE))))
     return HeldFriction(share, 0.0, 0.0, 0.0)
 
@@ -100,8 +100,7 @@ def friction_shown(block: Block, state: Block, inputs: Inputs, rests: bool) -> H
 @register_jitable
 def feedforward_at_rest(block: Block, state: Block, fed: Fed, inputs: Inputs) -> FeedforwardState:
     """Return the state of the feedforward, which holds no more friction at rest than the joint has shown to hold."""
-    start, end = coming_plan(state.feedforward, inputs, block.feedback.delay)
-    if start != 0.0 or end != 0.0:
+    if not is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
         return fed.feedforward
     model = present_model(block, fed.estimator, fed.timing.lag, inputs.reference)
     return released(model, fed.feedforward, state.held_friction.share, inputs.dt)

@@ -15,6 +15,7 @@ from adaptive_ff.adaptive.candidates import (
 )
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
+from adaptive_ff.adaptive.held_friction import LEAST_SHARE, HeldFriction
 from adaptive_ff.adaptive.held_integral import HeldIntegral
 from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
@@ -189,3 +190,13 @@ def check_outer_loop(outer: OuterLoop) -> None:
         raise ValueError(f"state.outer.play = {outer.play} is not allowed: it must be within half of the step, rad/s")
     if not 0.0 <= outer.rested <= SETTLED:
         raise ValueError(f"state.outer.rested = {outer.rested} is not allowed: it must be from 0 to {SETTLED:g} s")
+
+
+def check_held_friction(held: HeldFriction) -> None:
+    """Raise ``ValueError`` where the share of the friction that is held at rest, or what shows it, is none."""
+    if not LEAST_SHARE <= held.share <= 1.0:
+        raise ValueError(
+            f"state.held_friction.share = {held.share} is not allowed: it must be from {LEAST_SHARE:g} to 1"
+        )
+    if not all(math.isfinite(value) for value in held) or held.held < 0.0:
+        raise ValueError("state.held_friction is not allowed: its values must be finite, and 'held' zero or more")

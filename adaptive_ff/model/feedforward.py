@@ -270,6 +270,13 @@ def coming_plan(state: FeedforwardState, inputs: Inputs, delay: float) -> tuple[
 
 
 @register_jitable
+def is_plan_at_rest(state: FeedforwardState, inputs: Inputs, delay: float) -> bool:
+    """Tell whether the plan rests over the period in which a torque computed now will act; see :func:`coming_plan`."""
+    start, end = coming_plan(state, inputs, delay)
+    return start == 0.0 and end == 0.0
+
+
+@register_jitable
 def friction_along(
     model: TorqueModel,
     friction: float,

@@ -13,7 +13,14 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.observer import plan_as_measured
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward, turning_speed
+from adaptive_ff.model.feedforward import (
+    FeedforwardState,
+    initial_feedforward_state,
+    is_plan_at_rest,
+    released,
+    step_feedforward,
+    turning_speed,
+)
 from adaptive_ff.model.friction import TorqueModel
 from controllers import (
     ESTIMATES,
@@ -54,6 +61,8 @@ class ModelBasedParameters(NamedTuple):
         Nominal period, s.
     velocity_lag : float
         Time by which the measured velocity lags behind the joint's, s.
+    held : float
+        Share of what a joint at rest would hold of its friction that this one holds.
     """
 
     feedback: PIParameters
@@ -64,6 +73,7 @@ class ModelBasedParameters(NamedTuple):
     gravity_phase: float
     period: float
     velocity_lag: float
+    held: float
 
 
 class ModelBasedState(NamedTuple):
@@ -145,6 +155,8 @@ def step_model_based(
         inputs.inertia,
         turning_speed(model.coulomb, model.inertia, block.period),
     )
+    if block.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
+        feedforward = released(model, feedforward, block.held, inputs.dt)
     if block.gravity > 0.0:
         middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference
         torque += block.gravity * math.sin(middle + block.gravity_phase)
@@ -178,6 +190,9 @@ class ModelBased(Controller):
         Computation delay of the drive, sampling periods.
     velocity_lag : float, optional
         Time by which the measured velocity lags behind the joint's, s; see :func:`controllers.low_pass_lag`.
+    held : float, optional
+        Share, 0 to 1, of the friction that is held at rest, see :func:`adaptive_ff.model.feedforward.released`: zero for
+        a joint that creeps.
     """
 
     def __init__(
@@ -191,7 +206,10 @@ class ModelBased(Controller):
         gravity: tuple[float, float] = (0.0, 0.0),
         delay: float = 0.0,
         velocity_lag: float = 0.0,
+        held: float = 1.0,
     ) -> None:
+        if not 0.0 <= held <= 1.0:
+            raise ValueError(f"held = {held} is not allowed: it must be from 0 to 1")
         if not 0.0 <= velocity_lag < math.inf:
             raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
         parameters = ModelBasedParameters(
@@ -203,5 +221,6 @@ class ModelBased(Controller):
             float(gravity[1]),
             float(period),
             float(velocity_lag),
+            float(held),
         )
         super().__init__(parameters, period, initial_model_based_state)

@@ -149,7 +149,8 @@ def main(
     first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
     duration: Annotated[float, typer.Option(min=12.0, help="Length of a run, s.")] = 60.0,
     creep: Annotated[
-        float, typer.Option(min=2.0 * PHYSICS, help="Time constant of MuJoCo's Coulomb friction while a joint is held, s.")
+        float,
+        typer.Option(min=2.0 * PHYSICS, help="Time constant of MuJoCo's Coulomb friction at rest, s."),
     ] = CREEP,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     json: Annotated[Path | None, typer.Option(help="Write all errors there.")] = None,

@@ -30,8 +30,8 @@ STICTION = 1.3
 CREEP = 0.02
 """Time constant of MuJoCo's ``frictionloss`` (its ``solreffriction``), s: what it is where nothing is said.
 
-A joint held by it creeps at a speed proportional to the torque; at 20 ms the friction of the roll axis is that of Coulomb
-only from some 65 mrad/s on."""
+A joint held by it creeps at a speed proportional to the torque; at 20 ms the friction of the roll axis is that of
+Coulomb only from some 65 mrad/s on."""
 
 
 class Axis(NamedTuple):
