@@ -191,8 +191,8 @@ class ModelBased(Controller):
     velocity_lag : float, optional
         Time by which the measured velocity lags behind the joint's, s; see :func:`controllers.low_pass_lag`.
     held : float, optional
-        Share, 0 to 1, of the friction that is held at rest, see :func:`adaptive_ff.model.feedforward.released`: zero for
-        a joint that creeps.
+        Share, 0 to 1, of the friction that is held at rest, see :func:`adaptive_ff.model.feedforward.released`: zero
+        for a joint that creeps.
     """
 
     def __init__(
