@@ -300,7 +300,7 @@ class AdaptiveController(AdaptiveBase):
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``. By default it is that, but at
         most 10.3 Hz, and with a delay of the drive less. :meth:`controllers.DisturbanceObserver.design` tells what a
-        margin allows.
+        margin allows, also for a velocity out of a Kalman filter, which has no lag to be told and yet bounds it.
 
     Raises
     ------

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from controllers import ObserverDesign
+from controllers.design.observer_design import SLOWEST
 
 
 def balance(scenario: Scenario) -> float:
@@ -21,11 +22,33 @@ def balance(scenario: Scenario) -> float:
     return math.sqrt(walk / (scenario.feedback.inertia * noise * math.sqrt(scenario.sampling.period))) / (2.0 * math.pi)
 
 
-def observer_bandwidth(scenario: Scenario, share: float, design: Callable[..., ObserverDesign], *gains: float) -> float:
-    """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less."""
+def observer_bandwidth(
+    scenario: Scenario, share: float, design: Callable[..., ObserverDesign], *gains: float, told: bool = False
+) -> float:
+    """Return a share of the balance, Hz, or the most that a maximum sensitivity of 2 allows where that is less.
+
+    Where the velocity of an encoder leaves the PI loop itself with more than that, it is the slowest that is looked at.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    share : float
+        Share of the balance.
+    design : callable
+        Design of the observer.
+    *gains : float
+        Gains that it takes.
+    told : bool, optional
+        Whether the observer is told the lag of the velocity, and needs no margin for it.
+    """
+    inertia, period = scenario.feedback.inertia, scenario.sampling.period
+    delay = math.ceil(scenario.assumed_delay - 1e-6)
+    velocity = None if told and scenario.velocity_lag > 0.0 else scenario.velocity_estimator
     try:
-        delay = math.ceil(scenario.assumed_delay - 1e-6)
-        largest = design(scenario.feedback.inertia, scenario.sampling.period, *gains, delay=delay).bandwidth
+        largest = design(inertia, period, *gains, delay=delay, velocity=velocity).bandwidth
     except ValueError as error:
-        raise InputError(f"feedback: {error}") from error
+        if scenario.sensor.encoder_resolution is None:
+            raise InputError(f"feedback: {error}") from error
+        largest = SLOWEST * gains[0] / (2.0 * math.pi * inertia)
     return min(share * balance(scenario), largest)

@@ -9,7 +9,9 @@ where the observer knows the *realised* torque, delay included. Where the feedba
 of the measured one, ``Q`` is replaced by ``S = Q - C R``, with ``R`` the share of the same difference by which the two
 velocities differ. Hence the open loop behind the inertia ``q^(1+d)/(1 - q)``:
 
-    L = (C + S (1 - q))/(1 - S q^(1+d)) q^(1+d)/(1 - q).
+    L = F (C + S (1 - q))/(1 - S q^(1+d)) q^(1+d)/(1 - q),
+
+with the filter ``F`` that makes the measured velocity of the true one.
 
 Margins are those of the joint that the designer assumes. The anti-windup of the PI loop is left out; it does nothing
 within the torque limit unless a delay makes the realised torque differ from the last command.
@@ -26,6 +28,7 @@ from numpy.typing import NDArray
 
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.margins import maximum_sensitivity as sensitivity_of
+from controllers.design.velocity_filter import NO_FILTER, VelocityFilter, velocity_filter
 
 SLOWEST = 0.1
 """Bandwidth from which the search for the fastest observer starts, as a share of the crossover of the feedback."""
@@ -82,11 +85,14 @@ class SampledLoop(NamedTuple):
         ``Ki Ts^2/J``.
     delay : int
         Computation delay, whole periods.
+    velocity : VelocityFilter
+        What the measured velocity is of the true one.
     """
 
     proportional: float
     integral: float
     delay: int
+    velocity: VelocityFilter = NO_FILTER
 
     @property
     def feedback(self) -> Polynomial:
@@ -116,9 +122,10 @@ def open_loop(loop: SampledLoop, compensation: Compensation) -> tuple[Polynomial
     once = difference if loop.integral > 0.0 else np.ones(1)  # the factor that cancels without an integral
     feedback = loop.feedback if loop.integral > 0.0 else np.array([loop.proportional])
     direct = _product(compensation.numerator, _product(difference, once))
-    numerator = _product(np.polyadd(_product(feedback, compensation.denominator), direct), late)
+    late_and_seen = _product(late, np.array(loop.velocity.numerator))
+    numerator = _product(np.polyadd(_product(feedback, compensation.denominator), direct), late_and_seen)
     rest = np.polyadd(compensation.denominator, -_product(compensation.numerator, late))
-    denominator = _product(rest, _product(difference, once))
+    denominator = _product(_product(rest, np.array(loop.velocity.denominator)), _product(difference, once))
     size = max(numerator.size, denominator.size)
     # powers of q rise where those of z fall
     return np.pad(numerator, (size - numerator.size, 0))[::-1], np.pad(denominator, (size - denominator.size, 0))[::-1]
@@ -135,9 +142,9 @@ def _without_leading_zeros(polynomial: Polynomial) -> Polynomial:
     return polynomial[begin:]
 
 
-def sampled_loop(proportional: float, integral: float, delay: int) -> SampledLoop:
+def sampled_loop(proportional: float, integral: float, delay: int, velocity: VelocityFilter = NO_FILTER) -> SampledLoop:
     """Return a loop free of units, its gains to twelve digits: joints of any inertia in equal loops share a design."""
-    return SampledLoop(float(f"{proportional:.12g}"), float(f"{integral:.12g}"), delay)
+    return SampledLoop(float(f"{proportional:.12g}"), float(f"{integral:.12g}"), delay, velocity)
 
 
 def _opened(
@@ -182,6 +189,7 @@ def design_observer(
     delay: int,
     maximum_sensitivity: float,
     compensation: Callable[[SampledLoop, float], Compensation],
+    velocity: Any = None,
 ) -> ObserverDesign:
     """Design an observer for a sampled inertia.
 
@@ -201,6 +209,8 @@ def design_observer(
         Bound on the maximum sensitivity where no bandwidth is given, more than 1.
     compensation : callable
         Makes ``S`` from the loop and the bandwidth, radians a sample.
+    velocity : NamedTuple, optional
+        Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
 
     Raises
     ------
@@ -213,7 +223,8 @@ def design_observer(
     _check("integral", gains[1], gains[1] >= 0.0, "zero or more, N m/rad")
     _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
     _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
-    loop = sampled_loop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay))
+    seen = NO_FILTER if velocity is None else velocity_filter(velocity)
+    loop = sampled_loop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay), seen)
     if bandwidth is None:
         angle = fastest_angle(loop, maximum_sensitivity, compensation)
         bandwidth = angle / (2.0 * math.pi * period)

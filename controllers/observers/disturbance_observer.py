@@ -12,7 +12,7 @@ is missing: the observer then works with means over all the time since the last 
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numba.extending import register_jitable
 
@@ -189,6 +189,7 @@ class DisturbanceObserver(Controller):
         *,
         delay: int = 0,
         maximum_sensitivity: float = OBSERVER_SENSITIVITY,
+        velocity: Any = None,
     ) -> "ObserverDesign":
         """Return the margins of the loop with an observer, or the fastest observer that a margin allows.
 
@@ -206,6 +207,8 @@ class DisturbanceObserver(Controller):
             Computation delay, whole periods.
         maximum_sensitivity : float, optional
             Bound on ``max |1/(1 + L)|`` where no bandwidth is given.
+        velocity : NamedTuple, optional
+            Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
 
         Raises
         ------
@@ -216,5 +219,5 @@ class DisturbanceObserver(Controller):
         from controllers.design.observer_design import design_observer
 
         return design_observer(
-            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, compensation
+            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, compensation, velocity
         )

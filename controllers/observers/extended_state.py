@@ -12,7 +12,7 @@ joint then follows the reference itself, not a filtered one, as it does with eve
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numba.extending import register_jitable
 
@@ -177,6 +177,7 @@ class ExtendedState(Controller):
         *,
         delay: int = 0,
         maximum_sensitivity: float = OBSERVER_SENSITIVITY,
+        velocity: Any = None,
     ) -> "ObserverDesign":
         """Return the margins of the loop with an observer, or the fastest observer that a margin allows.
 
@@ -194,6 +195,8 @@ class ExtendedState(Controller):
             Computation delay, whole periods.
         maximum_sensitivity : float, optional
             Bound on ``max |1/(1 + L)|`` where no bandwidth is given.
+        velocity : NamedTuple, optional
+            Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
 
         Raises
         ------
@@ -204,5 +207,5 @@ class ExtendedState(Controller):
         from controllers.design.observer_design import design_observer
 
         return design_observer(
-            inertia, period, (proportional, 0.0), bandwidth, delay, maximum_sensitivity, compensation
+            inertia, period, (proportional, 0.0), bandwidth, delay, maximum_sensitivity, compensation, velocity
         )

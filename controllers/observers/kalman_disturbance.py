@@ -18,7 +18,7 @@ own would add lag to the feedback.
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numba.extending import register_jitable
 
@@ -219,6 +219,7 @@ class KalmanDisturbance(Controller):
         *,
         delay: int = 0,
         maximum_sensitivity: float = OBSERVER_SENSITIVITY,
+        velocity: Any = None,
     ) -> "ObserverDesign":
         """Return the margins of the loop with a filter, or the fastest filter that a margin allows.
 
@@ -236,6 +237,8 @@ class KalmanDisturbance(Controller):
             Computation delay, whole periods.
         maximum_sensitivity : float, optional
             Bound on ``max |1/(1 + L)|`` where no bandwidth is given.
+        velocity : NamedTuple, optional
+            Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
 
         Raises
         ------
@@ -246,5 +249,5 @@ class KalmanDisturbance(Controller):
         from controllers.design.observer_design import design_observer
 
         return design_observer(
-            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, compensation
+            inertia, period, (proportional, integral), bandwidth, delay, maximum_sensitivity, compensation, velocity
         )

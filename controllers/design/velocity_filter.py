@@ -1,0 +1,83 @@
+"""What a velocity made of positions is of the true one: a filter ``F``, for the design of loops.
+
+Between samples the torque is held and a joint accelerates evenly: the difference of two positions is the mean of the
+velocities at the two, ``(1 + q)/2`` with ``q = z^-1``; a low-pass and a Kalman filter come on top of it. That positions
+are rounded is left out.
+"""
+
+import math
+from functools import singledispatch
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from controllers.velocity.difference import DifferenceVelocity
+from controllers.velocity.estimators import DirectVelocity
+from controllers.velocity.kalman import KalmanVelocity
+from controllers.velocity.low_pass import LowPassVelocity
+
+
+class VelocityFilter(NamedTuple):
+    """A filter ``F`` of the velocity as polynomials in ``q = z^-1``, falling powers.
+
+    Attributes
+    ----------
+    numerator, denominator : tuple of float
+        The polynomials.
+    """
+
+    numerator: tuple[float, ...]
+    denominator: tuple[float, ...]
+
+
+NO_FILTER = VelocityFilter((1.0,), (1.0,))
+"""That of a velocity that is measured itself."""
+
+
+@singledispatch
+def velocity_filter(estimator: Any) -> VelocityFilter:
+    """Return the filter of an estimator of :mod:`controllers.velocity`.
+
+    Parameters
+    ----------
+    estimator : NamedTuple
+        The estimator, as :func:`controllers.kalman_velocity` makes it.
+
+    Raises
+    ------
+    TypeError
+        The estimator is of no known class.
+    """
+    raise TypeError(f"velocity = {estimator!r} is not allowed: it must be an estimator of controllers.velocity")
+
+
+@velocity_filter.register
+def _(estimator: DirectVelocity) -> VelocityFilter:
+    return NO_FILTER
+
+
+@velocity_filter.register
+def _(estimator: DifferenceVelocity) -> VelocityFilter:
+    return VelocityFilter((0.5, 0.5), (1.0,))
+
+
+@velocity_filter.register
+def _(estimator: LowPassVelocity) -> VelocityFilter:
+    share = -math.expm1(-estimator.pole * estimator.period)
+    return VelocityFilter((0.5 * share, 0.5 * share), (share - 1.0, 1.0))
+
+
+@velocity_filter.register
+def _(estimator: KalmanVelocity) -> VelocityFilter:
+    period = estimator.period
+    transition = np.array([[1.0, period, 0.5 * period**2], [0.0, 1.0, period], [0.0, 0.0, 1.0]])
+    gain = np.array([estimator.position_gain, estimator.velocity_gain, estimator.acceleration_gain])
+    closed = transition - np.outer(gain, transition[0])
+    characteristic = np.poly(closed)
+    # the velocity row of z (z I - closed)^-1 gain, over the position (T/2)(z + 1)/(z - 1) of a velocity
+    shown = np.outer(gain, [0.0, 1.0, 0.0])
+    from_position = np.poly(closed - shown) - characteristic
+    without_integrator, _ = np.polydiv(np.append(from_position[1:], 0.0), [1.0, -1.0])
+    numerator = 0.5 * period * np.convolve(without_integrator, [1.0, 1.0])
+    padded = np.pad(numerator, (characteristic.size - numerator.size, 0))
+    return VelocityFilter(tuple(padded[::-1].tolist()), tuple(characteristic[::-1].tolist()))
