@@ -297,9 +297,9 @@ def rows_of(
 
 def main(
     scenario: Annotated[
-        list[str] | None, typer.Option(help="Scenario of the matrix, or a row with a map; may be repeated.")
+        list[str] | None, typer.Option(help="Scenario of the matrix, or another row; may be repeated.")
     ] = None,
-    every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix, and all maps.")] = False,
+    every: Annotated[bool, typer.Option("--every", help="All scenarios of the matrix, and all other rows.")] = False,
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     machines: Annotated[int, typer.Option(min=0, help="Number of machines to draw over decades as well.")] = 0,
     cascades: Annotated[int, typer.Option(min=0, help="Number of them behind a position loop, with a weight.")] = 0,
@@ -311,7 +311,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *MAPS]
+    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *COARSE_ENCODERS, *MAPS]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:
             if name not in allowed:
