@@ -110,11 +110,11 @@ def resting_friction(model: TorqueModel, friction: float, duration: float) -> tu
 def released(model: TorqueModel, state: FeedforwardState, share: float, duration: float) -> FeedforwardState:
     """Return the state after a period (s) at rest of a joint that holds only a share of what it would hold.
 
-    What is more fades with the lag. Bent bristles hold all of it.
+    What is more fades with the lag.
     """
-    if share >= 1.0 or model.presliding > 0.0:
+    if share >= 1.0:
         return state
-    least = share * HELD * model.coulomb
+    least = share * (max(model.coulomb, model.stiction) if model.presliding > 0.0 else HELD * model.coulomb)
     excess = state.friction - min(max(state.friction, -least), least)
     if model.friction_lag > 0.0:
         excess *= -math.expm1(-duration / model.friction_lag)
