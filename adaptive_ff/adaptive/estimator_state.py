@@ -60,9 +60,6 @@ class EstimatorParameters(NamedTuple):
         The one to begin with, rad/s; that of the regression where there are none.
     friction_map : MapParameters
         Map of friction over position and load.
-    rises : bool
-        Whether friction may rise from standstill on, as where viscous friction saturates; else stiction is at least
-        Coulomb friction.
     """
 
     form: TorqueForm
@@ -81,7 +78,6 @@ class EstimatorParameters(NamedTuple):
     fit_scale: NDArray[np.float64]
     begin: float
     friction_map: MapParameters
-    rises: bool
 
 
 class Levels(NamedTuple):

@@ -114,8 +114,7 @@ With gravity alone, and a weight of 1.1 times the stiction from the start, the f
 def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
-    rises = block.estimator.rises
-    model = torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads, rises)
+    model = torque_model(estimator.recursion.estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads)
     return with_bristles(model, form.presliding, damping_in_use(estimator))
 
 

@@ -93,8 +93,8 @@ def _implausible(controller: AdaptiveBase, confidence: Confidence) -> Iterator[s
     doubt = math.hypot(errors[COULOMB], errors[STICTION])
     if estimate[COULOMB] - estimate[STICTION] > SURE * doubt:
         yield (
-            f"stiction came out as {estimate[STICTION]:.3g} N m, below Coulomb friction, {estimate[COULOMB]:.3g} N m, "
-            "and is taken as equal: the joint has no Stribeck peak, or the assumed Stribeck velocity is wrong."
+            f"friction rises from {estimate[STICTION]:.3g} N m at standstill to {estimate[COULOMB]:.3g} N m: the joint "
+            "has no Stribeck peak; it creeps, or its friction saturates."
         )
     assumed = float(controller.parameters.estimator.first[INERTIA])
     ratio = float(estimate[INERTIA]) / assumed

@@ -84,14 +84,13 @@ def test_largest_torque_seen_bounds_the_friction_that_is_learnt():
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_model_of_an_estimate_is_possible_in_either_direction(sign):
-    """Stiction is at least Coulomb friction, and the viscous coefficient not negative, in both."""
+    """Asymmetries are not larger than what they are of: viscous friction, and stiction less Coulomb friction."""
     free = torque_model(np.array([20.0, 60.0, 90.0, 80.0, 0.02, 5.0, 20.0 * sign, 30.0 * sign]), 0.02, 0.05, 1.0)
     assert free[7:10] == (5.0, 20.0 * sign, 30.0 * sign)
     held = torque_model(np.array([20.0, 60.0, 70.0, 10.0, 0.02, 5.0, 20.0 * sign, 30.0 * sign]), 0.02, 0.05, 1.0)
     assert held[7:10] == (5.0, 10.0 * sign, 10.0 * sign)
-    assert (
-        torque_model(np.array([20.0, 60.0, 50.0, 10.0, 0.02, 5.0, 1.0, 0.0]), 0.02, 0.05, 1.0).stiction_asymmetry == 0.0
-    )
+    rising = torque_model(np.array([20.0, 60.0, 50.0, 10.0, 0.02, 5.0, 20.0 * sign, 0.0]), 0.02, 0.05, 1.0)
+    assert (rising.stiction, rising.stiction_asymmetry) == (50.0, 10.0 * sign)
 
 
 @pytest.mark.parametrize(("ratio", "alike"), [(1.0, True), (AGREEMENT[0] - 0.05, False), (AGREEMENT[1] + 0.05, False)])

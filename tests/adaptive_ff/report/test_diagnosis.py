@@ -153,7 +153,7 @@ def altered(**estimates):
 def test_stiction_clearly_below_coulomb_friction_is_implausible():
     assert altered(stiction=59.5) == ()
     (warning,) = altered(stiction=50.0)
-    assert warning.startswith("stiction came out as 50 N m, below Coulomb friction, 6")
+    assert warning.startswith("friction rises from 50 N m at standstill to 6")
 
 
 @pytest.mark.parametrize(
