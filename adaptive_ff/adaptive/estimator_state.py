@@ -60,6 +60,9 @@ class EstimatorParameters(NamedTuple):
         The one to begin with, rad/s; that of the regression where there are none.
     friction_map : MapParameters
         Map of friction over position and load.
+    rises : bool
+        Whether friction that rises from standstill on is taken for that at once, and whatever reversals there are: by
+        one that only watches.
     """
 
     form: TorqueForm
@@ -78,6 +81,7 @@ class EstimatorParameters(NamedTuple):
     fit_scale: NDArray[np.float64]
     begin: float
     friction_map: MapParameters
+    rises: bool
 
 
 class Levels(NamedTuple):

@@ -146,6 +146,7 @@ def adaptive_parameters(
         np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
         begin_velocity(velocities, float(stribeck_velocity), model),
         map_parameters(position_periods, position_hats, position_range, unit if load_friction else 0.0, map_memory),
+        False,
     )
     return named, AdaptiveParameters(
         feedback,

@@ -100,15 +100,16 @@ def torque_model(
     stribeck_velocity: float,
     stribeck_shape: float,
     loads: int = 0,
+    rise: float = 1.0,
 ) -> TorqueModel:
     """Return the model that an estimate stands for, with a friction lag (s) that may be another one.
 
     The last parameters, so many as there are known loads, are no part of the model. Stiction may be below Coulomb
     friction: friction then rises from standstill on, as that of a joint that creeps, of gears whose friction saturates,
-    and of simulations that smooth the sign by a hyperbolic tangent. The viscous coefficient is not negative in either
-    direction.
+    and of simulations that smooth the sign by a hyperbolic tangent. It counts to the share ``rise``; at zero, stiction
+    is at least Coulomb friction. The viscous coefficient is not negative in either direction.
     """
-    stiction = estimate[STICTION]
+    stiction = max(estimate[STICTION], estimate[COULOMB] + rise * (estimate[STICTION] - estimate[COULOMB]))
     size = estimate.size - loads
     offset, adhesion, slope = 0.0, 0.0, 0.0
     if size > OFFSET:

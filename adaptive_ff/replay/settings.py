@@ -186,11 +186,13 @@ def of_watcher(block: AdaptiveParameters) -> AdaptiveParameters:
 
     One that moves the joint tunes the lag by its tracking error, so its regression holds the first guess and leaves out
     what follows a reversal. Here the guess is as uncertain as every other parameter, and the gate opens sooner.
+
+    Friction that rises from standstill on, as that of gears which saturates does, is taken for that at once.
     """
     deviation = block.estimator.deviation.copy()
     deviation[FRICTION_LAG] *= math.sqrt(LAG_PRIOR)
     return block._replace(
-        hold=HOLD / block.estimator.form.pole, estimator=block.estimator._replace(deviation=deviation)
+        hold=HOLD / block.estimator.form.pole, estimator=block.estimator._replace(deviation=deviation, rises=True)
     )
 
 

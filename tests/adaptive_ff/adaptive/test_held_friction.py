@@ -65,7 +65,9 @@ def test_more_than_the_share_fades_with_the_lag(sign, lag):
     found = released(model, state, 0.3, PERIOD)
     assert found == pytest.approx(state._replace(friction=sign * (least + left)), rel=1e-12)
     assert released(model, state, 1.0, PERIOD) == state
-    assert released(model._replace(presliding=1e-3), state, 0.3, PERIOD) == state
+    bent, least = model._replace(presliding=1e-3, stiction=9.0), 0.3 * 9.0
+    left = (5.0 - least) * (math.exp(-PERIOD / lag) if lag > 0.0 else 0.0)
+    assert released(bent, state, 0.3, PERIOD).friction == pytest.approx(sign * (least + left), rel=1e-12)
     assert released(model, state._replace(friction=sign * 0.5 * least), 0.3, PERIOD).friction == sign * 0.5 * least
 
 
