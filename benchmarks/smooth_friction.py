@@ -3,7 +3,8 @@
 The joint has ``F(w) = Fc tanh(w/width) + Fv w``: it creeps where real friction would hold it, and no model in this
 package is of that form. It is integrated here, implicitly, not by ``plant``. It is driven along multisines (velocity
 loop, noise of 2 mrad/s) or from point to point behind a position loop (encoder of 6 urad). ``fed`` is the PI loop with
-the true friction and inertia fed forward; ``adaptive`` knows the inertia and learns the rest.
+the true friction and inertia fed forward, which is not told that a velocity made of positions is half a period late;
+``adaptive`` knows that and the inertia, and learns the rest.
 
 Errors are roots of mean squares over the seeds, of the velocity, or of the position behind a position loop; PI's error
 is given over that of ``adaptive`` and of ``fed``, in the second half of a run, and over that of ``adaptive`` in the
