@@ -112,9 +112,9 @@ With gravity alone, and a weight of 1.1 times the stiction from the start, the f
 
 
 RISE_MEMORIES = 2.0
-"""Time after the first memory, in memories, in which friction that rises from standstill on comes to be fed as such.
+"""Time in memories for which friction is not taken to rise from standstill on while all reversals are alike.
 
-At once, a machine on bristles whose plan leaves standstill quickly had 1.4 of PI's error in the first 5 s, not 1.07.
+What comes late at all of them looks the same: a machine on bristles had 1.4 of PI's error in the first 5 s, not 1.07.
 """
 
 
@@ -122,11 +122,9 @@ At once, a machine on bristles whose plan leaves standstill quickly had 1.4 of P
 def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
     """Return the model that is fed forward: the identified one with a lag (s) of its own."""
     form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
-    rise = 1.0
-    if not block.estimator.rises:
-        rise = max(0.0, min(estimator.levels.learnt / block.estimator.memory - 1.0, RISE_MEMORIES)) / RISE_MEMORIES
-        if alike(estimator.candidates.reversals):  # what comes late at all of them looks like friction that rises
-            rise = 0.0
+    rise, young = 1.0, estimator.levels.learnt < RISE_MEMORIES * block.estimator.memory
+    if young and alike(estimator.candidates.reversals) and not block.estimator.rises:
+        rise = 0.0
     estimate = estimator.recursion.estimate
     model = torque_model(estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads, rise)
     return with_bristles(model, form.presliding, damping_in_use(estimator))

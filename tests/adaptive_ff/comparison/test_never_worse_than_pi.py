@@ -73,7 +73,7 @@ def test_where_the_inertia_is_told_twice_too_large():
     ],
 )
 def test_on_machines_that_were_worse(seed, draw, settled, window, was):
-    judged = judge(draw_machine(seed, draw), draws=1)
+    judged = judge(draw_machine(seed, draw))  # over five draws of the noise, as it is asked for
     assert judged.settled >= settled, was
     assert judged.worst_window <= window, was
 
