@@ -127,7 +127,8 @@ def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
     """Make the adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
     gains = scenario.feedback.gains
     fastest = FASTEST / (2.0 * math.pi)
-    bandwidth = min(observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains, told=True), fastest)
+    bounded = scenario.velocity_lag == 0.0  # else it is told the lag
+    bandwidth = min(observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains, bounded=bounded), fastest)
     assumed = scenario.adaptation
     settings = _adaptive_settings(scenario, WITH_OFFSET) | {
         "position_periods": scenario.friction_periods,

@@ -73,6 +73,9 @@ def test_an_observer_is_slow_where_an_encoder_leaves_the_loop_no_margin():
     coarse = load_scenario().modified(sensor=COARSE, velocity={"method": "kalman"}, feedback={"bandwidth": 6.0})
     found = observer_bandwidth(coarse, 1.7, DisturbanceObserver.design, *coarse.feedback.gains)
     assert found == pytest.approx(SLOWEST * 6.0, rel=1e-3)
-    lagging = coarse.modified(velocity={"method": "low_pass", "cutoff": 30.0})
-    blind = observer_bandwidth(lagging, 1.7, DisturbanceObserver.design, *lagging.feedback.gains)
-    assert blind < observer_bandwidth(lagging, 1.7, DisturbanceObserver.design, *lagging.feedback.gains, told=True)
+    assert (
+        observer_bandwidth(coarse, 1.7, DisturbanceObserver.design, *coarse.feedback.gains, bounded=False) > 5.0 * found
+    )
+    fine = coarse.modified(sensor={**COARSE, "encoder_resolution": 6e-6}, feedback={"bandwidth": 10.0})
+    free = observer_bandwidth(fine, 1.7, DisturbanceObserver.design, *fine.feedback.gains, bounded=False)
+    assert observer_bandwidth(fine, 1.7, DisturbanceObserver.design, *fine.feedback.gains) == free
