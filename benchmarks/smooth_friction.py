@@ -12,7 +12,6 @@ first 5 s: above 1 is better than PI.
 """
 
 import math
-import os
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -24,7 +23,8 @@ from rich.table import Table
 
 from adaptive_ff import AdaptiveController
 from adaptive_ff.files import write_json
-from benchmarks.robot.in_turn import chosen_cases, run_in_turn
+from benchmarks.robot.in_turn import CORES, First, Only, Seeds, Workers, chosen_cases, run_in_turn
+from benchmarks.robot.loops import BANDWIDTH, RESOLUTION, VELOCITY_NOISE
 from benchmarks.robot.machines import Axis
 from benchmarks.robot.plans import Plan, moves, multisines
 from benchmarks.wide import wide_console
@@ -36,10 +36,7 @@ WIDTHS = (0.002, 0.01, 0.05, 0.2)
 JOINTS = {2.0: (15.0, 10.0), 20.0: (60.0, 80.0)}
 """Coulomb (N m) and viscous friction (N m s/rad) by inertia, kg m^2."""
 
-BANDWIDTH = 8.0  # Hz, of the velocity loop
 STEP = 1e-3  # s, of the physics at most
-NOISE = 2e-3  # rad/s
-RESOLUTION = 6e-6  # rad
 START = 5.0  # s
 NEWTON, CLOSE = 50, 1e-13  # iterations at most, and the change of speed, rad/s, that ends them
 
@@ -116,7 +113,7 @@ def errors_of(case: Case, controller: Any, plan: Plan, seed: int, feeds: bool) -
             inputs |= {"position": reading, "correction": outer.step(float(plan.position[k, 0]), reading)}
             errors.append(float(plan.position[k, 0]) - angle)
         else:
-            measured = velocity + NOISE * float(generator.standard_normal())
+            measured = velocity + VELOCITY_NOISE * float(generator.standard_normal())
             errors.append(now - velocity)
         if feeds:
             middle = 0.5 * (now + following)
@@ -166,11 +163,11 @@ def table_of(rows: list[dict[str, Any]]) -> Table:
 
 
 def main(
-    only: Annotated[str, typer.Option(help="Cases whose name holds this text.")] = "",
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from the first on.")] = 5,
-    first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
+    only: Only = "",
+    seeds: Seeds = 5,
+    first: First = 1,
     duration: Annotated[float, typer.Option(min=12.0, help="Length of a run, s.")] = 40.0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    workers: Workers = CORES,
     json: Annotated[Path | None, typer.Option(help="Write the figures there.")] = None,
 ) -> None:
     """Drive joints whose friction is smoothed, and print how much is gained."""

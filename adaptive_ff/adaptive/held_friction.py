@@ -100,7 +100,8 @@ def friction_shown(block: Block, state: Block, inputs: Inputs, rests: bool) -> H
 @register_jitable
 def feedforward_at_rest(block: Block, state: Block, fed: Fed, inputs: Inputs) -> FeedforwardState:
     """Return the state of the feedforward, which holds no more friction at rest than the joint has shown to hold."""
-    if not is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
+    share = state.held_friction.share
+    if share >= 1.0 or not is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
         return fed.feedforward
     model = present_model(block, fed.estimator, fed.timing.lag, inputs.reference)
-    return released(model, fed.feedforward, state.held_friction.share, inputs.dt)
+    return released(model, fed.feedforward, share, inputs.dt)

@@ -10,7 +10,6 @@ error over that of ``adaptive`` (above 1: better than PI), settled (second half)
 """
 
 import itertools
-import os
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -24,7 +23,7 @@ from rich.table import Table
 from adaptive_ff.files import write_json
 from adaptive_ff.report.drawing import write_figures
 from benchmarks.robot.circle import picture
-from benchmarks.robot.in_turn import chosen_cases, run_in_turn
+from benchmarks.robot.in_turn import CORES, First, Only, Seeds, Workers, chosen_cases, run_in_turn
 from benchmarks.robot.loops import MAKERS, Driven, Setup, drive
 from benchmarks.robot.machines import CREEP, KINDS, PHYSICS, make_machine
 from benchmarks.robot.plans import moves, multisines
@@ -144,15 +143,15 @@ def errors_table(rows: list[dict[str, Any]]) -> Table:
 
 
 def main(
-    only: Annotated[str, typer.Option(help="Cases whose name holds this text.")] = "",
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from the first on.")] = 5,
-    first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
+    only: Only = "",
+    seeds: Seeds = 5,
+    first: First = 1,
     duration: Annotated[float, typer.Option(min=12.0, help="Length of a run, s.")] = 60.0,
     creep: Annotated[
         float,
         typer.Option(min=2.0 * PHYSICS, help="Time constant of MuJoCo's Coulomb friction at rest, s."),
     ] = CREEP,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    workers: Workers = CORES,
     json: Annotated[Path | None, typer.Option(help="Write all errors there.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the picture of the arm's tip.")] = None,
 ) -> None:

@@ -11,7 +11,6 @@ encoder count in a sampling period and 0.1 N m.
 """
 
 import itertools
-import os
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -23,7 +22,7 @@ from rich.table import Table
 
 from adaptive_ff.files import write_json
 from benchmarks.holding import HOLDING, RATES, SETTLING, allowed
-from benchmarks.robot.in_turn import chosen_cases, run_in_turn
+from benchmarks.robot.in_turn import CORES, First, Only, Seeds, Workers, chosen_cases, run_in_turn
 from benchmarks.robot.loops import MAKERS, Driven, Setup, drive
 from benchmarks.robot.machines import make_machine
 from benchmarks.robot.plans import moves, then_rest
@@ -109,11 +108,11 @@ def table_of(rows: list[dict[str, Any]]) -> Table:
 
 
 def main(
-    only: Annotated[str, typer.Option(help="Cases whose name holds this text.")] = "",
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from the first on.")] = 5,
-    first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
+    only: Only = "",
+    seeds: Seeds = 5,
+    first: First = 1,
     duration: Annotated[float, typer.Option(min=12.0, help="Length of the moves before, s.")] = 30.0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    workers: Workers = CORES,
     json: Annotated[Path | None, typer.Option(help="Write all figures there.")] = None,
 ) -> None:
     """Let machines in MuJoCo come to rest, and print how calm they hold still."""

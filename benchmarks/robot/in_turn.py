@@ -1,12 +1,19 @@
-"""Cases that are named in part, run by processes."""
+"""Cases that are named in part, run by processes, and the options of the commands that do so."""
 
+import os
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, TypeVar
+from typing import Annotated, Any, Protocol, TypeVar
 
 import typer
 
 from adaptive_ff.cli.terminal import error_console, progress_bars
 from adaptive_ff.workers import pool_of_workers
+
+Only = Annotated[str, typer.Option(help="Cases whose name holds this text.")]
+Seeds = Annotated[int, typer.Option(min=1, help="Number of seeds, from the first on.")]
+First = Annotated[int, typer.Option(min=0, help="First seed.")]
+Workers = Annotated[int, typer.Option(min=1, help="Processes.")]
+CORES = os.cpu_count() or 1
 
 
 class Named(Protocol):
