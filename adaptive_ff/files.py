@@ -78,7 +78,7 @@ def _replace_whole(stage: Path, folder: Path) -> None:
 
 
 @contextmanager
-def staged(folder: Path) -> Iterator[Path]:
+def staged(folder: Path, name: Path | None = None) -> Iterator[Path]:
     """Collect files in a temporary folder; move them to their place when all are there.
 
     A process that is killed leaves the folder behind; the next one that writes to the same place removes it, or, where
@@ -88,6 +88,8 @@ def staged(folder: Path) -> Iterator[Path]:
     ----------
     folder : Path
         Where the files go; it is made where it is missing. Files of the same name are replaced, others stay.
+    name : Path, optional
+        What an error names: the file, where a single one was asked for; the folder by default.
 
     Yields
     ------
@@ -115,7 +117,7 @@ def staged(folder: Path) -> Iterator[Path]:
         _replace_whole(stage, folder)
         made = []
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+        raise InputError(f"{name or folder}: cannot be written: {error.strerror or error}") from error
     finally:
         if stage is not None:
             shutil.rmtree(stage, ignore_errors=True)
@@ -135,7 +137,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     text = json.dumps(content, indent=2, allow_nan=False) + "\n"
     if os.path.isdir(path):
         raise InputError(f"{path}: cannot be written: it is a folder")
-    with staged(path.parent) as stage:
+    with staged(path.parent, path) as stage:
         (stage / path.name).write_text(text, encoding="utf-8")
 
 

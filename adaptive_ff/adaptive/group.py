@@ -14,6 +14,7 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links, link_angles, regressor_count
+from adaptive_ff.errors import no_text
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
@@ -153,7 +154,9 @@ class JointGroup:
         """Make a group from a TOML file; see :meth:`from_table`."""
         try:
             return cls.from_table(tomllib.loads(Path(path).read_text(encoding="utf-8")))
-        except (OSError, UnicodeDecodeError, ValueError) as error:
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{path}: is not valid TOML: {no_text(error)}") from error
+        except (OSError, ValueError) as error:
             raise ValueError(f"{path}: {error}") from error
 
     def step(

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, no_text
 
 
 def export_command(
@@ -72,6 +72,8 @@ def _read(state: Path) -> dict[str, Any]:
         content = json.loads(state.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{state}: cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{state}: is no saved state: {no_text(error)}") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{state}: is no saved state: {error}") from error
     if not isinstance(content, dict):

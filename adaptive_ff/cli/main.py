@@ -100,6 +100,9 @@ def _explained(error: Exception) -> str | None:
     """Return one line about a usage error (empty after help) or an own controller that fails; None for a defect."""
     message = getattr(error, "format_message", None)
     if message is not None:
+        wrong_value = _wrong_value(error)
+        if wrong_value is not None:
+            return wrong_value
         context = getattr(error, "ctx", None)
         hint = "" if context is None else f"; {context.command_path} --help shows what is allowed"
         return message().rstrip(".") + hint if message() else ""
@@ -110,6 +113,21 @@ def _explained(error: Exception) -> str | None:
             place = f"{frame.f_code.co_filename}, line {line}, in {frame.f_code.co_name}"
             return f"{place}: {type(error).__name__}: {error}"
     return None
+
+
+def _wrong_value(error: Exception) -> str | None:
+    """Return one line about the value of an option that pydantic refused, with the value; None for another error.
+
+    Where typer leaves its values to click, click's own message names them.
+    """
+    from pydantic import ValidationError
+
+    parameter = getattr(error, "param", None)
+    if parameter is None or not isinstance(error.__cause__, ValidationError):
+        return None
+    from adaptive_ff.scenario.validation import explain_option
+
+    return explain_option(max(parameter.opts, key=len), error.__cause__)
 
 
 def _refuse(message: str) -> int:

@@ -58,4 +58,4 @@ def _staged_file(file: Path, stack: ExitStack) -> Path:
 
     if file == STANDARD_OUTPUT:
         return Path(stack.enter_context(TemporaryDirectory())) / "result.json"
-    return stack.enter_context(staged(file.parent)) / file.name
+    return stack.enter_context(staged(file.parent, file)) / file.name

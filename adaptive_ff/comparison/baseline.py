@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, no_text
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.metrics import METRIC_UNITS
 
@@ -32,7 +32,9 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (UnicodeDecodeError, ValueError, RecursionError) as error:
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is not valid JSON: {no_text(error)}") from error
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid JSON: {error}") from error
     if not isinstance(content, dict):
         content = {}

@@ -56,6 +56,8 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
         return reader(path, wanted)
     except InputError:
         raise
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: cannot be read: it is no text in UTF-8; save it as such") from error
     except Exception as error:  # each format has its own kinds of damage
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error

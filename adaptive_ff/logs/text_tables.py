@@ -101,7 +101,9 @@ def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> d
             rows = [row for row in _rows(stream, layout.separator) if any(cell.strip() for cell in row)]
     except InputError:
         raise
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: cannot be read: it is no text in UTF-8; save it as such") from error
+    except (OSError, csv.Error, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise InputError(f"{path}: cannot be read: {reason}") from error
     names = layout.names

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, no_text
 from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
@@ -439,7 +439,9 @@ def load_scenario(path: str | Path | None = None, reference: str | Path | None =
         content = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+    except UnicodeDecodeError as error:
+        raise InputError(f"{file}: is not valid TOML: {no_text(error)}") from error
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"{file}: is not valid TOML: {' '.join(str(error).split())}") from error
     name = "built-in scenario" if path is None else str(path)
     if reference is None:

@@ -32,6 +32,28 @@ def explain(error: ValidationError, model: type[BaseModel]) -> str:
     return " ".join("; ".join(shown).split())
 
 
+def explain_option(name: str, error: ValidationError) -> str:
+    """Turn what pydantic finds wrong with the value of an option of the command line into one line.
+
+    Parameters
+    ----------
+    name : str
+        The option, such as ``--runs``.
+    error : pydantic.ValidationError
+        What was found; its first finding is told.
+    """
+    finding = error.errors(include_url=False)[0]
+    value, message = finding["input"], finding["msg"].removeprefix("Value error, ")
+    if finding["type"] == "value_error":  # the message names the value
+        return f"{name}: {message.rstrip('.')}"
+    message = message.partition(", unable to parse")[0]
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        value = _shown(value)
+    return f"{name} = {value} is not allowed: {_rule(finding['type'], message)}"
+
+
 def _sentence(finding: Mapping[str, Any], model: type[BaseModel]) -> str:
     path, table, kinds = _resolve(model, finding["loc"])
     name, value, kind = ".".join(path), _shown(finding["input"]), finding["type"]

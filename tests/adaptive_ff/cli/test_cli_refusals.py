@@ -59,6 +59,36 @@ def test_usage(refused, arguments, complaint, help_of):
         assert line.endswith(f"{help_of} --help shows what is allowed")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["sweep", "--runs", "0"], "--runs = 0 is not allowed: it must be greater than or equal to 1"),
+        (["sweep", "--runs", "1e3"], "--runs = 1e3 is not allowed: it must be a valid integer"),
+        (["tune", "--seeds", "101"], "--seeds = 101 is not allowed: it must be less than or equal to 100"),
+        (["new", "--inertia", "abc"], "--inertia = 'abc' is not allowed: it must be a finite number"),
+        (["compare", "--tables", "html"], "--tables: 'html' is not one of 'text', 'markdown', 'csv'"),
+    ],
+)
+def test_value_of_an_option_is_named_with_what_is_allowed(refused, arguments, line):
+    found = refused(*arguments)
+    if "Invalid value for" in found:  # typer that leaves values to click, whose message names them as well
+        assert arguments[-2] in found
+        assert arguments[-1] in found
+    else:
+        assert found == line
+
+
+def test_scenario_that_is_no_text_is_named_with_the_line(tmp_path, refused):
+    (tmp_path / "latin.toml").write_bytes("duration = 5.0\n# Prüfstand\n".encode("latin-1"))
+    complaint = "is not valid TOML: byte 0xfc in line 2 is no text in UTF-8"
+    assert refused("compare", "latin.toml", "--out", "new") == f"latin.toml: {complaint}"
+
+
+def test_log_that_is_no_text(tmp_path, refused):
+    (tmp_path / "latin.csv").write_bytes("Zeit,Winkel [°]\n0,1\n".encode("latin-1"))
+    assert refused("identify", "latin.csv") == "latin.csv: cannot be read: it is no text in UTF-8; save it as such"
+
+
 def test_scenario_that_is_missing(refused):
     assert refused("compare", "gone.toml", "--out", "out") == "gone.toml: cannot be read: No such file or directory"
 
@@ -103,7 +133,7 @@ def test_folder_that_cannot_be_written(scenario, refused, out):
 
 
 @pytest.mark.parametrize(
-    ("json", "named"), [("out", "out"), ("new", "new"), (".", "."), ("scenario.toml/copy.json", "scenario.toml")]
+    ("json", "named"), [("out", "out"), ("new", "new"), (".", "."), ("scenario.toml/copy.json", "scenario.toml/copy.json")]
 )
 def test_json_that_cannot_be_written(scenario, refused, json, named):
     line = refused("compare", scenario, "--out", "new", "--json", json)
