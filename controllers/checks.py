@@ -1,10 +1,32 @@
-"""Checks of the numbers that a controller is made with."""
+"""Checks of the numbers that a controller is made with, and is given."""
 
 import math
+from typing import Any
+
+
+def check_numbers(**values: Any) -> None:
+    """Raise ``TypeError`` for the first value that is no number; a text of digits is none."""
+    for name, value in values.items():
+        try:
+            math.isfinite(value)
+        except TypeError:
+            raise TypeError(f"{name} = {value!r} is not allowed: it must be a number") from None
+
+
+def checked_switch(name: str, value: Any) -> bool:
+    """Return a switch; raise ``ValueError`` for what is neither true nor false, such as the text ``"off"``."""
+    if isinstance(value, str) or value not in (True, False):
+        raise ValueError(f"{name} = {value!r} is not allowed: it must be True or False")
+    return bool(value)
 
 
 def check_positive(**values: float) -> None:
-    """Raise ``ValueError`` for the first value that is not a positive finite number."""
+    """Raise ``ValueError`` for the first value that is not a positive finite number, ``TypeError`` for no number."""
     for name, value in values.items():
-        if not (math.isfinite(value) and value > 0.0):
+        try:
+            allowed = math.isfinite(value) and value > 0.0
+        except TypeError:
+            check_numbers(**{name: value})
+            raise
+        if not allowed:
             raise ValueError(f"{name} = {value} is not allowed: it must be positive and finite")

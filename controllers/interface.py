@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from controllers.bridging import BRIDGED
-from controllers.checks import check_positive
+from controllers.checks import check_numbers, check_positive
 from controllers.compiled import compiles
 from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.native import ACTING, TORQUE, Native, NativeParameters, empty_exchange, step_at
@@ -162,35 +162,44 @@ class Controller:
         ValueError
             The reference, a preview, the correction or the feedforward is not finite, the inertia or ``dt`` is
             not positive and finite, or the regressors are not as many as the controller was made for or far too large.
+        TypeError
+            An argument is no number.
         """
-        if inertia is not None:
-            check_positive(inertia=inertia)
-        if dt is None:
-            dt = self.period
-        elif not 0.0 < dt < math.inf:
-            raise ValueError(f"dt = {dt} is not allowed: it must be a positive number of seconds")
-        if not (isfinite(reference) and isfinite(correction) and isfinite(feedforward)):
-            _refuse(reference=reference, correction=correction, feedforward=feedforward)
-        if next_reference is None:
-            next_reference = math.nan
-        elif not isfinite(next_reference):
-            _refuse(next_reference=next_reference)
-        if regressors is not None:
-            self._take_regressors(regressors)
-        if acting_reference is not None and next_acting_reference is not None:
-            _refuse(acting_reference=acting_reference, next_acting_reference=next_acting_reference)
-            self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
-        return self._compute(
-            float(reference),
-            float(velocity),
-            float(next_reference),
-            float(correction),
-            math.nan if position is None else float(position),
-            math.nan if realised_torque is None else float(realised_torque),
-            float(feedforward),
-            math.nan if inertia is None else float(inertia),
-            float(dt),
-        )
+        try:
+            if inertia is not None:
+                check_positive(inertia=inertia)
+            if dt is None:
+                dt = self.period
+            elif not 0.0 < dt < math.inf:
+                raise ValueError(f"dt = {dt} is not allowed: it must be a positive number of seconds")
+            if not (isfinite(reference) and isfinite(correction) and isfinite(feedforward)):
+                _refuse(reference=reference, correction=correction, feedforward=feedforward)
+            if next_reference is None:
+                next_reference = math.nan
+            elif not isfinite(next_reference):
+                _refuse(next_reference=next_reference)
+            if regressors is not None:
+                self._take_regressors(regressors)
+            if acting_reference is not None and next_acting_reference is not None:
+                _refuse(acting_reference=acting_reference, next_acting_reference=next_acting_reference)
+                self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
+            return self._compute(
+                float(reference),
+                float(velocity),
+                float(next_reference),
+                float(correction),
+                math.nan if position is None else float(position),
+                math.nan if realised_torque is None else float(realised_torque),
+                float(feedforward),
+                math.nan if inertia is None else float(inertia),
+                float(dt),
+            )
+        except (TypeError, ValueError):
+            check_numbers(reference=reference, velocity=velocity, correction=correction, feedforward=feedforward)
+            optional = {"next_reference": next_reference, "position": position, "realised_torque": realised_torque}
+            optional |= {"inertia": inertia, "dt": dt}
+            check_numbers(**{name: value for name, value in optional.items() if value is not None})
+            raise
 
     def _take_regressors(self, regressors: Sequence[float]) -> None:
         """Take further known regressors for the coming step; a controller that knows none refuses them."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.bridging import bridging_share
+from controllers.checks import check_numbers
 from controllers.delay import delay_line, delayed, remember
 from controllers.interface import Controller
 from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, without_estimates
@@ -138,6 +139,7 @@ ESTIMATES[PIParameters] = without_estimates
 
 def check_gains(proportional: float, integral: float, delay: float = 0.0, period: float = 0.01) -> PIParameters:
     """Return the parameters of a PI loop, or raise ``ValueError`` where one is negative or not finite."""
+    check_numbers(proportional=proportional, integral=integral, delay=delay, period=period)
     for name, gain in (("proportional", proportional), ("integral", integral)):
         if not (math.isfinite(gain) and gain >= 0.0):
             raise ValueError(f"{name} = {gain} is not allowed: a gain must be finite and not negative")
@@ -148,6 +150,9 @@ def check_gains(proportional: float, integral: float, delay: float = 0.0, period
 
 class PI(Controller):
     """``u = Kp e + Ki integral(e) + u_ff`` with ``e = reference + correction - velocity``: PI velocity controller.
+
+    It knows no torque limit: clip the torque where it goes to the drive, and hand over what the drive gave as
+    ``realised_torque`` at the next step. Without that the integral winds up while the drive saturates.
 
     Parameters
     ----------

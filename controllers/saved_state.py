@@ -63,7 +63,9 @@ def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) ->
     try:
         saved = json.loads(text)
         found, content = saved["controller"], saved["state"]
-    except (json.JSONDecodeError, KeyError, TypeError, RecursionError, UnicodeDecodeError) as error:
+    except KeyError as error:
+        raise ValueError(f"text = {str(text)[:40]!r} is no saved controller state: {error} is missing") from error
+    except (json.JSONDecodeError, TypeError, RecursionError, UnicodeDecodeError) as error:
         raise ValueError(f"text = {str(text)[:40]!r} is no saved controller state: {error}") from error
     if found != name:
         raise ValueError(f"controller = {str(found)[:40]!r} is not allowed: this is a {name!r}")

@@ -42,6 +42,7 @@ from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, WITH_GRAVITY, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import IdentifyingController
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
+from controllers.checks import checked_switch
 from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
 
 if TYPE_CHECKING:
@@ -85,7 +86,8 @@ class AdaptiveBase(IdentifyingController):
 
     @feedforward_enabled.setter
     def feedforward_enabled(self, value: bool) -> None:
-        self.state = self.state._replace(command=self.state.command._replace(feedforward_enabled=bool(value)))
+        switch = checked_switch("feedforward_enabled", value)
+        self.state = self.state._replace(command=self.state.command._replace(feedforward_enabled=switch))
 
     def _prepare(self, reference: float, torque: float) -> None:
         block, state = self.parameters, self.state
@@ -266,7 +268,9 @@ class AdaptiveController(AdaptiveBase):
         How sure that is: standard deviation as a share of each value, or in its unit for each name. It weighs for a
         few memories.
     torque_limit : float, optional
-        Largest torque that is commanded, N m; what it cut off then counts as not realised without being reported.
+        Largest torque that is commanded, N m; what it cut off then counts as not realised without being reported. Where
+        neither it nor ``realised_torque`` is given, a drive that saturates is taken to give what it does not: the
+        integral winds up, and inertia and friction are learnt far too large from torque that never acted.
     feedforward_includes_inertia : bool, optional
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then

@@ -128,6 +128,9 @@ class JointGroup:
                 raise ValueError(f"{name} is missing: a group has period and joints")
         if not isinstance(table["joints"], Mapping):
             raise ValueError(f"joints = {table['joints']!r} is not allowed: it must be a table for each joint")
+        for name, entry in table["joints"].items():
+            if not isinstance(entry, Mapping):
+                raise ValueError(f"{name} = {entry!r} is not allowed: it must be a table of settings")
         entries = {name: dict(entry) for name, entry in table["joints"].items()}
         coupled = any("preceding" in entry for entry in entries.values())
         preceding = {name: entry.pop("preceding", ()) for name, entry in entries.items()}
@@ -156,7 +159,9 @@ class JointGroup:
             return cls.from_table(tomllib.loads(Path(path).read_text(encoding="utf-8")))
         except UnicodeDecodeError as error:
             raise ValueError(f"{path}: is not valid TOML: {no_text(error)}") from error
-        except (OSError, ValueError) as error:
+        except OSError as error:
+            raise ValueError(f"{path}: cannot be read: {error.strerror or error}") from error
+        except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
 
     def step(
@@ -249,7 +254,9 @@ class JointGroup:
             raise ValueError(
                 f"{name} = {values!r} is not allowed: it must be {len(self._controllers)} numbers"
             ) from error
-        if array.shape not in ((), (len(self._controllers),)) or (name == "dt" and array.shape):
+        if name == "dt" and array.shape:
+            raise ValueError(f"dt has shape {array.shape}; it must be one number for all joints")
+        if array.shape not in ((), (len(self._controllers),)):
             raise ValueError(f"{name} has shape {array.shape}; it must be ({len(self._controllers)},)")
         return array
 
@@ -361,7 +368,9 @@ class JointGroup:
         try:
             saved = json.loads(text)["group"]
             names = list(saved)
-        except (json.JSONDecodeError, KeyError, TypeError, RecursionError) as error:
+        except KeyError as error:
+            raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error} is missing") from error
+        except (json.JSONDecodeError, TypeError, RecursionError) as error:
             raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error}") from error
         if names != list(self.joints):
             raise ValueError(f"joints = {names} is not allowed: this group has {list(self.joints)}")

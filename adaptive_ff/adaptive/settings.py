@@ -20,6 +20,7 @@ from adaptive_ff.model.friction import FURTHER, TorqueModel
 from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
+from controllers.checks import check_numbers
 
 GATE_SHARE = 0.2
 """Speed of the gate, as a share of the Stribeck velocity."""
@@ -116,6 +117,7 @@ def adaptive_parameters(
         raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
     if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
         raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
+    check_numbers(torque_limit=torque_limit)
     if not torque_limit > 0.0:
         raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
     prior, ranges = prior_of(

@@ -11,6 +11,7 @@ from adaptive_ff.model.friction import (
     WITH_OFFSET,
 )
 from controllers import Controller
+from controllers.checks import checked_switch
 
 
 class IdentifyingController(Controller):
@@ -25,7 +26,7 @@ class IdentifyingController(Controller):
 
     @enabled.setter
     def enabled(self, value: bool) -> None:
-        self.state = self.state._replace(enabled=bool(value))
+        self.state = self.state._replace(enabled=checked_switch("enabled", value))
 
 
 FRICTION_CHOICES = (ESTIMATED, WITH_OFFSET, PER_DIRECTION)

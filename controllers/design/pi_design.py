@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.checks import check_numbers
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.systems import LoopSystems, loop_systems
 from controllers.sensitivity import PI_SENSITIVITY
@@ -125,6 +126,9 @@ def design_pi(
     UserWarning
         The gain cannot hold the falling part of the friction curve.
     """
+    check_numbers(inertia=inertia, period=period, delay=delay, maximum_sensitivity=maximum_sensitivity)
+    if bandwidth is not None:
+        check_numbers(bandwidth=bandwidth)
     _check("inertia", inertia, inertia > 0.0, "positive, kg m^2")
     _check("period", period, period > 0.0, "positive, s")
     _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")

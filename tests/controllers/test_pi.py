@@ -224,6 +224,32 @@ def test_bad_argument_of_a_step_is_refused_by_name_and_leaves_the_state(wrong):
     assert controller.state == before
 
 
+@pytest.mark.parametrize("wrong", ["x", None, [0.1], 1j], ids=str)
+@pytest.mark.parametrize("name", ["reference", "velocity", "correction", "feedforward"])
+def test_what_is_no_number_is_refused_by_name_and_leaves_the_state(name, wrong):
+    controller = PI(*GAINS, PERIOD)
+    controller.step(0.5, 0.1)
+    before = controller.state
+    with pytest.raises(TypeError, match=rf"^{name} = .* is not allowed: it must be a number$"):
+        controller.step(**{"reference": 0.5, "velocity": 0.1, name: wrong})
+    for optional in ("next_reference", "position", "realised_torque", "inertia", "dt"):
+        with pytest.raises(TypeError, match=rf"^{optional} = 'x' is not allowed: it must be a number$"):
+            controller.step(0.5, 0.1, **{optional: "x"})
+    assert controller.state == before
+
+
+def test_gain_that_is_no_number_is_refused_by_name():
+    with pytest.raises(TypeError, match=r"^proportional = '3' is not allowed: it must be a number$"):
+        PI("3", 1.0, PERIOD)
+    with pytest.raises(TypeError, match=r"^inertia = '3' is not allowed: it must be a number$"):
+        PI.design(inertia="3", period=PERIOD)
+
+
+def test_a_text_without_a_controller_is_told_what_it_lacks():
+    with pytest.raises(ValueError, match=r"is no saved controller state: 'controller' is missing$"):
+        PI(*GAINS, PERIOD).state_from_json("{}")
+
+
 def test_state_restored_from_json_goes_on_exactly():
     design = design_pi(INERTIA, PERIOD, 5.0)
     first = PI(design.proportional, design.integral, PERIOD)

@@ -128,6 +128,11 @@ def test_group_from_a_file(tmp_path):
         path.write_text(text)
         with pytest.raises(ValueError, match=r"arm\.toml: "):
             JointGroup.from_toml(path)
+    path.write_bytes("# Prüfstand".encode("latin-1"))
+    with pytest.raises(ValueError, match=r"arm\.toml: is not valid TOML: byte 0xfc in line 1 is no text in UTF-8$"):
+        JointGroup.from_toml(path)
+    with pytest.raises(ValueError, match=r"gone\.toml: cannot be read: No such file or directory$"):
+        JointGroup.from_toml(tmp_path / "gone.toml")
 
 
 @pytest.mark.parametrize(
@@ -140,6 +145,8 @@ def test_group_from_a_file(tmp_path):
         ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": ["a"]}}}, r"^a\.preceding = \['a'\] is not allowed"),
         ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": "a"}}}, r"^a\.preceding = 'a' is not allowed"),
         ({"period": PERIOD, "joints": {"a": {**JOINT, "identify": "all"}}}, r"^a\.identify = 'all' is not allowed"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "torque_limit": "x"}}}, r"^a: torque_limit = 'x' is not allowed"),
+        ({"period": PERIOD, "joints": {"a": 3}}, r"^a = 3 is not allowed: it must be a table of settings"),
         ({"period": PERIOD, "joints": {"a": JOINT}, "gain": 1.0}, r"^gain is not allowed"),
     ],
 )
@@ -162,6 +169,8 @@ def test_wrong_inputs_step_no_joint():
         group.step([0.1, 0.1], [0.0, 0.0], inertia=[0.0, 1.0])
     with pytest.raises(ValueError, match=r"^dt of shoulder = -1.0 is not allowed"):
         group.step([0.1, 0.1], [0.0, 0.0], dt=-1.0)
+    with pytest.raises(ValueError, match=r"^dt has shape \(2,\); it must be one number for all joints"):
+        group.step([0.1, 0.1], [0.0, 0.0], dt=[0.01, 0.01])
     for name in ("reference", "correction", "feedforward"):
         with pytest.raises(ValueError, match=rf"^{name} of shoulder = nan is not allowed: it must be a finite number"):
             group.step(**{"reference": [0.1, 0.1], "velocity": [0.0, 0.0], name: None})
@@ -179,6 +188,8 @@ def test_wrong_inputs_step_no_joint():
         for wrong in (1.0, [True], "no"):
             with pytest.raises(ValueError, match=f"^{name} = .* is not allowed: it must be true or false"):
                 setattr(group, name, wrong)
+        with pytest.raises(ValueError, match=rf"^{name} = 'no' is not allowed: it must be True or False"):
+            setattr(next(iter(group.joints.values())), name, "no")
     assert group.state_to_json() == before
 
 
