@@ -25,6 +25,9 @@ FAR_INERTIA = 1.5
 POOR_FIT = 0.15
 """Torque that the model leaves unexplained, as a share of the largest, that calls for a warning."""
 
+WOUND_UP = 10.0
+"""Largest torque over proportional gain and largest speed from which on a drive seems to have saturated untold."""
+
 LONG_WITHOUT = 10.0
 """Time without a sample to learn from that calls for a warning, s."""
 
@@ -65,6 +68,7 @@ def find_warnings(controller: AdaptiveBase, confidence: Confidence, unexplained:
             f"the model leaves {unexplained:.2g} N m (rms) unexplained, the largest torque was {levels.torque:.3g} N m"
             ": the joint has changed lately, the measurement is loud, or the model does not suit the joint."
         )
+    yield from _untold_limit(controller)
     alike = _resembles(state.estimator.agreement)
     identified = confidence.together < NOT_IDENTIFIABLE
     names = controller.estimate_names[: alike.size]
@@ -86,6 +90,18 @@ def _bounds(controller: AdaptiveBase) -> Iterator[str]:
         end = "least" if value <= least else "largest" if value >= most else ""
         if end:
             yield f"{name} is at the {end} value that is assumed possible, {value:.3g} {unit_of(name)}."
+
+
+def _untold_limit(controller: AdaptiveBase) -> Iterator[str]:
+    """Yield a sentence where the torque is so large that an integral seems to wind up beside a drive that saturates."""
+    block, levels = controller.parameters, controller.state.estimator.levels
+    usual = block.feedback.proportional * max(levels.speed, 1e-300)
+    if block.command.torque_limit == math.inf and levels.torque > WOUND_UP * usual:
+        yield (
+            f"the torque was up to {levels.torque:.3g} N m, {levels.torque / usual:.3g} times what the proportional "
+            "gain makes of the fastest motion, and no torque_limit is given: if the drive saturates, give it, or "
+            "realised_torque at each step; else the estimates are of torque that never acted."
+        )
 
 
 def _implausible(controller: AdaptiveBase, confidence: Confidence) -> Iterator[str]:

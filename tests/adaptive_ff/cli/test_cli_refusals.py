@@ -133,7 +133,8 @@ def test_folder_that_cannot_be_written(scenario, refused, out):
 
 
 @pytest.mark.parametrize(
-    ("json", "named"), [("out", "out"), ("new", "new"), (".", "."), ("scenario.toml/copy.json", "scenario.toml/copy.json")]
+    ("json", "named"),
+    [("out", "out"), ("new", "new"), (".", "."), ("scenario.toml/copy.json", "scenario.toml/copy.json")],
 )
 def test_json_that_cannot_be_written(scenario, refused, json, named):
     line = refused("compare", scenario, "--out", "new", "--json", json)

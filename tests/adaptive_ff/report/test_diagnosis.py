@@ -1,6 +1,7 @@
 """What the adaptive controller says of itself."""
 
 import io
+import itertools
 import json
 import math
 from dataclasses import asdict
@@ -10,10 +11,11 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, lay_course, make
 from rich.console import Console
 
-from adaptive_ff import simulate
+from adaptive_ff import AdaptiveController, simulate
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
 from controllers import pi_gains
+from plant import Joint
 
 
 def worked(scenario=SCENARIO):
@@ -235,6 +237,18 @@ def test_it_says_why_friction_is_distrusted(missed, reason):
     (said,) = (line for line in controller.diagnose().supervision if "is fed forward" in line)
     assert said.startswith("Only 40 % of the identified friction is fed forward")
     assert reason in said
+
+
+@pytest.mark.parametrize("peak", [0.8, 0.9, 1.2])
+@pytest.mark.parametrize(("told", "warned"), [({}, True), ({"torque_limit": 120.0}, False)])
+def test_it_asks_for_the_torque_limit_of_a_drive_that_saturates_untold(told, warned, peak):
+    controller = AdaptiveController(*pi_gains(20.0, 10.0), period=0.01, inertia=20.0, stribeck_velocity=0.05, **told)
+    joint, plan = Joint(SCENARIO.joint), [peak * math.sin(0.5 * math.pi * 0.01 * k) for k in range(4001)]
+    for reference, following in itertools.pairwise(plan):
+        torque = controller.step(reference, joint.state.velocity, next_reference=following)
+        joint.step(max(-120.0, min(120.0, torque)), 0.01)
+    assert (controller.estimates["stiction"] > 1000.0) == warned  # of 90
+    assert any("no torque_limit is given" in line for line in controller.diagnose().warnings) == warned
 
 
 def test_it_says_where_the_loop_is_soft_for_the_friction():
