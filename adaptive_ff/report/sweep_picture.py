@@ -1,7 +1,7 @@
 """Picture of a sweep: how the figures are distributed over the drawn joints, and where the worst ones are."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -19,6 +19,9 @@ from adaptive_ff.report.framing import plain_name
 ADAPTIVE: Look = {"color": "#d55e00", "label": "adaptive"}
 OWN_COLOURS = ("#0072b2", "#cc79a7", "#009e73", "#b89b00")
 SAME: Look = {"color": INK, "linewidth": 1.0, "linestyle": (0, (3, 2)), "label": "the same as pi"}
+NAME_WIDTH, NAME_HEIGHT = 44.0, 9.0
+"""Room for the name of a worst case, points."""
+
 WORST: Look = {"marker": "o", "linestyle": "", "markersize": 8.0, "markerfacecolor": "none", "color": INK}
 
 
@@ -61,11 +64,9 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3, path: P
             _share(whole, ratios, look)
             cases.plot([outcome.fall for outcome in ran], ratios, ".", color=look["color"], alpha=0.6, zorder=2.2)
         marked = sorted(run, key=lambda outcome: -outcome.ratio("rms_error", "adaptive", "pi"))[:worst]
-        for outcome in marked:
-            ratio = outcome.ratio("rms_error", "adaptive", "pi")
-            cases.plot([outcome.fall], [ratio], **WORST)
-            case = (outcome.fall, ratio)
-            cases.annotate(f"draw {outcome.draw}", case, (0.0, 8.0), textcoords="offset points", size=8.0, ha="center")
+        places = {f"draw {one.draw}": (one.fall, one.ratio("rms_error", "adaptive", "pi")) for one in marked}
+        for case in places.values():
+            cases.plot(*([number] for number in case), **WORST)
         for axes, line in ((settled, settled.axvline), (whole, whole.axvline), (cases, cases.axhline)):
             line(1.0, **SAME)
             _ratios(axes, "y" if axes is cases else "x")
@@ -73,6 +74,7 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3, path: P
         cases.set_xscale("symlog", linthresh=HUNTING)
         cases.set_xlim(-0.1, 2.0 * max(HUNTING, *(outcome.fall for outcome in run)))
         cases.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        _name(cases, places)
         label_above(settled, f"share of {len(run)} joints (%)")
         label_above(whole, "share of the joints (%)")
         label_above(cases, "whole run: error over that of pi; worst cases of adaptive marked")
@@ -85,6 +87,18 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3, path: P
         if path is not None:
             write_figure(figure, path)
     return figure
+
+
+def _name(axes: Axes, places: Mapping[str, tuple[float, float]]) -> None:
+    """Write names above their places, given in data; where two would overlap, the later one goes further up."""
+    written: list[tuple[float, float]] = []
+    for name, place in places.items():
+        across, up = axes.transData.transform(place) * 72.0 / axes.figure.dpi
+        above = NAME_HEIGHT
+        while any(abs(across - x) < NAME_WIDTH and abs(up + above - y) < NAME_HEIGHT for x, y in written):
+            above += NAME_HEIGHT
+        written.append((across, up + above))
+        axes.annotate(name, place, (0.0, above), textcoords="offset points", size=8.0, ha="center")
 
 
 def _share(axes: Axes, values: Sequence[float], look: Look) -> None:

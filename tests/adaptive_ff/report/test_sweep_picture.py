@@ -1,6 +1,7 @@
 """The picture of a sweep: distributions, worst cases, own controllers."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -33,6 +34,16 @@ def test_distributions_and_worst_cases_are_drawn(tmp_path):
     assert legend[:2] == ["adaptive", "mine"]
     assert "around joint.toml, seed 7, adaptive-ff" in figure.get_supxlabel()
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_names_of_worst_cases_that_lie_together_do_not_overlap():
+    outcomes = [dataclasses.replace(outcome(draw, 1.0 - 1e-4 * draw), fall=1e-3 * draw) for draw in range(8)]
+    figure = plot_sweep(outcomes, "seed 7", 3)
+    figure.draw_without_rendering()
+    names = figure.axes[2].texts
+    boxes = [name.get_window_extent() for name in names]
+    assert [name.get_text() for name in names] == ["draw 0", "draw 1", "draw 2"]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
 
 
 def test_nothing_is_drawn_where_no_joint_ran():
