@@ -1,5 +1,6 @@
 """Command ``adaptive-ff identify``."""
 
+import math
 import os
 import warnings
 from pathlib import Path
@@ -94,6 +95,8 @@ def identify_command(
     scales = read_scales(scale or [])
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
     if torque_constant is not None:
+        if not math.isfinite(torque_constant) or torque_constant == 0.0:
+            raise InputError(f"--torque-constant = {torque_constant:g} is not allowed: it must be finite and not zero")
         scales[columns["torque"]] = torque_constant * scales.get(columns["torque"], 1.0)
     warn_of_degrees(columns, scales)
     given = read_columns(log, columns, period, scales)

@@ -49,7 +49,8 @@ class Export:
         word = re.fullmatch(r"[a-z][a-z0-9_]{0,30}", prefix)
         if not word or keyword.iskeyword(prefix) or prefix in RESERVED:
             raise NotExportable(
-                f"prefix = {prefix!r} is not allowed: it must be a C name of lower-case letters, digits, _"
+                f"prefix = {prefix!r} is not allowed: it must be a C name of at most 31 lower-case letters, digits, _ "
+                "that begins with a letter and is no word of C or Python"
             )
         self.controller = controller
         self.prefix = prefix

@@ -250,6 +250,8 @@ def _select(log: Log, problem: Problem, *, family: str, rotary: bool, confidence
         return select_terms(
             problem, family=family, both_ways=_moves_both_ways(problem), rotary=rotary, confidence=confidence
         )
+    except InputError:
+        raise
     except ValueError as error:
         raise InputError(f"{log.name}: the log does not determine a joint: {error}") from error
 

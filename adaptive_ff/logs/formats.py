@@ -53,6 +53,8 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
         hint = HINTS.get(path.suffix.lower(), "")
         raise InputError(f"{path}: the ending {path.suffix!r} is not known; allowed: {', '.join(READERS)}{hint}")
     try:
+        with path.open("rb"):  # where there is none, not every reader says so
+            pass
         return reader(path, wanted)
     except InputError:
         raise

@@ -6,6 +6,7 @@ from unittest.mock import patch
 import pytest
 from command_line import content_of, refusal, run_command_line
 from scenario_files import changed, short, write_scenario
+from synthetic_logs import make_log
 
 import controllers
 from adaptive_ff import Comparison, files
@@ -87,6 +88,20 @@ def test_scenario_that_is_no_text_is_named_with_the_line(tmp_path, refused):
 def test_log_that_is_no_text(tmp_path, refused):
     (tmp_path / "latin.csv").write_bytes("Zeit,Winkel [°]\n0,1\n".encode("latin-1"))
     assert refused("identify", "latin.csv") == "latin.csv: cannot be read: it is no text in UTF-8; save it as such"
+
+
+@pytest.mark.parametrize("ending", ["csv", "mat", "npz"])
+def test_log_that_is_missing(refused, ending):
+    assert refused("identify", f"gone.{ending}") == f"gone.{ending}: cannot be read: No such file or directory"
+
+
+def test_option_of_identify_is_named_and_not_the_log(tmp_path, refused):
+    log = make_log(duration=20.0, period=0.01, noise=0.05)
+    files.write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, "u": log.torque})
+    asked = ("identify", "log.csv", "--position", "q", "--torque", "u")
+    line = refused(*asked, "--torque-constant", "0")
+    assert line == "--torque-constant = 0 is not allowed: it must be finite and not zero"
+    assert refused(*asked, "--model", "foo").startswith("model = 'foo' is not allowed: it must be auto or one of")
 
 
 def test_scenario_that_is_missing(refused):
