@@ -19,8 +19,8 @@ from adaptive_ff.report.framing import plain_name
 ADAPTIVE: Look = {"color": "#d55e00", "label": "adaptive"}
 OWN_COLOURS = ("#0072b2", "#cc79a7", "#009e73", "#b89b00")
 SAME: Look = {"color": INK, "linewidth": 1.0, "linestyle": (0, (3, 2)), "label": "the same as pi"}
-NAME_WIDTH, NAME_HEIGHT = 44.0, 9.0
-"""Room for the name of a worst case, points."""
+NAME_ABOVE, NAME_WIDTH, NAME_HEIGHT = 6.0, 44.0, 9.0
+"""How far above its place the name of a worst case begins, and the room for it, points."""
 
 WORST: Look = {"marker": "o", "linestyle": "", "markersize": 8.0, "markerfacecolor": "none", "color": INK}
 
@@ -94,9 +94,9 @@ def _name(axes: Axes, places: Mapping[str, tuple[float, float]]) -> None:
     written: list[tuple[float, float]] = []
     for name, place in places.items():
         across, up = axes.transData.transform(place) * 72.0 / axes.figure.dpi
-        above = NAME_HEIGHT
+        above = NAME_ABOVE
         while any(abs(across - x) < NAME_WIDTH and abs(up + above - y) < NAME_HEIGHT for x, y in written):
-            above += NAME_HEIGHT
+            above += 1.0
         written.append((across, up + above))
         axes.annotate(name, place, (0.0, above), textcoords="offset points", size=8.0, ha="center")
 
