@@ -315,7 +315,7 @@ class Controller:
         """Return what a state of this controller belongs to, by name."""
         feedback = feedback_state(self.parameters)
         gains = {name: float(getattr(feedback, name)) for name in ("proportional", "integral", "delay")}
-        return {"period": self.period, **gains, **_inertia_of(self.parameters), "estimates": list(self.estimate_names)}
+        return {"period": self.period, **gains, **inertia_of(self.parameters), "estimates": list(self.estimate_names)}
 
     def _check_state(self, state: Any) -> None:
         """Raise ``ValueError`` where a restored state is none that the controller could have come to."""
@@ -339,12 +339,12 @@ class Controller:
         return self
 
 
-def _inertia_of(parameters: Any) -> dict[str, float]:
+def inertia_of(parameters: Any) -> dict[str, float]:
     """Return the inertia that a controller was made with, where its parameters name one."""
     if hasattr(parameters, "inertia"):
         return {"inertia": float(parameters.inertia)}
     for item in parameters:
-        if hasattr(item, "_asdict") and (found := _inertia_of(item)):
+        if hasattr(item, "_asdict") and (found := inertia_of(item)):
             return found
     return {}
 

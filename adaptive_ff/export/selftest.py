@@ -1,12 +1,13 @@
 """Programs beside an exported controller: a test of it against a recorded run, and an example of its use."""
 
-import math
 from typing import Any
 
 import numpy as np
 
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.scope import c_name
+from controllers import feedback_state
+from controllers.interface import inertia_of
 
 TOLERANCE = {False: 1e-9, True: 7e-5}
 """Largest difference to the recorded run, as a share of its largest torque, in double and in single precision.
@@ -73,6 +74,9 @@ int main(void)
     return worst <= TOLERANCE ? 0 : 1;
 }}
 """
+
+SAMPLES_TO_FOLLOW = 5.0
+"""Time constant of the example's loop where the controller names no inertia, sampling periods."""
 
 EXAMPLE = """/* The controller in the loop of a drive: here an inertia stands for the machine. */
 #include "{prefix}.h"
@@ -148,9 +152,7 @@ def example(export: Export) -> str:
 
 
 def _inertia(export: Export) -> str:
-    """Return an inertia that the loop is stable with: a tenth of the torque per speed that one period allows."""
-    recording = export.recording
-    finite = np.all(np.isfinite(recording.outputs), axis=1)
-    gain = float(np.max(np.abs(recording.outputs[finite, 0])) / 0.1)
-    inertia = max(gain * export.controller.period * 5.0, 1e-6)
-    return f"{10.0 ** math.ceil(math.log10(inertia)):g}"
+    """Return the inertia that the controller was made with, or one that the loop of its gains is stable with."""
+    controller = export.controller
+    stable = SAMPLES_TO_FOLLOW * feedback_state(controller.parameters).proportional * controller.period
+    return f"{inertia_of(controller.parameters).get('inertia', max(stable, 1e-6)):g}"

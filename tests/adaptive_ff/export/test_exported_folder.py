@@ -6,7 +6,8 @@ import subprocess
 import pytest
 from exports import SIZES, WARNINGS, adaptive, compiled, inputs, made, needs_gcc, printed, steps_in_python
 
-from adaptive_ff import export_controller
+from adaptive_ff import export_controller, load_scenario
+from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError
 
 pytestmark = needs_gcc
@@ -47,6 +48,18 @@ def test_sanitizers_are_silent(folder):
 
 def test_the_example_runs(folder):
     assert printed(compiled(folder, ["drive.c", "main.c"], "-O0", *WARNINGS, out="example")).count("rad/s") == 5
+
+
+@pytest.mark.parametrize("name", ["pi", "adaptive", "repetitive"])
+def test_the_example_is_of_an_inertia_that_the_controller_follows_the_plan_with(tmp_path, name):
+    """Of a light joint at 1 kHz, ten times heavier or lighter than what it was made for, it would not."""
+    light = load_scenario().modified(
+        joint={"inertia": 0.5}, feedback={"inertia": 0.5, "bandwidth": 60.0}, sampling={"period": 0.001}
+    )
+    export_controller(CONTROLLERS[name](light), tmp_path, prefix="drive")
+    text = printed(compiled(tmp_path, ["drive.c", "main.c"], "-O0", *WARNINGS, out="example"))
+    found = [tuple(map(float, line.replace("rad/s", "").split(":")[1].split("of"))) for line in text.splitlines()]
+    assert all(abs(velocity - planned) < 0.02 for velocity, planned in found[1:])
 
 
 def test_it_needs_nothing_but_mathematics_and_copying(folder):
