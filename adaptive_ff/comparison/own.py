@@ -137,7 +137,7 @@ def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, 
     torque = block.controller.step(reference, float(inputs.velocity), **accepted)
     value = _number(torque)
     if not math.isfinite(value):
-        raise ValueError(f"the controller {block.controller!r} returned a torque of {torque!r}; it must be finite")
+        raise InputError(f"{_name(block)} returned a torque of {torque!r}; it must be a finite number")
     fed = _number(getattr(block.controller, "feedforward", 0.0))  # anything else of that name is no torque
     return Output(value, fed if math.isfinite(fed) else 0.0), state
 
@@ -148,7 +148,11 @@ def _write_foreign_estimates(block: Foreign, state: None, row: NDArray[Any]) -> 
         given = block.controller.estimates.get(name)
         row[place] = _number(given)
         if not math.isfinite(row[place]):
-            raise ValueError(f"the controller {block.controller!r} has estimates[{name!r}] = {given!r}; must be finite")
+            raise InputError(f"{_name(block)} has estimates[{name!r}] = {given!r}; it must be a finite number")
+
+
+def _name(block: Foreign) -> str:
+    return f"the own controller {type(block.controller).__name__}"
 
 
 def _known(value: float) -> float | None:

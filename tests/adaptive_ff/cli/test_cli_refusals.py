@@ -104,6 +104,14 @@ def test_option_of_identify_is_named_and_not_the_log(tmp_path, refused):
     assert refused(*asked, "--model", "foo").startswith("model = 'foo' is not allowed: it must be auto or one of")
 
 
+@pytest.mark.parametrize(("returned", "shown"), [("'x'", "'x'"), ("float('nan')", "nan"), ("None", "None")])
+def test_own_controller_that_returns_no_torque(tmp_path, scenario, refused, returned, shown):
+    lines = ["class Mine:", "    def step(self, reference, velocity, **_):", f"        return {returned}", ""]
+    (tmp_path / f"mine_{len(returned)}.py").write_text("\n".join(lines), encoding="utf-8")
+    line = refused("compare", scenario, "--own", f"mine_{len(returned)}.py:Mine", "--out", "new")
+    assert line == f"the own controller Mine returned a torque of {shown}; it must be a finite number"
+
+
 def test_scenario_that_is_missing(refused):
     assert refused("compare", "gone.toml", "--out", "out") == "gone.toml: cannot be read: No such file or directory"
 

@@ -134,7 +134,7 @@ def test_controller_of_the_package_that_is_given_as_object_runs_like_the_named_o
 
 @pytest.mark.parametrize("output", [math.nan, math.inf, -math.inf])
 def test_torque_that_is_not_finite_is_refused(output):
-    with pytest.raises(ValueError, match=rf"Faulty.*torque of {output}; it must be finite"):
+    with pytest.raises(ValueError, match=rf"Faulty.*torque of {output}; it must be a finite number"):
         simulate(SHORT, Faulty(output))
     with pytest.raises(ValueError, match="Faulty"):
         compare(SHORT, own={"mine": lambda _: Faulty(output)})
@@ -234,7 +234,7 @@ def test_estimate_that_is_not_finite_is_refused():
             self.estimates["coulomb"] = math.nan
             return torque
 
-    with pytest.raises(ValueError, match=r"estimates\['coulomb'\] = nan; must be finite"):
+    with pytest.raises(ValueError, match=r"estimates\['coulomb'\] = nan; it must be a finite number"):
         compare(SHORT, own={"mine": Lost})
 
 
