@@ -30,7 +30,7 @@ def commission_command(
     formats: Formats = "png",
     report: Report = False,
 ) -> None:
-    """Excite, identify, tune the bandwidth and write the scenario, in one go: the recipe for a real joint."""
+    """Excite, identify, tune and write the scenario, in one go: the recipe for a real joint. Takes minutes."""
     from adaptive_ff.design_studies.commissioning import gain_on_the_true_joint, identified_scenario, record, tuned
     from adaptive_ff.design_studies.exciting_motion import default_limits
     from adaptive_ff.files import write_csv, write_result
