@@ -42,11 +42,6 @@ class KernelLibrary(JITCodeLibrary):
     def _optimize_functions(self, module: Any) -> None:
         """Leave it to the entry point."""
 
-    def add_ir_module(self, module: Any) -> None:
-        """Take the module of the kernel, not the one that would let C call it."""
-        if module.name != "cfunc_wrapper":
-            super().add_ir_module(module)  # type: ignore[no-untyped-call]
-
     def finalize(self) -> None:
         """Leave linking to the entry point: what the kernel calls is not copied into it."""
         self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
@@ -109,13 +104,21 @@ class EntryCompiler(Compiler):
     """Numba's compiler, for an entry point."""
 
     def _compile_core(self) -> Any:
+        context: Any = type(self.state.targetctx)
         generator = self.state.targetctx.codegen()
-        others = generator._library_class
+        others, make_wrapper = generator._library_class, context.create_cfunc_wrapper
         if self.state.library is None:
             self.state.library = EntryLibrary(generator, self.state.func_id.func_qualname)  # type: ignore[no-untyped-call]
             self.state.library.enable_object_caching()
-        generator._library_class = KernelLibrary
+        own = self.state.library if self.state.flags.no_cpython_wrapper else None
+
+        def wrap(owner: Any, library: Any, *about: Any) -> None:
+            """Let C call the entry point, where it is for C: kernels have no use for what lets C call them."""
+            if library is own:
+                make_wrapper(owner, library, *about)
+
+        generator._library_class, context.create_cfunc_wrapper = KernelLibrary, wrap
         try:
             return super()._compile_core()  # type: ignore[no-untyped-call]
         finally:
-            generator._library_class = others
+            generator._library_class, context.create_cfunc_wrapper = others, make_wrapper

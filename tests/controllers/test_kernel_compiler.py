@@ -32,6 +32,13 @@ def test_kernel_of_an_entry_point_serves_another_and_a_function_of_the_user():
     assert of_the_user(lambda number: uppermost(number) - between(number))(3.0) == 6.0
 
 
+def test_no_kernel_and_no_entry_point_is_wrapped_for_c():
+    entry = compiled_in_place(lambda number: uppermost(number) - 1.0)
+    assert entry(3.0) == 12.0
+    (code,) = entry.inspect_llvm().values()
+    assert "cfunc." not in code
+
+
 def test_entry_point_calls_a_function_that_numba_has_compiled():
     own = numba.njit(lambda number: uppermost(number) + 0.5)
     assert own(4.0) == 17.5
