@@ -114,7 +114,7 @@ def peak_memory(job: Callable[[], Any]) -> int:
 @contextmanager
 def timed_loop() -> Iterator[list[float]]:
     """Yield a list whose only number is the time that the compiled loop took so far, s."""
-    spent, run = [0.0], running.run_in_memory
+    spent, run = [0.0], running.run_controller
 
     def timed(*arguments: Any) -> Any:
         begin = time.thread_time()
@@ -123,11 +123,11 @@ def timed_loop() -> Iterator[list[float]]:
         finally:
             spent[0] += time.thread_time() - begin
 
-    running.run_in_memory = timed
+    running.run_controller = timed
     try:
         yield spent
     finally:
-        running.run_in_memory = run
+        running.run_controller = run
 
 
 def over_runs(scenario: Scenario, sizes: Sizes) -> list[Cost]:

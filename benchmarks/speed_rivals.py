@@ -19,7 +19,7 @@ from adaptive_ff import Scenario, export_controller
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.rivals.model_based import ModelBasedParameters
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, empty_record, lay_course
-from adaptive_ff.simulation.loop import run_in_memory, start_position
+from adaptive_ff.simulation.loop import run_controller, start_position
 from controllers import Controller, PIParameters
 from plant import JointParameters, JointState, realise_torque, sliding, step_joint
 
@@ -55,9 +55,8 @@ class OwnLoop:
     def run(self) -> float:
         """Run and return the time that it took, s."""
         self.controller.reset()
-        block, count = self.controller.native, self.course.noise.size
         begin = CLOCK()
-        run_in_memory(block, 0, self.course, self.start, count, self.record)
+        run_controller(self.controller, self.course, self.start, self.course.noise.size, self.record)
         return CLOCK() - begin
 
 

@@ -24,6 +24,7 @@ from .design.systems import loop_systems as loop_systems
 from .interface import Controller as Controller
 from .interface import feedback_state as feedback_state
 from .kernels import ESTIMATES as ESTIMATES
+from .kernels import INLINED as INLINED
 from .kernels import MONITORS as MONITORS
 from .kernels import STEPS as STEPS
 from .kernels import Inputs as Inputs

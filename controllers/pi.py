@@ -10,7 +10,7 @@ from controllers.bridging import bridging_share
 from controllers.checks import check_numbers
 from controllers.delay import delay_line, delayed, remember
 from controllers.interface import Controller
-from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, without_estimates
+from controllers.kernels import ESTIMATES, INLINED, STEPS, Inputs, Output, without_estimates
 from controllers.plausibility import Guard, checked_inputs, initial_guard
 from controllers.sensitivity import PI_SENSITIVITY
 
@@ -135,6 +135,7 @@ def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
 
 STEPS[PIParameters] = step_pi
 ESTIMATES[PIParameters] = without_estimates
+INLINED.add(PIParameters)
 
 
 def check_gains(proportional: float, integral: float, delay: float = 0.0, period: float = 0.01) -> PIParameters:

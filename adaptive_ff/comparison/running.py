@@ -5,7 +5,7 @@ from typing import Any
 
 from adaptive_ff.comparison.own import own_controller
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, with_preview
-from adaptive_ff.simulation.loop import Position, run_in_memory, run_plain, start_position
+from adaptive_ff.simulation.loop import Position, run_controller, run_plain, start_position
 from controllers import Controller
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
@@ -85,7 +85,7 @@ class Drive:
     def advance(self, course: Course, position: Position, stop: int, record: Record) -> Position:
         """Run from a position to a sample and fill the record; return the position there."""
         if self.compiled:
-            _, position = run_in_memory(self.controller.native, 0, course, position, stop, record)
+            position = run_controller(self.controller, course, position, stop, record)
         elif self.registered:
             parameters, state = self.controller.parameters, self.controller.state
             self.controller.state, position = run_plain(parameters, state, course, position, stop, record)

@@ -24,6 +24,7 @@ from adaptive_ff.model.feedforward import (
 from adaptive_ff.model.friction import TorqueModel
 from controllers import (
     ESTIMATES,
+    INLINED,
     STEPS,
     Controller,
     Inputs,
@@ -167,6 +168,7 @@ def step_model_based(
 
 STEPS[ModelBasedParameters] = step_model_based
 ESTIMATES[ModelBasedParameters] = without_estimates
+INLINED.add(ModelBasedParameters)
 
 
 class ModelBased(Controller):

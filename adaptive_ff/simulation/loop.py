@@ -11,6 +11,8 @@ from numba.extending import register_jitable
 
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
+    INLINED,
+    Controller,
     Inputs,
     Native,
     PositionLoopState,
@@ -262,7 +264,10 @@ def run_plain(
 
 
 run_in_memory = compiled_in_place(run_plain)
-"""The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing."""
+"""The loop, compiled, of a controller in memory: of its parameters a ``NativeParameters``, of its state nothing.
+
+Of a controller in ``INLINED`` it takes parameters and state themselves, and is compiled once more.
+"""
 
 
 def run_compiled(
@@ -271,9 +276,20 @@ def run_compiled(
     """Run the loop as :func:`run_plain` does, compiled: once for a kind of joint, once for a kind of controller."""
     if not compiles():
         return run_plain(block, state, course, position, stop, record)
+    if type(block) in INLINED:
+        return run_in_memory(block, state, course, position, stop, record)
     native = Native(block, state)
     _, position = run_in_memory(native.block, 0, course, position, stop, record)
     return native.state, position
+
+
+def run_controller(controller: Controller, course: Course, position: Position, stop: int, record: Record) -> Position:
+    """Run the loop, compiled, with a controller, whose state goes on; return the position where the run has come to."""
+    if type(controller.parameters) not in INLINED:
+        return run_in_memory(controller.native, 0, course, position, stop, record)[1]
+    block, state = controller.parameters, controller.state
+    controller.state, position = run_in_memory(block, state, course, position, stop, record)
+    return position
 
 
 def start_position(course: Course, velocity: float | None = None) -> Position:

@@ -26,10 +26,10 @@ def test_costs_are_printed_and_returned(monkeypatch):
 
 
 def test_loop_is_timed_and_put_back():
-    run = running.run_in_memory
+    run = running.run_controller
     with scaling.timed_loop() as spent:
         running.drive_over(*_ready())
-    assert running.run_in_memory is run
+    assert running.run_controller is run
     assert 0.0 < spent[0] < 60.0
 
 
