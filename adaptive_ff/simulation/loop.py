@@ -7,7 +7,8 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
+import numpy as np
+from numba.extending import overload, register_jitable
 
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
@@ -153,6 +154,14 @@ def next_change(plan: FrictionSchedule, phase: int) -> int:
     return plan.starts[phase + 1] if phase + 1 < plan.starts.size else NEVER
 
 
+def natural(index: int) -> int:
+    """Return an index that is not negative: compiled code then need not test whether it counts from the end."""
+    return index
+
+
+overload(natural)(lambda index: lambda index: np.uint64(index))
+
+
 def run_plain(
     block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
@@ -186,44 +195,45 @@ def run_plain(
     joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
     plain, watched = is_plain(course), record.monitors.shape[1] > 0
     averaged, change = course.delay > 0 or actuator.lag > 0.0, next_change(plan, phase)
-    k = max(position.sample, 0)  # compiled, an index that is known not to be negative needs no test
+    k = position.sample
     while k < stop:
-        first, last = max(course.samples[k], 0), max(course.samples[k + 1], 0)
+        sample, following = natural(k), natural(k + 1)
+        first, last = course.samples[sample], course.samples[following]
+        begin, end = natural(first), natural(last)
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
         elapsed = (first - previous) * period
-        record.velocity[first] = motion.velocity
-        record.position[first] = motion.position
+        record.velocity[begin] = motion.velocity
+        record.position[begin] = motion.position
         if course.resolution > 0.0:
             reading = encoder_reading(course.resolution, motion.position)
         else:
-            reading = sensed_velocity(motion) + course.noise[k]
+            reading = sensed_velocity(motion) + course.noise[sample]
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
         angle, correction = encoder_reading(course.position_step, motion.position), 0.0
         if course.outer.gain > 0.0:
-            correction, outer = step_position_loop(course.outer, outer, course.planned[first], angle)
-        now, following = course.reference[first], course.reference[last]
+            correction, outer = step_position_loop(course.outer, outer, course.planned[begin], angle)
         inputs = Inputs(
-            now,
+            course.reference[begin],
             measured,
-            following,
+            course.reference[end],
             correction,
             angle,
             realised,
             0.0,
             math.nan,
             elapsed,
-            course.acting[k],
-            course.acting[k + 1],
+            course.acting[sample],
+            course.acting[following],
         )
         output, state = step(block, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
-        record.friction[k] = motion.friction_torque
-        record.measured[k] = measured
-        record.given[k] = given
-        record.feedforward[k] = output.feedforward
-        write_estimates(block, state, record.estimates[k])
+        record.friction[sample] = motion.friction_torque
+        record.measured[sample] = measured
+        record.given[sample] = given
+        record.feedforward[sample] = output.feedforward
+        write_estimates(block, state, record.estimates[sample])
         if watched:  # compiled code would write beyond a row that has no place for them
-            write_monitors(block, state, record.monitors[k])
+            write_monitors(block, state, record.monitors[sample])
         torque, realised, total, i = given, given, 0.0, first
         while i < last:
             while i >= change:
@@ -254,11 +264,12 @@ def run_plain(
                 if averaged and i + 1 == last:
                     realised = total / (last - first)
             i += 1
-            record.velocity[i] = motion.velocity
-            record.position[i] = motion.position
+            reached = natural(i)
+            record.velocity[reached] = motion.velocity
+            record.position[reached] = motion.position
         if course.delay == 0:
             acting = k
-        record.torque[k] = realised
+        record.torque[sample] = realised
         k += 1
     return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer, warmth)
 
