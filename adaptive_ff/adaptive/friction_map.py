@@ -45,7 +45,7 @@ from controllers.arrays import MutableArray
 POSITION, LOAD = range(2)
 """Rows of the filters."""
 
-PRIOR = 0.003
+PRIOR = 0.001
 """Time for which the first coefficients, zero, weigh, s of sliding motion at a position."""
 
 MEMORIES = 2.0
@@ -57,7 +57,7 @@ GROWTH = 0.5
 LOAD_MEMORIES = 10.0
 """Memory of the mean known torque, in memories of the estimator."""
 
-LOAD_FADING = 0.25
+LOAD_FADING = 0.5
 """Memory of the load's coefficient over that of the others: with the position it changes all the time."""
 
 FIRST = 1.0

@@ -8,7 +8,7 @@ import numpy as np
 from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters
 from controllers import check_positive
 
-MAP_MEMORY = 2.0
+MAP_MEMORY = 1.0
 """Default memory of the map, s of sliding motion at a position."""
 
 MAP_DEVIATION = 0.05
