@@ -156,9 +156,12 @@ static double model_friction(const struct model *m, double speed) {
     return m->friction.coulomb * (1.0 - share) + m->friction.stiction * share + m->friction.viscous * speed;
 }
 
-#define HELD 0.87   /* share of the Coulomb friction that is held where the plan comes to rest */
-#define FADING 0.32 /* time constant with which it fades, s */
-#define TURNED 0.04 /* speed at which a reversed plan turns friction, over what Coulomb friction changes in a period */
+#define HELD 0.87    /* share of the Coulomb friction that is held where the plan comes to rest */
+#define FADING 0.32  /* time constant with which it fades, s */
+#define TURNED 0.027 /* speed at which a reversed plan turns friction, over the change that breakaway makes in a period */
+#define TOUCHED 2.7  /* path beyond zero for which it is not turned, over the way that breakaway moves the joint by */
+#define STEEP 2.0    /* fall of friction, in gains, from which that path is shorter */
+#define RISEN 1.5    /* speed up to which friction is held then, over the highest one that is expected */
 
 /* Integral of the friction while the reference rests. */
 static double resting_friction(const struct model *m, double *friction, double duration) {
@@ -193,30 +196,58 @@ static double one_way_friction(const struct model *m, double *friction, double s
     return integral + rate * lag * (lag * settled - duration);
 }
 
+/* What the feedforward remembers. */
+struct feedforward {
+    double friction, reference, turned;
+    int started;
+};
+
+/* Speed up to which the friction of the last direction is held. */
+static double held_speed(const struct run *run, const struct feedforward *own, double start, double end, double dt) {
+    const struct model *m = &run->model;
+    double step = end - start, bend = step - (start - own->reference) * run->period / dt;
+    if (m->inertia <= 0.0)
+        return 0.0;
+    double throw = fmax(m->friction.coulomb, m->friction.stiction) / m->inertia * run->period, speed = TURNED * throw;
+    if (!own->started)
+        return speed;
+    if (step * end <= 0.0)
+        return fmax(speed, own->turned);
+    if (step * bend >= 0.0)
+        return speed;
+    double fall = (m->friction.stiction - m->friction.coulomb) / m->friction.stribeck_velocity;
+    double path = TOUCHED * throw * run->period, limit = STEEP * run->proportional;
+    double slope = step + 0.5 * bend, highest = fabs(end) + 0.5 * slope * slope / fabs(bend);
+    double expected = 4.0 / 3.0 * highest * sqrt(2.0 * highest / fabs(bend)) * run->period;
+    return expected < (fall > limit ? path * limit / fall : path) ? fmax(speed, RISEN * highest) : speed;
+}
+
 /* Feedforward torque of the coming period. */
-static double step_feedforward(const struct model *m, double period, double *friction, double reference, double next) {
-    double integral, turned = m->inertia > 0.0 ? TURNED * m->friction.coulomb / m->inertia * period : 0.0;
-    if (reference * next < 0.0) {
-        double turn = period * reference / (reference - next);
-        integral = one_way_friction(m, friction, reference, 0.0, turn, turned);
-        integral += one_way_friction(m, friction, 0.0, next, period - turn, turned);
+static double step_feedforward(const struct run *run, struct feedforward *own, double start, double end, double dt) {
+    const struct model *m = &run->model;
+    double integral, period = run->period, turned = held_speed(run, own, start, end, dt);
+    if (start * end < 0.0) {
+        double turn = period * start / (start - end);
+        integral = one_way_friction(m, &own->friction, start, 0.0, turn, turned);
+        integral += one_way_friction(m, &own->friction, 0.0, end, period - turn, turned);
     } else {
-        integral = one_way_friction(m, friction, reference, next, period, turned);
+        integral = one_way_friction(m, &own->friction, start, end, period, turned);
     }
-    return (m->inertia * (next - reference) + integral) / period;
+    own->reference = start, own->turned = turned, own->started = 1;
+    return (m->inertia * (end - start) + integral) / period;
 }
 
 typedef struct {
     struct pi pi;
-    double friction; /* of the feedforward */
+    struct feedforward feedforward;
 } controller;
 
-static void start(controller *own) { *own = (controller){{0.0, 0.0, 0}, 0.0}; }
+static void start(controller *own) { *own = (controller){{0.0, 0.0, 0}, {0.0, 0.0, 0.0, 0}}; }
 
 /* The PI loop and, where asked for, the feedforward. */
 static double control(const struct run *run, controller *own, const struct sample *now, double *feedforward) {
     if (run->feeds)
-        *feedforward = step_feedforward(&run->model, run->period, &own->friction, now->reference, now->next_reference);
+        *feedforward = step_feedforward(run, &own->feedforward, now->reference, now->next_reference, now->dt);
     return step_pi(run, &own->pi, now->reference, now->measured, now->realised, *feedforward, now->dt);
 }
 #endif

@@ -99,7 +99,7 @@ class AdaptiveBase(IdentifyingController):
         state.estimator.candidates.filters[:] = 0.0
         state.estimator.candidates.bent[:] = 0.0
         self.state = state._replace(
-            feedforward=FeedforwardState(friction, reference, True, 0.0, 0.0),
+            feedforward=FeedforwardState(friction, reference, True, 0.0, 0.0, 0.0),
             measured=measured,
             model=initial_signals(count),
             sliding=-block.hold,

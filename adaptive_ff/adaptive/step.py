@@ -74,7 +74,7 @@ from adaptive_ff.model.feedforward import (
     coming_plan,
     exchange_model,
     feedforward_parts,
-    turning_speed,
+    turning_of,
 )
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.regression.sliding_gate import sliding_time
@@ -158,16 +158,6 @@ def inertia_ratio(block: Block, inputs: Inputs) -> float:
 
 
 @register_jitable
-def turned_speed(block: Block, coulomb: float, inertia: float) -> float:
-    """Return the speed (rad/s) of a reversed plan at which friction (N m) is turned, for an identified inertia.
-
-    Where much less inertia is identified than is assumed, something else is taken for it, and friction would be held
-    far too long.
-    """
-    return turning_speed(coulomb, max(inertia, float(block.estimator.first[INERTIA])), block.period)
-
-
-@register_jitable
 def step_model(
     block: Block,
     model: TorqueModel,
@@ -182,8 +172,10 @@ def step_model(
     delay, inertia = block.feedback.delay, math.nan
     if math.isfinite(inputs.inertia):
         inertia = model.inertia * inertia_ratio(block, inputs)
-    turned = turned_speed(block, model.coulomb, model.inertia)
-    torque, friction, new = feedforward_parts(model, state, inputs, block.period, delay, inertia, turned)
+    # where much less inertia is identified than is assumed, something else is taken for it: friction is not held longer
+    least = max(model.inertia, float(block.estimator.first[INERTIA]))
+    turning = turning_of(model, least, block.feedback.proportional, block.period)
+    torque, friction, new = feedforward_parts(model, state, inputs, block.period, delay, inertia, turning)
     turn = (delay + 0.5) * block.period * inputs.reference
     return torque + estimated_load(block.estimator, estimator, turn), friction, new
 

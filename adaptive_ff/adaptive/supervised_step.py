@@ -55,7 +55,6 @@ from adaptive_ff.adaptive.step import (
     end_period_in_place,
     given_inertia_torque,
     learn_and_feed_in_place,
-    turned_speed,
     write_adaptive,
 )
 from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, soft_bound, with_friction
@@ -219,9 +218,8 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
         return True
     if not slides(state.estimator.candidates):  # bent bristles turn friction at once
         return False
-    estimate = state.estimator.recursion.estimate
-    turned = turned_speed(block, estimate[COULOMB], estimate[INERTIA])
-    return is_held(state.feedforward.friction, state.feedforward.reference, plan, turned)
+    past = state.feedforward
+    return is_held(past.friction, past.reference, plan, past.turned)
 
 
 @register_jitable

@@ -19,7 +19,7 @@ from adaptive_ff.model.feedforward import (
     is_plan_at_rest,
     released,
     step_feedforward,
-    turning_speed,
+    turning_of,
 )
 from adaptive_ff.model.friction import TorqueModel
 from controllers import (
@@ -154,7 +154,7 @@ def step_model_based(
         block.period,
         block.feedback.delay,
         inputs.inertia,
-        turning_speed(model.coulomb, model.inertia, block.period),
+        turning_of(model, model.inertia, block.feedback.proportional, block.period),
     )
     if block.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
         feedforward = released(model, feedforward, block.held, inputs.dt)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward, turning_speed
+from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward, turning_of
 from adaptive_ff.model.friction import TorqueModel
 from controllers import (
     ESTIMATES,
@@ -91,9 +91,9 @@ def step_observed_model(
     """Do one sample: feedforward of the friction, then the loop with its observer."""
     loop, delay = block.feedback, block.feedback.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
-    turned = turning_speed(block.friction.coulomb, loop.inertia, loop.period)
+    turning = turning_of(block.friction, loop.inertia, loop.feedback.proportional, loop.period)
     torque, feedforward = step_feedforward(
-        block.friction, state.feedforward, inputs, loop.period, delay, math.nan, turned
+        block.friction, state.feedforward, inputs, loop.period, delay, math.nan, turning
     )
     known = with_feedforward(inputs, torque)
     output, after = observe_and_feed_back(loop, aware_observer(state, delay), known, guard)

@@ -10,17 +10,21 @@ from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.model.feedforward import (
+    AT_ONCE,
     BENT_FADING,
     FADING,
     HELD,
+    STEEP,
+    TOUCHED,
     TURNED,
     FeedforwardState,
+    Turning,
     exchange_model,
     feedforward_parts,
     initial_feedforward_state,
     is_held,
     step_feedforward,
-    turning_speed,
+    turning_of,
 )
 from adaptive_ff.model.friction import TorqueModel, directed_friction, model_friction
 from adaptive_ff.rivals.model_based import ModelBased
@@ -133,7 +137,7 @@ def test_at_rest_a_share_of_coulomb_friction_is_held_and_the_rest_fades(lag, dir
     held = HELD * model.coulomb
     assert step_feedforward(model, initial_feedforward_state(), plan_inputs(0.0, 0.0), PERIOD) == (
         0.0,
-        (0.0, 0.0, True, 0.0, 0.0),
+        (0.0, 0.0, True, 0.0, 0.0, 0.0),
     )
     begin = FeedforwardState(direction * (held + 12.0), 0.0, True)
     torque, state = step_feedforward(model, begin, plan_inputs(0.0, 0.0), PERIOD)
@@ -326,45 +330,95 @@ def test_exchanged_model_at_rest_changes_nothing_and_in_motion_what_friction_cha
 
 
 @pytest.mark.parametrize("inertia", [0.003, 0.5, 1.0, 20.0])
-def test_friction_turns_at_a_speed_that_it_gives_the_joint_in_a_share_of_a_period(inertia):
-    assert turning_speed(60.0, inertia, 0.01) == pytest.approx(TURNED * 60.0 * 0.01 / inertia, rel=1e-12)
-    assert turning_speed(60.0, 0.0, 0.01) == 0.0
+@pytest.mark.parametrize("stiction", [40.0, 90.0], ids=["rising", "falling"])
+def test_friction_turns_at_a_speed_and_a_path_that_it_gives_the_joint_in_a_share_of_a_period(inertia, stiction):
+    found, friction = turning_of(MODEL._replace(stiction=stiction), inertia, 1e4, 0.01), max(stiction, MODEL.coulomb)
+    assert found.speed == pytest.approx(TURNED * friction * 0.01 / inertia, rel=1e-12)
+    assert found.path == pytest.approx(TOUCHED * friction * 0.01**2 / inertia, rel=1e-12)
 
 
-SLOW = turning_speed(MODEL.coulomb, MODEL.inertia, PERIOD)
+def test_without_inertia_friction_turns_at_once():
+    assert turning_of(MODEL, 0.0, 100.0, PERIOD) == AT_ONCE
+
+
+def test_where_friction_falls_steeply_for_the_gain_touches_are_shorter():
+    gain = (MODEL.stiction - MODEL.coulomb) / MODEL.stribeck_velocity
+    usual, limit, steep = (turning_of(MODEL, MODEL.inertia, share * gain, PERIOD) for share in (2.0, 1 / STEEP, 0.1))
+    assert limit == usual
+    assert steep == (usual.speed, pytest.approx(0.1 * STEEP * usual.path, rel=1e-12))
+
+
+SLOW = turning_of(MODEL, MODEL.inertia, 100.0, PERIOD).speed
 """Speed up to which friction of the other direction is held, rad/s."""
 
+HOLDING = Turning(SLOW, 0.0)
+"""Friction is held up to that, but not on touches."""
 
-def frictions_along(plan, turned):
+
+def touch(highest, length):
+    """Plan along a parabola from motion forward to the other side and back."""
+    time = np.linspace(-0.5, 1.5, 2 * length + 1)
+    return -4.0 * highest * time * (1.0 - time)
+
+
+def frictions_along(plan, turning):
     """Friction fed forward in each period along a plan, N m."""
     state, found = FeedforwardState(50.0, plan[0], True), []
     for reference, following in itertools.pairwise(plan):
-        _, friction, state = feedforward_parts(MODEL, state, plan_inputs(reference, following), PERIOD, turned=turned)
+        _, friction, state = feedforward_parts(MODEL, state, plan_inputs(reference, following), PERIOD, turning=turning)
         found.append(friction)
     return np.array(found)
 
 
 def test_a_plan_that_hardly_crosses_zero_does_not_turn_friction():
     plan = np.array([0.02, 0.0, *[-0.9 * SLOW] * 5, 0.0, 0.02])
-    held, turned = frictions_along(plan, SLOW), frictions_along(plan, 0.0)
+    held, turned = frictions_along(plan, HOLDING), frictions_along(plan, AT_ONCE)
     assert np.min(held) > 0.5 * HELD * MODEL.coulomb
     assert np.min(turned) < 0.0
-    rest = frictions_along(np.array([0.02, *[0.0] * 7]), 0.0)
+    rest = frictions_along(np.array([0.02, *[0.0] * 7]), AT_ONCE)
     assert held[1:6] == pytest.approx(rest[1:6])
 
 
 def test_beyond_that_speed_friction_turns():
     """At once where the plan is beyond it within a period, else when it comes there."""
-    assert frictions_along([0.02, -0.02, -0.02], SLOW) == pytest.approx(frictions_along([0.02, -0.02, -0.02], 0.0))
-    steps = frictions_along([0.02, 0.0, -0.5 * SLOW, -0.9 * SLOW, -1.1 * SLOW, -2.0 * SLOW], SLOW)
+    plan = [0.02, -0.02, -0.02]
+    assert frictions_along(plan, HOLDING) == pytest.approx(frictions_along(plan, AT_ONCE))
+    steps = frictions_along([0.02, 0.0, -0.5 * SLOW, -0.9 * SLOW, -1.1 * SLOW, -2.0 * SLOW], HOLDING)
     assert np.all(steps[1:3] > 0.0)
     assert steps[3] < steps[2] - 10.0
     assert steps[4] < 0.0
 
 
+@pytest.mark.parametrize("length", [8, 20, 50])
+def test_a_touch_does_not_turn_friction_if_its_path_is_short(length):
+    """A parabola of the highest speed ``v`` over a time ``T`` goes ``2/3 v T``."""
+    plan = touch(5.0 * SLOW, length)
+    path = 2.0 / 3.0 * 5.0 * SLOW * length * PERIOD
+    held, turned = (frictions_along(plan, Turning(SLOW, share * path)) for share in (1.001, 0.999))
+    assert np.min(held) > 0.0
+    assert turned == pytest.approx(frictions_along(plan, HOLDING))
+    assert np.min(turned) < 0.0
+
+
+def test_on_the_way_back_from_a_touch_friction_stays_held_until_the_plan_is_back():
+    plan = touch(5.0 * SLOW, 20)
+    held = frictions_along(plan, Turning(SLOW, 1.0))
+    rest = frictions_along(np.where(plan < 0.0, 0.0, plan), AT_ONCE)
+    assert held == pytest.approx(rest, rel=1e-6)
+
+
+def test_a_plan_that_goes_on_from_a_touch_turns_friction_once_it_does():
+    """The straight line that follows on the parabola turns back nowhere."""
+    plan = touch(50.0 * SLOW, 40)[:25]
+    plan = np.concatenate([plan, plan[-1] + np.arange(1, 10) * (plan[-1] - plan[-2])])
+    found = frictions_along(plan, Turning(SLOW, 1.0))
+    assert np.min(found[:24]) > 0.0
+    assert found[-1] < 0.0
+
+
 def test_friction_of_the_same_direction_is_never_held():
     plan = np.array([0.5, 0.9, 0.5, 0.2, 0.0]) * SLOW
-    assert frictions_along(plan, SLOW) == pytest.approx(frictions_along(plan, 0.0))
+    assert frictions_along(plan, HOLDING) == pytest.approx(frictions_along(plan, AT_ONCE))
 
 
 @pytest.mark.parametrize(

@@ -148,7 +148,7 @@ def test_bristles_of_another_path_take_over_as_bent_as_they_are_there(velocity):
     change = static(other, 0.2, 0.05, velocity, sign) - static(MODEL, 0.5, 0.1, velocity, sign)
     found = exchange_model(state, MODEL, other, velocity, 0.2, 0.05)
     assert found.friction == pytest.approx(12.0 + (change if velocity != 0.0 else 0.0), rel=1e-14)
-    assert found[1:] == (velocity, True, 0.2, 0.05)
+    assert found[1:] == (velocity, True, 0.2, 0.05, 0.0)
 
 
 FORM = TorqueForm(pole=60.0, stribeck_velocity=STRIBECK, stribeck_shape=1.0, presliding=PRESLIDING)
