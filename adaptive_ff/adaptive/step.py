@@ -175,7 +175,9 @@ def step_model(
     # where much less inertia is identified than is assumed, something else is taken for it: friction is not held longer
     least = max(model.inertia, float(block.estimator.first[INERTIA]))
     turning = turning_of(model, least, block.feedback.proportional, block.period)
-    torque, friction, new = feedforward_parts(model, state, inputs, block.period, delay, inertia, turning)
+    torque, friction, new = feedforward_parts(
+        model, state, inputs, block.period, delay, inertia, turning.speed, turning.path
+    )
     turn = (delay + 0.5) * block.period * inputs.reference
     return torque + estimated_load(block.estimator, estimator, turn), friction, new
 

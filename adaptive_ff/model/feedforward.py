@@ -93,10 +93,6 @@ class Turning(NamedTuple):
     path: float
 
 
-AT_ONCE = Turning(0.0, 0.0)
-"""Friction turns where the reference does."""
-
-
 class FeedforwardState(NamedTuple):
     """State of the feedforward.
 
@@ -297,24 +293,25 @@ def turning_of(model: TorqueModel, inertia: float, gain: float, period: float) -
 
 @register_jitable
 def held_speed(
-    turning: Turning, state: FeedforwardState, inputs: Inputs, start: float, end: float, period: float
+    turned: float, touched: float, state: FeedforwardState, inputs: Inputs, start: float, end: float, period: float
 ) -> float:
     """Return the speed (rad/s) up to which friction is held over a period (s) with a plan from start to end (rad/s).
 
-    On the way back from a touch that is the last one.
+    That is ``turned``, or on a path of at most ``touched`` (rad) the one to which the plan rises; on the way back from
+    there it stays.
     """
-    if turning.path <= 0.0 or not state.started:
-        return turning.speed
+    if touched <= 0.0 or not state.started:
+        return turned
     step = end - start
     if step * end <= 0.0:
-        return max(turning.speed, state.turned)
+        return max(turned, state.turned)
     bend = step - (inputs.reference - state.reference) * period / inputs.dt
     if step * bend >= 0.0:
-        return turning.speed
+        return turned
     slope = step + 0.5 * bend  # at the end, in a period
     highest = abs(end) + 0.5 * slope * slope / abs(bend)
     path = 4.0 / 3.0 * highest * math.sqrt(2.0 * highest / abs(bend)) * period  # of a parabola from zero to zero
-    return max(turning.speed, RISEN * highest) if path < turning.path else turning.speed
+    return max(turned, RISEN * highest) if path < touched else turned
 
 
 @register_jitable
@@ -390,12 +387,13 @@ def feedforward_parts(
     period: float,
     delay: float = 0.0,
     inertia: float = math.nan,
-    turning: Turning = AT_ONCE,
+    turned: float = 0.0,
+    touched: float = 0.0,
 ) -> tuple[float, float, FeedforwardState]:
     """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
     moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = coming_plan(state, inputs, delay)
-    turned = held_speed(turning, state, inputs, start, end, period)
+    turned = held_speed(turned, touched, state, inputs, start, end, period)
     friction, slip, adhesion = state.friction, state.slip, state.adhesion
     if start * end < 0.0:
         turn = period * start / (start - end)
@@ -418,7 +416,8 @@ def step_feedforward(
     period: float,
     delay: float = 0.0,
     inertia: float = math.nan,
-    turning: Turning = AT_ONCE,
+    turned: float = 0.0,
+    touched: float = 0.0,
 ) -> tuple[float, FeedforwardState]:
     """Return the torque (N m) for the coming period, or for the one that a delay makes of it, and the new state.
 
@@ -436,8 +435,9 @@ def step_feedforward(
         Computation delay of the drive, periods.
     inertia : float, optional
         Inertia in the present configuration, kg m^2, in the place of the model's; not a number where that holds.
-    turning : Turning, optional
-        When a reversed reference turns friction.
+    turned, touched : float, optional
+        Speed (rad/s) and path (rad) of a reversed reference up to which friction of the last direction is held; see
+        :class:`Turning`.
     """
-    torque, _, new = feedforward_parts(model, state, inputs, period, delay, inertia, turning)
+    torque, _, new = feedforward_parts(model, state, inputs, period, delay, inertia, turned, touched)
     return torque, new

@@ -157,7 +157,7 @@ def initial_feedback_error_state(block: FeedbackErrorParameters) -> FeedbackErro
 def write_features(block: FeedbackErrorParameters, state: FeedbackErrorState, inputs: Inputs) -> None:
     """Write the features of the coming period into the scratch row and advance their lagged friction."""
     for i in range(block.scale.size):
-        before = FeedforwardState(state.friction[i], state.reference, state.feedback.samples > 0, 0.0, 0.0)
+        before = FeedforwardState(state.friction[i], state.reference, state.feedback.samples > 0, 0.0, 0.0, 0.0)
         torque, after = step_feedforward(block.features[i], before, inputs, block.period, block.feedback.delay)
         state.row[i] = torque
         state.friction[i] = after.friction

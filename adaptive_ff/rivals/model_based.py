@@ -147,6 +147,7 @@ def step_model_based(
     for change in range(block.times.size):
         if acting >= block.times[change] - 0.5 * block.period:  # in force for most of the period to come
             model = model_in_row(block.models, change)
+    turning = turning_of(model, model.inertia, block.feedback.proportional, block.period)
     torque, feedforward = step_feedforward(
         model,
         state.feedforward,
@@ -154,7 +155,8 @@ def step_model_based(
         block.period,
         block.feedback.delay,
         inputs.inertia,
-        turning_of(model, model.inertia, block.feedback.proportional, block.period),
+        turning.speed,
+        turning.path,
     )
     if block.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
         feedforward = released(model, feedforward, block.held, inputs.dt)

@@ -93,7 +93,7 @@ def step_observed_model(
     inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
     turning = turning_of(block.friction, loop.inertia, loop.feedback.proportional, loop.period)
     torque, feedforward = step_feedforward(
-        block.friction, state.feedforward, inputs, loop.period, delay, math.nan, turning
+        block.friction, state.feedforward, inputs, loop.period, delay, math.nan, turning.speed, turning.path
     )
     known = with_feedforward(inputs, torque)
     output, after = observe_and_feed_back(loop, aware_observer(state, delay), known, guard)

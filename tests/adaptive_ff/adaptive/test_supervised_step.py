@@ -9,12 +9,13 @@ from closed_loops import SCENARIO, drive, lay_course, make, own_loop, run_plain
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
-from adaptive_ff.adaptive.step import turned_speed
+from adaptive_ff.adaptive.step import identified_model, step_model
 from adaptive_ff.adaptive.supervised_step import may_stick, unexplained, unobserved_error
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
-from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
-from adaptive_ff.model.feedforward import turning_speed
+from adaptive_ff.model.bounds import COULOMB, STICTION
+from adaptive_ff.model.feedforward import turning_of
 from adaptive_ff.model.friction import WITH_GRAVITY
+from controllers import planned_inputs
 
 SHORT = SCENARIO.modified(duration=8.0, change=[{"time": 5.0, "load": 40.0}])
 STEP = {"next_reference": 0.21, "realised_torque": 70.0}
@@ -165,12 +166,16 @@ def test_observer_does_not_hide_from_the_tuning_of_the_lag_what_the_lag_leaves()
     assert settled[0] < 1.1 * settled[1]
 
 
-def test_less_inertia_than_is_assumed_does_not_hold_friction_longer():
-    block, assumed = make("adaptive").parameters, SCENARIO.feedback.inertia
-    usual = turned_speed(block, 60.0, assumed)
-    assert usual == turning_speed(60.0, assumed, SCENARIO.sampling.period)
-    assert turned_speed(block, 60.0, 0.1 * assumed) == usual
-    assert turned_speed(block, 60.0, 2.0 * assumed) == pytest.approx(0.5 * usual, rel=1e-12)
+@pytest.mark.parametrize(("share", "expected"), [(0.1, 1.0), (1.0, 1.0), (2.0, 0.5)])
+def test_less_inertia_than_is_assumed_does_not_hold_friction_longer(states, share, expected):
+    controller, inertia = restored(states[-1]), share * SCENARIO.feedback.inertia
+    block, state = controller.parameters, controller.state
+    model = identified_model(block, state)._replace(inertia=inertia)
+    inputs = planned_inputs(0.1, 0.1, 0.1, math.nan, block.period)
+    before = state.feedforward._replace(turned=0.0)
+    _, _, found = step_model(block, model, state.estimator, before, inputs)
+    usual = turning_of(model, SCENARIO.feedback.inertia, block.feedback.proportional, block.period).speed
+    assert found.turned == pytest.approx(expected * usual, rel=1e-12)
 
 
 @pytest.mark.parametrize(("share", "held"), [(0.5, True), (0.99, True), (1.01, False), (3.0, False)])
@@ -179,12 +184,11 @@ def test_observer_holds_while_friction_of_the_last_direction_is_held(states, sha
     for presliding in (0.0, 0.01):
         controller = restored(states[-1])
         state, block = controller.state, controller.parameters
-        estimate = state.estimator.recursion.estimate
-        turned = turned_speed(block, estimate[COULOMB], estimate[INERTIA])
+        turned = 0.003
         plan = -math.copysign(share * turned, state.feedforward.friction)
         candidates = state.estimator.candidates._replace(presliding=presliding)
         before = state._replace(
-            feedforward=state.feedforward._replace(reference=0.5 * plan),
+            feedforward=state.feedforward._replace(reference=0.5 * plan, turned=turned),
             estimator=state.estimator._replace(candidates=candidates),
         )
         assert may_stick(block, before, plan) == (held and presliding == 0.0)

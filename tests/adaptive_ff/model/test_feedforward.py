@@ -10,7 +10,6 @@ from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.model.feedforward import (
-    AT_ONCE,
     BENT_FADING,
     FADING,
     HELD,
@@ -351,6 +350,9 @@ def test_where_friction_falls_steeply_for_the_gain_touches_are_shorter():
 SLOW = turning_of(MODEL, MODEL.inertia, 100.0, PERIOD).speed
 """Speed up to which friction of the other direction is held, rad/s."""
 
+AT_ONCE = Turning(0.0, 0.0)
+"""Friction turns where the reference does."""
+
 HOLDING = Turning(SLOW, 0.0)
 """Friction is held up to that, but not on touches."""
 
@@ -365,7 +367,9 @@ def frictions_along(plan, turning):
     """Friction fed forward in each period along a plan, N m."""
     state, found = FeedforwardState(50.0, plan[0], True), []
     for reference, following in itertools.pairwise(plan):
-        _, friction, state = feedforward_parts(MODEL, state, plan_inputs(reference, following), PERIOD, turning=turning)
+        _, friction, state = feedforward_parts(
+            MODEL, state, plan_inputs(reference, following), PERIOD, turned=turning.speed, touched=turning.path
+        )
         found.append(friction)
     return np.array(found)
 
