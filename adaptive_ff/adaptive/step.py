@@ -61,6 +61,7 @@ from adaptive_ff.adaptive.lag_tuning import (
     with_evidence,
 )
 from adaptive_ff.adaptive.period import Fed, Period
+from adaptive_ff.adaptive.unexplained import missing_share, unexplained
 from adaptive_ff.model.bounds import (
     FRICTION_LAG,
     INERTIA,
@@ -174,7 +175,8 @@ def step_model(
         inertia = model.inertia * inertia_ratio(block, inputs)
     # where much less inertia is identified than is assumed, something else is taken for it: friction is not held longer
     least = max(model.inertia, float(block.estimator.first[INERTIA]))
-    turning = turning_of(model, least, block.feedback.proportional, block.period)
+    unfit = missing_share(estimator, unexplained(block.estimator, estimator))
+    turning = turning_of(model, least, block.feedback.proportional, block.period, unfit)
     torque, friction, new = feedforward_parts(
         model, state, inputs, block.period, delay, inertia, turning.speed, turning.path
     )

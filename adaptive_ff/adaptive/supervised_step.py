@@ -25,7 +25,6 @@ from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, init
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.observer import (
-    TINY,
     error_beyond_noise,
     hand_over_to_observer,
     misfit,
@@ -58,6 +57,7 @@ from adaptive_ff.adaptive.step import (
     write_adaptive,
 )
 from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, soft_bound, with_friction
+from adaptive_ff.adaptive.unexplained import breakaway, missing_share, unexplained
 from adaptive_ff.model.bounds import COULOMB, INERTIA, OFFSET, STICTION
 from adaptive_ff.model.feedforward import FeedforwardState, is_held
 from adaptive_ff.regression.torque_form import Signals
@@ -86,9 +86,6 @@ LEAST_TRUST = 0.02
 STEEP = 5.0
 """Fall of friction with the velocity, in gains of the feedback, from which the predicted error begins to mislead; at
 twice that, it is not used."""
-
-LEFT = 0.01
-"""Torque that the model leaves at least before what changes slowly is taken for a load, over the friction (rms)."""
 
 FULL_TRUST = 0.95
 """Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
@@ -223,17 +220,6 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
 
 
 @register_jitable
-def unexplained(estimator: EstimatorParameters, state: EstimatorState) -> float:
-    """Return the mean squared torque that the model leaves (N^2 m^2), on rows of the reference where there are any.
-
-    Those of the candidate in use are free of the noise of the measured velocity, and of the steps of an encoder.
-    """
-    if estimator.candidates.size > 0:
-        return state.candidates.errors[state.candidates.chosen]  # type: ignore[no-any-return]
-    return state.levels.squared_error * estimator.torque_scale * estimator.torque_scale
-
-
-@register_jitable
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt, unfit: float
 ) -> tuple[ObserverState, TrustState]:
@@ -300,18 +286,11 @@ def unobserved_error(
 
 
 @register_jitable
-def breakaway(estimator: EstimatorState) -> float:
-    """Return the friction at which the joint breaks away, N m, as it is identified."""
-    return max(estimator.recursion.estimate[COULOMB], estimator.recursion.estimate[STICTION])  # type: ignore[no-any-return]
-
-
-@register_jitable
 def left_over(state: SupervisedState, squared: float, unfit: float) -> float:
     """Return the share to which what a model leaves, squared (N^2 m^2), unfit to a share, is a load, or friction."""
     if not noise_known(state.observer.noise):
         return 0.0
-    least = LEFT * breakaway(state.estimator)
-    return min(unfit, saturated(squared / (least * least + TINY) - 1.0))
+    return min(unfit, missing_share(state.estimator, squared))
 
 
 @register_jitable

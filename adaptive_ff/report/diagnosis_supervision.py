@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
 from adaptive_ff.adaptive.noise_level import noise_known
-from adaptive_ff.adaptive.supervised_step import breakaway
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
+from adaptive_ff.adaptive.unexplained import breakaway
 
 SHOWN = 0.995
 """Trust below which it is worth a sentence."""
