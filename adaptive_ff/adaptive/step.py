@@ -70,14 +70,9 @@ from adaptive_ff.model.bounds import (
     with_friction_times,
     write_model,
 )
-from adaptive_ff.model.feedforward import (
-    FeedforwardState,
-    coming_plan,
-    exchange_model,
-    feedforward_parts,
-    turning_of,
-)
+from adaptive_ff.model.feedforward import FeedforwardState, coming_plan, exchange_model, feedforward_parts
 from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.turning import turning_of
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import (
     BENT,

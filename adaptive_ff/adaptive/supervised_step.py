@@ -59,7 +59,8 @@ from adaptive_ff.adaptive.step import (
 from adaptive_ff.adaptive.trust import TrustState, advance_trust, caution, initial_trust, soft_bound, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, missing_share, unexplained
 from adaptive_ff.model.bounds import COULOMB, INERTIA, OFFSET, STICTION
-from adaptive_ff.model.feedforward import FeedforwardState, is_held
+from adaptive_ff.model.feedforward import FeedforwardState
+from adaptive_ff.model.turning import is_held
 from adaptive_ff.regression.torque_form import Signals
 from controllers import (
     ESTIMATES,

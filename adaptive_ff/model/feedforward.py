@@ -19,12 +19,9 @@ for a while, as the joint holds it: bristles stay bent, and under a position loo
 rest fades with the lag. The offset is a constant, which no lag changes; it is fed forward at rest as well. A joint that
 creeps holds less of it, :func:`released`.
 
-Where the reference reverses, friction can be held in the same way until the reference is beyond zero by a speed, or as
-long as it only touches the other side: continued along its present parabola, it turns back before it has gone a path.
-Friction that is turned too early throws a joint that still slides, by ``2 F/J`` times the time. Turned too late it
-leaves a joint at rest that sticks anyway. A plan that hardly crosses zero is not worth the turn: the joint stands still
-and is no further from the plan than the plan from zero. Controllers that feed a model ask for that, see
-:class:`Turning`; by itself friction turns where the reference does.
+Where the reference reverses, friction can be held in the same way until it is worth the turn, see
+:mod:`adaptive_ff.model.turning`. Controllers that feed a model ask for that; by itself friction turns where the
+reference does.
 """
 
 import math
@@ -33,6 +30,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.model.friction import TorqueModel, adhesion_share, directed_friction, friction_parts
+from adaptive_ff.model.turning import held_speed, is_held
 from controllers import Inputs, acts_on_plan
 
 HELD = 0.87
@@ -49,55 +47,8 @@ BENT_FADING = 1.0
 """The same with a presliding distance: bristles that stay bent carry the torque, so that the joint springs back by what
 is taken away. Longer, and the joint halts on an edge of its encoder's counts and toggles there."""
 
-TURNED = 0.027
-"""Speed at which a reversed reference turns friction, over the change of speed that breakaway makes in a period.
-
-Of 414 joints drawn with seeds 101, 201 and 301, whose friction falls by 0.5 to 10 times the gain, 15 had a window of
-5 s with 1.2 times the error of PI where 0.04 of Coulomb friction was taken, which is the same for the built-in joint,
-and touches were turned for; with this and ``TOUCHED`` 9 have.
-"""
-
-TOUCHED = 0.7
-"""Path of a reference on the other side of zero, over the way that breakaway moves the joint by in a period's square.
-
-Where friction falls by up to 1, 2 and 5 gains these joints settle at 9.2, 9.0 and 5.4 times better than PI (geometric
-means); with 2.7 at 8.4, 8.2 and 5.2, without at 9.0, 8.7 and 5.2.
-"""
-
-UNFIT = 4.0
-"""The same for a model that misses the torque, over that for one that does not.
-
-Weights of 100 N m that are not modelled had a window of 1.24 times the error of PI at worst (60 references), with half
-of this 1.83.
-"""
-
-STEEP = 2.0
-"""Fall of friction with speed, in gains, from which that path is shorter in proportion.
-
-Such joints leave and reach the plan in a slip; with ``UNFIT`` for all and the path in full theirs were 2.0 times better
-than PI and 2.2 times worse in a window (``steep_10``, 60 references), so they are 2.2 and 1.2 times.
-"""
-
-RISEN = 1.5
-"""Speed up to which friction is held on a touch, over the one that it is expected to rise to."""
-
 PIECES = 4
 """Pieces of a period over which friction behind a lag over the path is integrated."""
-
-
-class Turning(NamedTuple):
-    """When a reversed reference turns friction.
-
-    Attributes
-    ----------
-    speed : float
-        Speed up to which friction of the last direction is held, rad/s; zero where it turns with the reference.
-    path : float
-        Path up to which a reference that turns back by itself does not turn friction either, rad.
-    """
-
-    speed: float
-    path: float
 
 
 class FeedforwardState(NamedTuple):
@@ -190,15 +141,6 @@ def lagged_ramp(friction: float, first: float, last: float, lag: float, duration
 
 
 @register_jitable
-def is_held(friction: float, start: float, end: float, turned: float) -> bool:
-    """Tell whether friction (N m) is held that is of the other direction than a motion that does not reverse.
-
-    It is while start and end of the motion are slower than the speed ``turned``, rad/s.
-    """
-    return friction * (start + end) < 0.0 and max(abs(start), abs(end)) < turned
-
-
-@register_jitable
 def one_way_friction(
     model: TorqueModel, friction: float, start: float, end: float, duration: float, turned: float = 0.0
 ) -> tuple[float, float]:
@@ -272,56 +214,6 @@ def exchange_model(
         return following
     change = static_friction(new, following, reference) - static_friction(old, state, reference)
     return FeedforwardState(state.friction + change, state.reference, state.started, slip, adhesion, state.turned)
-
-
-@register_jitable
-def turning_of(model: TorqueModel, inertia: float, gain: float, period: float, unfit: float = 0.0) -> Turning:
-    """Return when a reversed reference turns friction.
-
-    Parameters
-    ----------
-    model : TorqueModel
-        The joint's friction.
-    inertia : float
-        Inertia, kg m^2; without any, friction turns at once.
-    gain : float
-        Proportional gain of the velocity loop, N m s/rad.
-    period : float
-        Sampling period, s.
-    unfit : float, optional
-        Share to which the model misses the torque, from 0 to 1.
-    """
-    if inertia <= 0.0:
-        return Turning(0.0, 0.0)
-    throw = max(model.coulomb, model.stiction) / inertia * period
-    fall = (model.stiction - model.coulomb) / model.stribeck_velocity
-    path = TOUCHED * (1.0 + unfit * (UNFIT - 1.0)) * throw * period
-    if fall > STEEP * gain:
-        path *= STEEP * gain / fall
-    return Turning(TURNED * throw, path)
-
-
-@register_jitable
-def held_speed(
-    turned: float, touched: float, state: FeedforwardState, inputs: Inputs, start: float, end: float, period: float
-) -> float:
-    """Return the speed (rad/s) up to which friction is held over a period (s) with a plan from start to end (rad/s).
-
-    That is ``turned``, or on a path of at most ``touched`` (rad) the one to which the plan rises; on the way back from
-    there it stays.
-    """
-    if touched <= 0.0 or not state.started:
-        return turned
-    step = end - start
-    if step * end <= 0.0:
-        return max(turned, state.turned)
-    bend = step - (inputs.reference - state.reference) * period / inputs.dt
-    if step * bend >= 0.0:
-        return turned
-    slope = step + 0.5 * bend  # at the end, in a period
-    highest = abs(end) + 0.5 * slope * slope / abs(bend)
-    path = 4.0 / 3.0 * highest * math.sqrt(2.0 * highest / abs(bend)) * period  # of a parabola from zero to zero
-    return max(turned, RISEN * highest) if path < touched else turned
 
 
 @register_jitable
@@ -403,7 +295,9 @@ def feedforward_parts(
     """Return the torque (N m), the friction in it without the offset, and the new state; see ``step_feedforward``."""
     moved = inertia if math.isfinite(inertia) else model.inertia
     start, end = coming_plan(state, inputs, delay)
-    turned = held_speed(turned, touched, state, inputs, start, end, period)
+    if state.started:
+        before = (inputs.reference - state.reference) * period / inputs.dt
+        turned = held_speed(turned, touched / period, state.turned, before, start, end)
     friction, slip, adhesion = state.friction, state.slip, state.adhesion
     if start * end < 0.0:
         turn = period * start / (start - end)
@@ -447,7 +341,7 @@ def step_feedforward(
         Inertia in the present configuration, kg m^2, in the place of the model's; not a number where that holds.
     turned, touched : float, optional
         Speed (rad/s) and path (rad) of a reversed reference up to which friction of the last direction is held; see
-        :class:`Turning`.
+        :class:`adaptive_ff.model.turning.Turning`.
     """
     torque, _, new = feedforward_parts(model, state, inputs, period, delay, inertia, turned, touched)
     return torque, new

@@ -19,9 +19,9 @@ from adaptive_ff.model.feedforward import (
     is_plan_at_rest,
     released,
     step_feedforward,
-    turning_of,
 )
 from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.turning import turning_of
 from controllers import (
     ESTIMATES,
     INLINED,

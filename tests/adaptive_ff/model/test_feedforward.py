@@ -13,19 +13,14 @@ from adaptive_ff.model.feedforward import (
     BENT_FADING,
     FADING,
     HELD,
-    STEEP,
-    TOUCHED,
-    TURNED,
     FeedforwardState,
-    Turning,
     exchange_model,
     feedforward_parts,
     initial_feedforward_state,
-    is_held,
     step_feedforward,
-    turning_of,
 )
 from adaptive_ff.model.friction import TorqueModel, directed_friction, model_friction
+from adaptive_ff.model.turning import STEEP, TOUCHED, TURNED, Turning, is_held, turning_of
 from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction
