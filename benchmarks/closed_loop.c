@@ -159,7 +159,7 @@ static double model_friction(const struct model *m, double speed) {
 #define HELD 0.87    /* share of the Coulomb friction that is held where the plan comes to rest */
 #define FADING 0.32  /* time constant with which it fades, s */
 #define TURNED 0.027 /* speed at which a reversed plan turns friction, over the change that breakaway makes in a period */
-#define TOUCHED 0.7  /* path beyond zero for which it is not turned, over the way that breakaway moves the joint by */
+#define TOUCHED 1.35 /* path beyond zero for which it is not turned, over the way that breakaway moves the joint by */
 #define STEEP 2.0    /* fall of friction, in gains, from which that path is shorter */
 #define RISEN 1.5    /* speed up to which friction is held then, over the highest one that is expected */
 
