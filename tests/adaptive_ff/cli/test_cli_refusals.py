@@ -1,6 +1,7 @@
 """Bad input on the command line: status 2, one line, and nothing is written, half or whole."""
 
 import errno
+import sys
 from unittest.mock import patch
 
 import pytest
@@ -105,7 +106,8 @@ def test_option_of_identify_is_named_and_not_the_log(tmp_path, refused):
 
 
 @pytest.mark.parametrize(("returned", "shown"), [("'x'", "'x'"), ("float('nan')", "nan"), ("None", "None")])
-def test_own_controller_that_returns_no_torque(tmp_path, scenario, refused, returned, shown):
+def test_own_controller_that_returns_no_torque(tmp_path, monkeypatch, scenario, refused, returned, shown):
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python's own file beside the module is none of the command
     lines = ["class Mine:", "    def step(self, reference, velocity, **_):", f"        return {returned}", ""]
     (tmp_path / f"mine_{len(returned)}.py").write_text("\n".join(lines), encoding="utf-8")
     line = refused("compare", scenario, "--own", f"mine_{len(returned)}.py:Mine", "--out", "new")
