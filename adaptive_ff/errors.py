@@ -1,11 +1,35 @@
-"""The error that a user's input causes, as one sentence."""
+"""The error that a user's input causes, as one sentence, and the text of files that may cause it."""
 
-
-def no_text(error: UnicodeDecodeError) -> str:
-    """Return what is wrong with a file, read as a whole, that is no text, and in which line."""
-    line = error.object.count(b"\n", 0, error.start) + 1
-    return f"byte 0x{error.object[error.start]:02x} in line {line} is no text in UTF-8"
+from pathlib import Path
 
 
 class InputError(ValueError):
     """A scenario, a file or an option is wrong; the message is one line that names what and what is allowed."""
+
+
+def read_text(path: Path, wrong: str, encoding: str = "utf-8") -> str:
+    """Return the text of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    wrong : str
+        What is said of a file that is no text, before what is wrong and in which line.
+    encoding : str, optional
+        UTF-8, or that with a mark at the beginning.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is no text.
+    """
+    try:
+        return path.read_text(encoding=encoding)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        byte, line = error.object[error.start], error.object.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}: {wrong}: byte 0x{byte:02x} in line {line} is no text in UTF-8") from error
+    except ValueError as error:  # no file can have that name
+        raise InputError(f"{path}: {wrong}: {error}") from error

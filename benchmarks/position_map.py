@@ -3,7 +3,7 @@
 Settled error of PI over that of ``adaptive``, median over references (least in brackets), 100 Hz, 60 s: without a map,
 with the period known, with hats over the planned range of motion, and with friction over the known torque. Rows where
 friction does not depend on position or load show what a map costs there. ``--seconds 180`` tells what a map is worth
-once the joint has been everywhere. Reported are seeds from 1 on.
+in longer runs, in which the range grows as well. Reported are seeds from 1 on.
 """
 
 import math

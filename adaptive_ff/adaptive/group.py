@@ -14,7 +14,7 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links, link_angles, regressor_count
-from adaptive_ff.errors import no_text
+from adaptive_ff.errors import read_text
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
@@ -155,12 +155,9 @@ class JointGroup:
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
         """Make a group from a TOML file; see :meth:`from_table`."""
+        text = read_text(Path(path), "is not valid TOML")
         try:
-            return cls.from_table(tomllib.loads(Path(path).read_text(encoding="utf-8")))
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{path}: is not valid TOML: {no_text(error)}") from error
-        except OSError as error:
-            raise ValueError(f"{path}: cannot be read: {error.strerror or error}") from error
+            return cls.from_table(tomllib.loads(text))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from adaptive_ff.errors import InputError, no_text
+from adaptive_ff.errors import InputError, read_text
 
 
 def export_command(
@@ -68,12 +68,9 @@ def _given(state: Path | None) -> Path:
 
 def _read(state: Path) -> dict[str, Any]:
     """Return the content of a state file, whatever controller it is of."""
+    text = read_text(state, "is no saved state")
     try:
-        content = json.loads(state.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{state}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{state}: is no saved state: {no_text(error)}") from error
+        content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{state}: is no saved state: {error}") from error
     if not isinstance(content, dict):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from adaptive_ff.errors import InputError, no_text
+from adaptive_ff.errors import InputError, read_text
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.metrics import METRIC_UNITS
 
@@ -28,12 +28,9 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     InputError
         The file cannot be read or is no such result.
     """
+    text = read_text(Path(path), "is not valid JSON")
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not valid JSON: {no_text(error)}") from error
+        content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid JSON: {error}") from error
     if not isinstance(content, dict):

@@ -15,7 +15,7 @@ from scipy import io
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.mcap_files import read_mcap
-from adaptive_ff.logs.text_tables import read_table
+from adaptive_ff.logs.text_tables import NO_TEXT, read_table
 
 
 class Content(NamedTuple):
@@ -59,7 +59,7 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
     except InputError:
         raise
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: cannot be read: it is no text in UTF-8; save it as such") from error
+        raise InputError(f"{path}: {NO_TEXT}") from error
     except Exception as error:  # each format has its own kinds of damage
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error

@@ -19,6 +19,9 @@ SEPARATORS = ",;\t"
 COMMENT = "#"
 """Lines that begin with it are comments; the last one before the numbers may be the header."""
 
+NO_TEXT = "cannot be read: it is no text in UTF-8; save it as such"
+"""What is said of a table that is no text."""
+
 
 class Layout(NamedTuple):
     """How a table is written.
@@ -102,7 +105,7 @@ def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> d
     except InputError:
         raise
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: cannot be read: it is no text in UTF-8; save it as such") from error
+        raise InputError(f"{path}: {NO_TEXT}") from error
     except (OSError, csv.Error, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise InputError(f"{path}: cannot be read: {reason}") from error

@@ -34,7 +34,7 @@ turned for.
 UNFIT = 2.0
 """The same for a model that misses the torque, over that for one that does not.
 
-Weights of 100 N m that are not modelled had a window of 1.24 times the error of PI at worst (60 references), without
+Weights of 100 N m that are not modelled had a window of 1.25 times the error of PI at worst (60 references), without
 this 1.83.
 """
 

@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, read_text
 from adaptive_ff.model.bounds import INERTIA
 from adaptive_ff.replay.settings import ReplaySettings
 
@@ -69,13 +69,9 @@ def read_state(path: Path) -> str:
     InputError
         The file cannot be read, or holds no such state.
     """
+    text = read_text(path, "cannot be read")
     try:
-        text = path.read_text(encoding="utf-8")
         state_from_json(text)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: cannot be read: it is no text") from error
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return text

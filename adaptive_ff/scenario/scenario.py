@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from adaptive_ff.errors import InputError, no_text
+from adaptive_ff.errors import InputError, read_text
 from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
@@ -435,12 +435,9 @@ def load_scenario(path: str | Path | None = None, reference: str | Path | None =
         The file cannot be read, or a field is wrong.
     """
     file = BUILT_IN if path is None else Path(path)
+    text = read_text(file, "is not valid TOML", "utf-8-sig")
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{file}: is not valid TOML: {no_text(error)}") from error
+        content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"{file}: is not valid TOML: {' '.join(str(error).split())}") from error
     name = "built-in scenario" if path is None else str(path)

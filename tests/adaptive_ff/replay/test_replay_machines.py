@@ -34,7 +34,8 @@ def test_adaptive_leaves_less_than_the_robots_own(joint, recorded):
         left = replayed(joint, record).left
         assert left["recorded"].whole == pytest.approx(own, abs=0.001)
         assert left["adaptive"].whole < left["recorded"].whole
-    assert left["adaptive_saved"].whole < 1.01 * left["adaptive"].whole  # on axis 4 it is all learnt within the record
+    gained = left["adaptive"].whole - left["adaptive_saved"].whole
+    assert gained > (-0.002 if joint == "axis 4" else 0.0)  # there it is all learnt within the record
 
 
 @pytest.mark.parametrize(("joint", "aim"), [("axis 1", 1.02), ("axis 4", 0.35), ("axis 6", 0.40)])

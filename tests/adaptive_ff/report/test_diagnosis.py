@@ -4,6 +4,7 @@ import io
 import itertools
 import json
 import math
+import re
 from dataclasses import asdict
 
 import numpy as np
@@ -155,7 +156,7 @@ def altered(**estimates):
 def test_stiction_clearly_below_coulomb_friction_is_implausible():
     assert altered(stiction=59.5) == ()
     (warning,) = altered(stiction=50.0)
-    assert warning.startswith("friction rises from 50 N m at standstill to ")
+    assert re.match(r"friction rises from 50 N m at standstill to (59\.\d|6\d(\.\d)?) N m", warning)
 
 
 @pytest.mark.parametrize(
