@@ -35,6 +35,8 @@ class ActuatorParameters(NamedTuple):
         Time constant of the current loop, s; zero where the torque follows at once.
     gain : float
         Torque at the joint over the reported one.
+    reports : bool
+        Whether the torque that the drive gives is reported.
     """
 
     torque_limit: float
@@ -44,6 +46,7 @@ class ActuatorParameters(NamedTuple):
     ripple_waves: float
     lag: float
     gain: float
+    reports: bool
 
 
 @register_jitable
@@ -128,6 +131,9 @@ class Actuator(Table):
         Time constant of the current loop, s.
     gain : float, optional
         True torque constant over the one that commands and reports reckon with; the controllers do not know it.
+    reports_torque : bool, optional
+        Whether the controllers are told the torque that the drive gives, as they are by default; otherwise they know
+        only what they asked for.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -140,6 +146,7 @@ class Actuator(Table):
     delay: NonNegative = 0.0
     lag: NonNegative = 0.0
     gain: Positive = 1.0
+    reports_torque: bool = True
 
     @model_validator(mode="after")
     def _check_resolution(self) -> Self:
@@ -161,4 +168,5 @@ class Actuator(Table):
             2.0 * math.pi / self.ripple_period,
             self.lag,
             self.gain,
+            self.reports_torque,
         )

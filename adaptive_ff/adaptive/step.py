@@ -26,7 +26,7 @@ from adaptive_ff.adaptive.command import (
     limited,
     machine_inputs,
 )
-from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
+from adaptive_ff.adaptive.doubt import advance_doubt, believed_plan, undoubted_inputs
 from adaptive_ff.adaptive.estimator import (
     SPEED_FACTOR,
     estimated_load,
@@ -197,12 +197,12 @@ def tune_lag(block: Block, state: Block, inputs: Inputs, error: float) -> Timing
 
 
 @register_jitable
-def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float, doubt: Doubt) -> Period:
+def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float, clear: bool) -> Period:
     """Advance the filters, in place, and what else follows the signals over the period that has ended.
 
-    ``error`` is the tracking error by which the lag is tuned, rad/s.
+    ``error`` is the tracking error by which the lag is tuned, rad/s; ``clear`` tells that it may be learnt from.
     """
-    valid, delay, clear = math.isfinite(inputs.velocity), block.feedback.delay, doubt.left <= 0.0
+    valid, delay = math.isfinite(inputs.velocity), block.feedback.delay
     velocity = inputs.velocity if valid else state.measured.velocity
     form, candidates = form_in_use(block.estimator, state.estimator), state.estimator.candidates
     measured, model = state.measured, state.model
@@ -341,7 +341,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     inputs = undoubted_inputs(doubt, believed_plan(block, state, doubt, inputs))
     command = fade(state.command, inputs.dt)
     error = inputs.reference + inputs.correction - inputs.velocity
-    period = end_period_in_place(block, state, inputs, error, doubt)
+    period = end_period_in_place(block, state, inputs, error, doubt.left <= 0.0)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
     torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade

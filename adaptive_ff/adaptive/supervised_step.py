@@ -19,6 +19,14 @@ from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
+from adaptive_ff.adaptive.drive_limit import (
+    DriveLimit,
+    advance_drive_limit,
+    believed_share,
+    given_torque,
+    initial_drive_limit,
+)
+from adaptive_ff.adaptive.estimator import begin_anew_in_place
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
 from adaptive_ff.adaptive.held_friction import HeldFriction, feedforward_at_rest, friction_shown, initial_held_friction
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
@@ -52,6 +60,7 @@ from adaptive_ff.adaptive.outer_loop import (
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
+    gate_speed,
     given_inertia_torque,
     learn_and_feed_in_place,
     write_adaptive,
@@ -77,6 +86,7 @@ from controllers import (
     plausible_inputs,
     remember,
     with_feedforward,
+    with_realised_torque,
     with_reference,
 )
 
@@ -169,6 +179,8 @@ class SupervisedState(NamedTuple):
         What an outer loop can tell at rest.
     held_friction : HeldFriction
         What the joint has shown of the friction that it holds at rest.
+    drive : DriveLimit
+        What its motion has shown of the drive.
     """
 
     feedback: PIState
@@ -189,6 +201,7 @@ class SupervisedState(NamedTuple):
     held: HeldIntegral
     outer: OuterLoop
     held_friction: HeldFriction
+    drive: DriveLimit
 
 
 def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
@@ -200,6 +213,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_held_integral(),
         initial_outer_loop(),
         initial_held_friction(),
+        initial_drive_limit(),
     )
 
 
@@ -222,9 +236,12 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
 
 @register_jitable
 def watch(
-    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, doubt: Doubt, unfit: float
+    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float
 ) -> tuple[ObserverState, TrustState]:
-    """Return observer and trust after the period that has ended, with a model that is unfit to a share."""
+    """Return observer and trust after the period that has ended, with a model that is unfit to a share.
+
+    ``clear`` tells whether it may be learnt from.
+    """
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
     valid = math.isfinite(inputs.velocity)
     started = state.feedback.samples > state.feedback.rejected
@@ -264,10 +281,31 @@ def watch(
         observer.response.velocity,
         unfit * error_beyond_noise(block.observer, observer) if tells else 0.0,
         inputs.reference,
-        valid and fed and doubt.left <= 0.0 and known,
+        valid and fed and clear and known,
         inputs.dt,
     )
     return observer, trust
+
+
+@register_jitable
+def watch_drive(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -> tuple[DriveLimit, Inputs]:
+    """Return what is known of a drive that tells nothing of its torque, and the inputs with the torque it has given."""
+    told = math.isfinite(inputs.realised_torque)
+    if told or state.feedback.samples == 0 or not math.isfinite(inputs.velocity):
+        return state.drive, inputs
+    asked, known = asked_torque(block.feedback, state.feedback), delayed(state.known_torques, block.feedback.delay)
+    drive = advance_drive_limit(
+        state.drive,
+        block.feedback,
+        block.observer.inertia,
+        asked - known,
+        inputs.reference + inputs.correction,
+        inputs.velocity,
+        gate_speed(block, state.estimator),
+        state.observer.noise.variance,
+        inputs.dt,
+    )
+    return drive, with_realised_torque(inputs, given_torque(drive, asked, known))
 
 
 @register_jitable
@@ -320,14 +358,16 @@ def step_supervised(
     given = given_inertia_torque(block, state, inputs)
     inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
+    drive, inputs = watch_drive(block, state, inputs)
     inputs = undoubted_inputs(doubt, believed_plan(block, state, doubt, inputs))
+    clear = doubt.left <= 0.0 and not drive.unproven
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
-    observer, trust = watch(block, state, inputs, doubt, unfit)
+    observer, trust = watch(block, state, inputs, clear, unfit)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     seen = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = seen + inputs.correction - inputs.velocity
-    period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), doubt)
+    period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), clear)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
     forgets = left_over(state, left, unfit)
@@ -336,6 +376,7 @@ def step_supervised(
     time = state.feedback.samples * block.period
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
     bound = min(bound, soft_bound(trust, block.feedback.proportional, breakaway(estimator), time))
+    bound = min(bound, believed_share(drive))
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
@@ -372,7 +413,7 @@ def step_supervised(
         feedforward_at_rest(block, state, fed, inputs),
         period.measured,
         period.model,
-        fed.estimator,
+        begin_anew_in_place(block.estimator, fed.estimator) if drive.anew else fed.estimator,
         period.sliding,
         period.lagged_torque,
         remember(state.model_torques, fed.torque),
@@ -392,6 +433,7 @@ def step_supervised(
         held,
         outer,
         held_friction,
+        drive,
     )
 
 

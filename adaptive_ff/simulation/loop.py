@@ -218,7 +218,7 @@ def run_plain(
             course.reference[end],
             correction,
             angle,
-            realised,
+            realised if actuator.reports else math.nan,
             0.0,
             math.nan,
             elapsed,

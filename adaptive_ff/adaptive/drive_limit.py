@@ -1,0 +1,266 @@
+"""Torque that a drive is asked for and does not give, found out where it neither reports nor is told a limit.
+
+A drive that saturates moves the joint with less torque than is asked for. The integral of the feedback winds up, and
+friction learnt from torque that never acted would be fed on top of it; so would the disturbance that is observed. A
+limit is not seen from one sample: a load looks the same. But with a load the joint follows its plan again once the loop
+has answered, beside a limit it does not. So **a torque is proven once the joint has followed its plan with it** for
+four of the loop's integral times. What resists the motion beyond the inertia, of all that is low-passed,
+
+    R = |u - u_known| - J a,    J a with 0.3 of its size for an inertia that is told wrong
+
+is compared with the largest one ``R_p`` proven so far:
+
+    R > 1.3 R_p                 nothing is learnt from such torque,
+    |u| > J a + 2 R_p           and the drive is taken to have given no more than that;
+
+where that lasts, friction and observer fade, so that the feedback is alone. Before anything is proven, the mean of
+``R`` stands for ``R_p`` (half as much again is believed while the joint does not lag); where even so the doubt lasts,
+all that was learnt is forgotten once the joint follows.
+
+Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from controllers import PIParameters
+
+SMOOTH = 2.0
+"""Time constant of the low-passes, in those of the proportional loop ``J/Kp``."""
+
+TOLD_WRONG = 0.3
+"""Share of the inertia's torque that may be missing for an inertia that is told wrong."""
+
+QUICKEST = 0.07
+"""Least integral time ``Kp/Ki`` that is reckoned with, s: a plan does not change faster because the loop is faster."""
+
+PROVES = 4.0
+"""Time for which a joint must follow for a torque to be proven, integral times."""
+
+CLOSE = 0.1
+"""Error ``e`` with which a joint follows before anything is proven, over the plan; ``Kp e`` is at most ``0.2 R``."""
+
+CLOSER = 0.05
+"""Both afterwards, but that ``R`` counts as ``2 R_p`` at most."""
+
+CLOSEST = (0.02, 0.005)
+"""Error over the plan for a drive that seemed to saturate from the first motion on; and one that is always allowed."""
+
+NOISY = 2.0
+"""Standard deviations of the noise that are no error, and no resistance."""
+
+GROWS = 1.5
+"""Largest factor by which a proven resistance grows at a time."""
+
+SETTLES = 10.0
+"""Time constant with which it falls to what is needed while the joint follows with less, s."""
+
+BELIEVED, GIVEN = 1.3, 2.0
+"""Resistance that is learnt from, and the largest that a drive is taken to overcome, over the proven one."""
+
+UNPROVEN = 1.5
+"""Factor on both while nothing is proven and the joint does not lag."""
+
+LAGS = 0.05
+"""Error with which it does, over the plan."""
+
+MEAN, BEGINS = 4.0, 2.0
+"""Longest memory of the mean before anything is proven, and the motion before it counts, integral times."""
+
+MOVES = 0.2
+"""Velocity along the torque, over the plan, with which a joint moves."""
+
+BROKEN = 4.0
+"""Time constant with which the torque is forgotten that broke a joint loose, integral times."""
+
+DOUBTED = 2.0
+"""Doubt lasts for so many integral times before what is fed begins to fade; after twice that nothing is fed."""
+
+
+class DriveLimit(NamedTuple):
+    """What the motion has shown of the drive.
+
+    Attributes
+    ----------
+    torque, moved, error : float
+        Torque that is asked for beyond what is known, that of the inertia (N m), and error (rad/s), all low-passed.
+    velocity : float
+        Last measured velocity, rad/s.
+    proven : float
+        Largest resistance with which the joint has followed, N m; zero before there is one.
+    usual : float
+        Mean resistance in motion before anything is proven, N m.
+    moving : float
+        How long it has moved until then, s.
+    follows : float
+        For how long it has followed with a larger resistance than the proven one, s.
+    stuck : float
+        For how long it has stood, s.
+    broke : float
+        Resistance with which it broke loose, fading, N m.
+    doubt : float
+        How long the drive has been asked for more than is believed, in the time that is waited; 2 at most.
+    suspect : bool
+        Whether it has been for that long before anything was proven.
+    unproven : bool
+        Whether it is asked for more than is believed.
+    given : float
+        Torque that it is taken to give at most, N m beyond what is known; zero where there is no reason for a limit.
+    largest : float
+        Largest torque so far that was not believed, N m.
+    anew : bool
+        Whether what was learnt is to be forgotten now.
+    """
+
+    torque: float
+    moved: float
+    error: float
+    velocity: float
+    proven: float
+    usual: float
+    moving: float
+    follows: float
+    stuck: float
+    broke: float
+    doubt: float
+    suspect: bool
+    unproven: bool
+    given: float
+    largest: float
+    anew: bool
+
+
+def initial_drive_limit() -> DriveLimit:
+    """Return the state before any motion."""
+    return DriveLimit(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, False, 0.0, 0.0, False)
+
+
+@register_jitable
+def smooth(before: float, now: float, share: float) -> float:
+    """Return a low-passed value that takes a share of each new one."""
+    return before + share * (now - before)
+
+
+@register_jitable
+def believed_share(state: DriveLimit) -> float:
+    """Return the share of friction and observer that is fed."""
+    return min(1.0, 2.0 - state.doubt)
+
+
+@register_jitable
+def given_torque(state: DriveLimit, torque: float, known: float) -> float:
+    """Return what the drive is taken to have given of a torque, of which a part is known from elsewhere, N m."""
+    if state.given == 0.0:
+        return torque
+    return known + min(max(torque - known, -state.given), state.given)
+
+
+@register_jitable
+def largest_lack(state: DriveLimit, proportional: float, resists: float, plan: float) -> float:
+    """Return what the feedback may make of the error of a joint that follows its plan (rad/s), N m."""
+    answer = proportional * abs(plan)
+    if state.proven == 0.0:
+        return min(2.0 * CLOSE * resists, (CLOSEST[0] if state.suspect else CLOSE) * answer)
+    close = CLOSER * min(min(abs(resists), GIVEN * state.proven), answer)
+    return max(close, CLOSEST[1] * answer)
+
+
+@register_jitable
+def advance_drive_limit(
+    state: DriveLimit,
+    feedback: PIParameters,
+    inertia: float,
+    torque: float,
+    plan: float,
+    velocity: float,
+    slowest: float,
+    variance: float,
+    duration: float,
+) -> DriveLimit:
+    """Return the state after a period.
+
+    Parameters
+    ----------
+    state : DriveLimit
+        The state.
+    feedback : PIParameters
+        The PI loop.
+    inertia : float
+        Inertia that it was designed for, kg m^2.
+    torque : float
+        Torque that was asked for over the period, without what is known from elsewhere, N m.
+    plan, velocity : float
+        What the feedback follows, and measured velocity, now, rad/s.
+    slowest : float
+        Speed below which the joint may stick, rad/s.
+    variance : float
+        Variance of the measured velocity, rad^2/s^2.
+    duration : float
+        Length of the period, s.
+    """
+    gain, time = feedback.proportional, QUICKEST
+    if feedback.integral > 0.0:
+        time = max(time, gain / feedback.integral)
+    share = gain * duration / (gain * duration + SMOOTH * inertia)
+    asked = smooth(state.torque, torque, share)
+    moved = smooth(state.moved, inertia * (velocity - state.velocity) / duration, share)
+    error = smooth(state.error, plan - velocity, share)
+    direction = 1.0 if asked > 0.0 else -1.0
+    resists = direction * (asked - moved) - TOLD_WRONG * abs(moved)
+    noise = NOISY * math.sqrt(0.5 * share * variance)
+    follows = gain * abs(error) < max(gain * noise, largest_lack(state, gain, resists, plan))
+    moves = direction * velocity > max(MOVES * abs(plan), slowest)
+    proven, usual, moving, following = state.proven, state.usual, state.moving, state.follows
+    if moves:
+        if proven == 0.0:
+            usual = smooth(usual, resists, duration / (duration + min(moving, MEAN * time)))
+            moving += duration
+        if not follows:
+            following = max(0.0, following - duration)
+        elif resists > proven:
+            following += duration
+        elif resists > 0.0:
+            proven = smooth(proven, resists, duration / SETTLES)
+    if following > PROVES * time:
+        proven = resists if proven == 0.0 else min(resists, GROWS * proven)
+        following = 0.0
+    stuck = state.stuck + duration if abs(velocity) <= slowest else 0.0
+    broke = state.broke * math.exp(-duration / (BROKEN * time))
+    if moves and state.stuck > time:
+        broke = min(resists, GIVEN * proven)
+    known = proven if proven > 0.0 else usual
+    factor = 1.0 if proven > 0.0 or direction * error > LAGS * abs(plan) else UNPROVEN
+    given, unproven = 0.0, False
+    if known > 0.0 and abs(velocity) > slowest and (proven > 0.0 or (moves and moving > BEGINS * time)):
+        given = max(direction * moved, 0.0) + TOLD_WRONG * abs(moved) + max(factor * GIVEN * known, broke)
+        differences = NOISY * inertia / duration * share * math.sqrt(2.0 * variance / (2.0 - share))
+        unproven = resists > max(factor * BELIEVED * known, broke) + differences + gain * noise
+    doubt = state.doubt
+    if moves and unproven:
+        doubt = min(2.0, doubt + duration / (DOUBTED * time))
+    elif moves and (proven > 0.0 or abs(error) < CLOSE * abs(plan)):
+        doubt = max(0.0, doubt - duration / (DOUBTED * time))
+    suspect = proven == 0.0 and (state.suspect or doubt == 2.0)
+    if suspect:
+        unproven, doubt = True, 2.0
+    largest = max(state.largest, abs(asked)) if moves and unproven else state.largest
+    return DriveLimit(
+        asked,
+        moved,
+        error,
+        velocity,
+        proven,
+        usual,
+        moving,
+        following,
+        stuck,
+        broke,
+        doubt,
+        suspect,
+        unproven,
+        given,
+        largest,
+        state.suspect and not suspect,
+    )
