@@ -1,6 +1,6 @@
 """Machines drawn at random over decades of size, speed and sampling rate: none is built around the built-in joint.
 
-The same in a cascade: with a weight, behind a position loop.
+The same in a cascade: with a weight, behind a position loop. And with drives that saturate and tell nothing of it.
 """
 
 import math
@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from adaptive_ff import Scenario
+from adaptive_ff import Scenario, load_scenario, simulate
+from adaptive_ff.comparison.drawn_joints import draw_scenario
 
 PERIODS = (0.02, 0.01, 0.005, 0.002, 0.001)
 """Sampling periods, s."""
@@ -53,8 +54,20 @@ KINDS = ("stribeck", "lugre", "elasto_plastic")
 WEIGHTS = (0.1, 3.0)
 """Smallest and largest torque of the weight of a machine in a cascade, over its Coulomb friction."""
 
+SATURATIONS = (0.5, 1.05)
+"""Smallest and largest limit of a drive that saturates untold, over the torque that its plan needs."""
+
+PEAK_QUANTILE = 0.995
+"""Share of the time in which the needed torque is no larger than its peak: single peaks are of noise."""
+
+ABOVE_STICTION = 1.02
+"""Least limit of such a drive over the stiction of its joint, which it would never move otherwise."""
+
 WEIGHT_STREAM = 1
 """Stream of random numbers of the weight."""
+
+SATURATION_STREAM = 2
+"""Stream of random numbers of the limit."""
 
 
 def draw_machine(seed: int, draw: int) -> Scenario:
@@ -145,3 +158,18 @@ def draw_cascade(seed: int, draw: int) -> Scenario:
         adaptation={"identify": "gravity"},
         position={"encoder_resolution": sensor.encoder_resolution or sensor.velocity_noise * period},
     )
+
+
+def draw_saturating(seed: int, draw: int) -> Scenario:
+    """Return a joint drawn around the built-in one (even draws) or a machine, whose drive saturates untold.
+
+    The controllers know only what they ask the drive for. Its limit is a share of the torque that the true parameters
+    need along the plan.
+    """
+    scenario = draw_machine(seed, draw // 2) if draw % 2 else draw_scenario(load_scenario(), seed, draw // 2)
+    without = {"torque_limit": None} if scenario.actuator.torque_limit else {}
+    run = simulate(scenario.modified(actuator=without), "oracle", uncertain=False)
+    share = float(np.random.default_rng([seed, draw, SATURATION_STREAM]).uniform(*SATURATIONS))
+    needed = share * float(np.quantile(np.abs(run.torque), PEAK_QUANTILE))
+    limit = max(needed, ABOVE_STICTION * scenario.joint.stiction)
+    return scenario.modified(actuator={"torque_limit": limit, "reports_torque": False})

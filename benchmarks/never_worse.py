@@ -1,12 +1,13 @@
-"""Never worse than PI: ``python -m benchmarks.never_worse [--every] [--joints N] [--machines N] [--cascades N]``.
+"""Never worse than PI: ``python -m benchmarks.never_worse [--every] [--joints N] [--machines N] [--cascades N] ...``.
 
 A controller against its own PI loop, as ``adaptive_ff.comparison.windows`` defines it, beside what is asked of it: in
 situations outside the controller's model (by default), in scenarios of the matrix (``--scenario``, ``--every``) and on
 joints drawn at random around the built-in one (``--joints``), by how steeply their friction falls against the
 proportional gain. Where it falls by more than the gain, PI itself hunts. Machines (``--machines``) are drawn over
 decades of size, speed and sampling rate, see ``benchmarks.drawn_machines``; with a weight and behind a position loop
-(``--cascades``) the error is that of the position, in mrad. Reported are references of seeds from 1 on and the draws of
-seed 1; whoever tunes takes ``--first-seed 101``.
+(``--cascades``) the error is that of the position, in mrad. With ``--saturating`` joints and machines have
+drives that saturate, of whose torque the controllers are told nothing. Reported are references of seeds from 1 on and
+the draws of seed 1; whoever tunes takes ``--first-seed 101``.
 """
 
 import os
@@ -28,7 +29,7 @@ from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
 from adaptive_ff.files import write_json
-from benchmarks.drawn_machines import draw_cascade, draw_machine
+from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_saturating
 from benchmarks.position_map import rows as map_rows
 from benchmarks.position_map import told
 from benchmarks.wide import wide_console
@@ -77,6 +78,9 @@ LIGHTNESS = 0.1
 LIGHT_PEAKS = {"light_slow": 0.0125, "light_medium": 0.05, "light": 0.35}
 """Largest speeds of the plan of joints with a tenth of the built-in inertia, and of the gain, rad/s, by name."""
 
+TOLD_NOTHING = {"torque_untold": "paper_100hz", "limit_untold": "saturation"}
+"""Scenarios of which the controllers are told nothing of the torque that the drive gives, by name."""
+
 TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 """Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
 
@@ -108,6 +112,7 @@ SITUATIONS: dict[str, Asked] = {
     "slow_050": Asked(),
     **dict.fromkeys(LIGHT_PEAKS, Asked()),
     **dict.fromkeys(TOLD_INERTIAS, Asked()),
+    **dict.fromkeys(TOLD_NOTHING, Asked()),
     "steep_2": Asked(),
     "steep_5": Asked(),
     "steep_10": Asked(),
@@ -157,6 +162,9 @@ def named_scenario(name: str, seed: int) -> Scenario:
     if name in LIGHT_PEAKS:
         light, peak = {"inertia": LIGHTNESS * load_scenario().joint.inertia}, LIGHT_PEAKS[name]
         return load_scenario().modified(seed=seed, joint=light, feedback=light, reference={"peak": peak})
+    if name in TOLD_NOTHING:
+        told_nothing = load_scenario(SCENARIOS / f"{TOLD_NOTHING[name]}.toml")
+        return told_nothing.modified(seed=seed, actuator={"reports_torque": False})
     if name in TOLD_INERTIAS:
         told_inertia = TOLD_INERTIAS[name] * load_scenario().joint.inertia
         return load_scenario().modified(seed=seed, feedback={"inertia": told_inertia})
@@ -184,6 +192,12 @@ def cascade_cases(machines: int, seed: int) -> list[Case]:
     """Return the same machines with a weight and behind a position loop."""
     drawn = ((draw, draw_cascade(seed, draw)) for draw in range(machines))
     return [Case(f"cascade, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
+
+
+def saturating_cases(drives: int, seed: int) -> list[Case]:
+    """Return joints and machines whose drives saturate untold."""
+    drawn = ((draw, draw_saturating(seed, draw)) for draw in range(drives))
+    return [Case(f"{('joint', 'machine')[draw % 2]}, saturates untold", draw, scenario) for draw, scenario in drawn]
 
 
 def judge_case(case: Case, controller: str, draws: int) -> Judgement:
@@ -303,6 +317,7 @@ def main(
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     machines: Annotated[int, typer.Option(min=0, help="Number of machines to draw over decades as well.")] = 0,
     cascades: Annotated[int, typer.Option(min=0, help="Number of them behind a position loop, with a weight.")] = 0,
+    saturating: Annotated[int, typer.Option(min=0, help="Number of joints and machines that saturate untold.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
     references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 30,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first reference, and of the draws.")] = 1,
@@ -311,12 +326,12 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *COARSE_ENCODERS, *MAPS]
+    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *COARSE_ENCODERS, *MAPS]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:
             if name not in allowed:
                 raise typer.BadParameter(f"{name!r} is not known; there are {', '.join(allowed)}", param_hint=option)
-    names = known if every else scenario or ([] if joints or machines or cascades else list(SITUATIONS))
+    names = known if every else scenario or ([] if joints or machines or cascades or saturating else list(SITUATIONS))
     console = wide_console()
     rows: list[dict[str, Any]] = []
     parts = {
@@ -329,6 +344,9 @@ def main(
         ),
         f"position error of {controller} against pi on machines with a weight, behind a position loop": cascade_cases(
             cascades, first_seed
+        ),
+        f"{controller} against pi where the drive saturates and tells nothing of it": saturating_cases(
+            saturating, first_seed
         ),
     }
     with ProcessPoolExecutor(workers) as pool:

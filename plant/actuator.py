@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple, Self
 
 from numba.extending import register_jitable
-from pydantic import ConfigDict, model_validator
+from pydantic import ConfigDict, StrictBool, model_validator
 
 from plant.fields import NonNegative, Positive, Table
 
@@ -146,7 +146,7 @@ class Actuator(Table):
     delay: NonNegative = 0.0
     lag: NonNegative = 0.0
     gain: Positive = 1.0
-    reports_torque: bool = True
+    reports_torque: StrictBool = True
 
     @model_validator(mode="after")
     def _check_resolution(self) -> Self:

@@ -27,6 +27,7 @@ from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_obse
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import (
     check_candidate_state,
+    check_drive_limit,
     check_estimator_state,
     check_held_friction,
     check_held_integral,
@@ -269,8 +270,8 @@ class AdaptiveController(AdaptiveBase):
         few memories.
     torque_limit : float, optional
         Largest torque that is commanded, N m; what it cut off then counts as not realised without being reported. Where
-        neither it nor ``realised_torque`` is given, a drive that saturates is taken to give what it does not: the
-        integral winds up, and inertia and friction are learnt far too large from torque that never acted.
+        neither it nor ``realised_torque`` is given, the integral winds up beside a drive that saturates; nothing is
+        learnt from torque that its motion does not answer to (:mod:`adaptive_ff.adaptive.drive_limit`).
     feedforward_includes_inertia : bool, optional
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then
@@ -406,6 +407,7 @@ class AdaptiveController(AdaptiveBase):
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)
         check_held_friction(state.held_friction)
+        check_drive_limit(state.drive)
 
     def _prepare(self, reference: float, torque: float) -> None:
         super()._prepare(reference, torque)

@@ -21,11 +21,12 @@ Not proven is what a joint on its way out of a long rest asks for: what broke it
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers import PIParameters
+from adaptive_ff.adaptive.step import gate_speed
+from controllers import Inputs, PIParameters, asked_torque, delayed, with_realised_torque
 
 SMOOTH = 2.0
 """Time constant of the low-passes, in those of the proportional loop ``J/Kp``."""
@@ -264,3 +265,24 @@ def advance_drive_limit(
         largest,
         state.suspect and not suspect,
     )
+
+
+@register_jitable
+def watch_drive(block: Any, state: Any, inputs: Inputs) -> tuple[DriveLimit, Inputs]:
+    """Return what is known of a drive that tells nothing of its torque, and the inputs with the torque it has given."""
+    told = math.isfinite(inputs.realised_torque)
+    if told or state.feedback.samples == 0 or not math.isfinite(inputs.velocity):
+        return state.drive, inputs
+    asked, known = asked_torque(block.feedback, state.feedback), delayed(state.known_torques, block.feedback.delay)
+    drive = advance_drive_limit(
+        state.drive,
+        block.feedback,
+        block.observer.inertia,
+        asked - known,
+        inputs.reference + inputs.correction,
+        inputs.velocity,
+        gate_speed(block, state.estimator),
+        state.observer.noise.variance,
+        inputs.dt,
+    )
+    return drive, with_realised_torque(inputs, given_torque(drive, asked, known))

@@ -32,7 +32,6 @@ from adaptive_ff.adaptive.change_detection import (
     LEAST_ERROR,
     LOAD,
     LONGEST_WAIT,
-    NO_ALARM,
     NOTHING,
     SUDDEN,
     UNDECIDED,
@@ -52,7 +51,6 @@ from adaptive_ff.adaptive.change_detection import (
 )
 from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator_state import (
-    LAG_PRIOR,
     PRIOR,
     EstimatorParameters,
     EstimatorState,
@@ -266,23 +264,6 @@ def recover_in_place(estimator: EstimatorParameters, state: EstimatorState) -> b
         ratio = estimator.scale[i] / estimator.deviation[i]
         recursion.information[i, i] = PRIOR * ratio * ratio
     return True
-
-
-@register_jitable
-def begin_anew_in_place(estimator: EstimatorParameters, state: EstimatorState) -> EstimatorState:
-    """Return the state with the first estimate, after motion that has told nothing of the joint; changed in place."""
-    recursion = state.recursion
-    for i in range(recursion.estimate.size):
-        recursion.estimate[i] = estimator.first[i]
-        state.agreement[i, 0] = 0.0
-        state.agreement[i, 1] = 0.0
-        for j in range(recursion.estimate.size):
-            recursion.information[i, j] = 0.0
-        ratio = estimator.scale[i] / estimator.deviation[i]
-        recursion.information[i, i] = PRIOR * ratio * ratio
-    recursion.information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
-    levels = Levels(0.0, 0.0, state.levels.speed, 0.0, 0.0)
-    return with_levels(state, levels, Surprise(0.0, 0.0, 0.0), NO_ALARM)
 
 
 @register_jitable

@@ -7,7 +7,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.candidate_state import CandidateState, initial_candidate_state
-from adaptive_ff.adaptive.change_detection import NO_ALARM, Alarm, Surprise
+from adaptive_ff.adaptive.change_detection import NO_ALARM, NOTHING, Alarm, Surprise
 from adaptive_ff.adaptive.friction_map import MapParameters, MapState, initial_map
 from adaptive_ff.estimation.resetting import ResettingState, initial_resetting_state
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
@@ -225,6 +225,24 @@ def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm
         state.candidates,
         state.friction_map,
     )
+
+
+@register_jitable
+def begin_anew_in_place(estimator: EstimatorParameters, state: EstimatorState) -> EstimatorState:
+    """Return the state with the first estimate, after motion that has told nothing of the joint; changed in place."""
+    recursion = state.recursion
+    for i in range(recursion.estimate.size):
+        recursion.estimate[i] = estimator.first[i]
+        state.agreement[i, 0] = 0.0
+        state.agreement[i, 1] = 0.0
+        for j in range(recursion.estimate.size):
+            recursion.information[i, j] = 0.0
+        ratio = estimator.scale[i] / estimator.deviation[i]
+        recursion.information[i, i] = PRIOR * ratio * ratio
+    recursion.information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
+    levels = Levels(0.0, 0.0, state.levels.speed, 0.0, 0.0)
+    none = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+    return with_levels(state, levels, Surprise(0.0, 0.0, 0.0), none)
 
 
 @register_jitable

@@ -13,6 +13,7 @@ from adaptive_ff.adaptive.candidates import (
     candidate_distance,
     candidate_velocity,
 )
+from adaptive_ff.adaptive.drive_limit import DriveLimit
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
 from adaptive_ff.adaptive.held_friction import LEAST_SHARE, HeldFriction
@@ -200,3 +201,14 @@ def check_held_friction(held: HeldFriction) -> None:
         )
     if not all(math.isfinite(value) for value in held) or held.held < 0.0:
         raise ValueError("state.held_friction is not allowed: its values must be finite, and 'held' zero or more")
+
+
+def check_drive_limit(drive: DriveLimit) -> None:
+    """Raise ``ValueError`` where what the motion has shown of the drive is impossible."""
+    signed = ("torque", "moved", "error", "velocity", "usual", "broke")
+    for name, value in drive._asdict().items():
+        if not math.isfinite(value) or (value < 0.0 and name not in signed):
+            least = "" if name in signed else ", and zero or more"
+            raise ValueError(f"state.drive.{name} = {value} is not allowed: it must be finite{least}")
+    if drive.doubt > 2.0:
+        raise ValueError(f"state.drive.doubt = {drive.doubt} is not allowed: it must be at most 2")

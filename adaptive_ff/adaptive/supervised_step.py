@@ -19,15 +19,8 @@ from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
-from adaptive_ff.adaptive.drive_limit import (
-    DriveLimit,
-    advance_drive_limit,
-    believed_share,
-    given_torque,
-    initial_drive_limit,
-)
-from adaptive_ff.adaptive.estimator import begin_anew_in_place
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
+from adaptive_ff.adaptive.drive_limit import DriveLimit, believed_share, initial_drive_limit, watch_drive
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, begin_anew_in_place, load_count
 from adaptive_ff.adaptive.held_friction import HeldFriction, feedforward_at_rest, friction_shown, initial_held_friction
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
@@ -60,7 +53,6 @@ from adaptive_ff.adaptive.outer_loop import (
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
-    gate_speed,
     given_inertia_torque,
     learn_and_feed_in_place,
     write_adaptive,
@@ -86,7 +78,6 @@ from controllers import (
     plausible_inputs,
     remember,
     with_feedforward,
-    with_realised_torque,
     with_reference,
 )
 
@@ -288,27 +279,6 @@ def watch(
 
 
 @register_jitable
-def watch_drive(block: SupervisedParameters, state: SupervisedState, inputs: Inputs) -> tuple[DriveLimit, Inputs]:
-    """Return what is known of a drive that tells nothing of its torque, and the inputs with the torque it has given."""
-    told = math.isfinite(inputs.realised_torque)
-    if told or state.feedback.samples == 0 or not math.isfinite(inputs.velocity):
-        return state.drive, inputs
-    asked, known = asked_torque(block.feedback, state.feedback), delayed(state.known_torques, block.feedback.delay)
-    drive = advance_drive_limit(
-        state.drive,
-        block.feedback,
-        block.observer.inertia,
-        asked - known,
-        inputs.reference + inputs.correction,
-        inputs.velocity,
-        gate_speed(block, state.estimator),
-        state.observer.noise.variance,
-        inputs.dt,
-    )
-    return drive, with_realised_torque(inputs, given_torque(drive, asked, known))
-
-
-@register_jitable
 def unobserved_error(
     block: SupervisedParameters, state: SupervisedState, observer: ObserverState, error: float
 ) -> float:
@@ -407,13 +377,15 @@ def step_supervised(
     compared = with_reference(checked, (checked.reference if doubt.leapt else seen) + unseen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
-    tuned = max(share, LEAST_TRUST)
+    tuned, learnt = max(share, LEAST_TRUST), fed.estimator
+    if drive.anew:
+        learnt = begin_anew_in_place(block.estimator, learnt)
     return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
         feedback,
         feedforward_at_rest(block, state, fed, inputs),
         period.measured,
         period.model,
-        begin_anew_in_place(block.estimator, fed.estimator) if drive.anew else fed.estimator,
+        learnt,
         period.sliding,
         period.lagged_torque,
         remember(state.model_torques, fed.torque),

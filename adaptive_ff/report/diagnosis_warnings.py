@@ -28,6 +28,9 @@ POOR_FIT = 0.15
 WOUND_UP = 10.0
 """Largest torque over proportional gain and largest speed from which on a drive seems to have saturated untold."""
 
+SATURATED = 4.0
+"""Largest torque that was not believed, over what has moved the joint beside its inertia, from which on it did."""
+
 LONG_WITHOUT = 10.0
 """Time without a sample to learn from that calls for a warning, s."""
 
@@ -93,8 +96,20 @@ def _bounds(controller: AdaptiveBase) -> Iterator[str]:
 
 
 def _untold_limit(controller: AdaptiveBase) -> Iterator[str]:
-    """Yield a sentence where the torque is so large that an integral seems to wind up beside a drive that saturates."""
+    """Yield a sentence where a drive that tells nothing of its torque seems to have saturated."""
     block, levels = controller.parameters, controller.state.estimator.levels
+    drive = getattr(controller.state, "drive", None)
+    if drive is not None:
+        if drive.suspect or drive.largest > SATURATED * max(drive.proven, drive.usual):
+            moved = (
+                "and never followed its plan" if drive.suspect else f"beside its inertia {drive.proven:.3g} N m move it"
+            )
+            yield (
+                f"the drive was asked for up to {drive.largest:.3g} N m, and the joint did not answer ({moved}): it "
+                "seems to saturate. Nothing is learnt from such torque; tracking improves where torque_limit is given, "
+                "or realised_torque at each step."
+            )
+        return
     usual = block.feedback.proportional * max(levels.speed, 1e-300)
     if block.command.torque_limit == math.inf and levels.torque > WOUND_UP * usual:
         yield (

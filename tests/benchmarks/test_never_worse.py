@@ -17,6 +17,7 @@ from benchmarks.never_worse import (
     MAPS,
     SITUATIONS,
     TOLD_INERTIAS,
+    TOLD_NOTHING,
     asked_of,
     cascade_cases,
     drawn_cases,
@@ -32,7 +33,7 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    made = MAPS.keys() | LIGHT_PEAKS.keys() | TOLD_INERTIAS.keys() | COARSE_ENCODERS.keys()
+    made = MAPS.keys() | LIGHT_PEAKS.keys() | TOLD_INERTIAS.keys() | TOLD_NOTHING.keys() | COARSE_ENCODERS.keys()
     assert SITUATIONS.keys() - made <= set(scenario_names())
 
 

@@ -8,7 +8,7 @@ import pytest
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
 from adaptive_ff.comparison.windows import judge
-from benchmarks.drawn_machines import draw_cascade, draw_machine
+from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_saturating
 from benchmarks.never_worse import named_scenario, row_of
 
 SEED, DRAWS = 101, 5
@@ -41,6 +41,14 @@ def test_on_machines_of_other_sizes_speeds_and_rates(draw):
 @pytest.mark.parametrize("draw", range(8))
 def test_on_the_same_machines_with_a_weight_behind_a_position_loop(draw):
     assert missed("cascade", draw_cascade(SEED, draw)) == []
+
+
+@pytest.mark.parametrize("draw", range(11))
+def test_where_the_drive_saturates_and_tells_nothing_of_it(draw):
+    """Friction was learnt from torque that never acted."""
+    judged = judge(draw_saturating(SEED, draw), draws=2)
+    assert judged.settled >= 0.95
+    assert judged.worst_window <= 1.2
 
 
 def test_inertia_of_a_weight_on_bristles_is_not_found_ten_times_too_large():

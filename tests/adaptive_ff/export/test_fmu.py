@@ -54,7 +54,7 @@ def test_it_runs_as_in_python(learning):
     controller, period = adaptive().run_uncompiled(), 0.01
     time = period * np.arange(300)
     reference = 0.2 * np.sin(3.0 * time)
-    velocity = np.roll(reference, 1) * 0.95
+    velocity = np.roll(reference, 1) * 0.99
     names = ["time", "reference", "velocity", "next_reference", "next_reference_known"]
     columns = [time, reference, velocity, np.roll(reference, -1), np.ones(time.size, dtype=bool)]
     signals = np.array(

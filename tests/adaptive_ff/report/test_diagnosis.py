@@ -240,16 +240,28 @@ def test_it_says_why_friction_is_distrusted(missed, reason):
     assert reason in said
 
 
-@pytest.mark.parametrize("peak", [0.8, 0.9, 1.2])
-@pytest.mark.parametrize(("told", "warned"), [({}, True), ({"torque_limit": 120.0}, False)])
-def test_it_asks_for_the_torque_limit_of_a_drive_that_saturates_untold(told, warned, peak):
-    controller = AdaptiveController(*pi_gains(20.0, 10.0), period=0.01, inertia=20.0, stribeck_velocity=0.05, **told)
+def beside_a_limit(kind, peak, **told):
+    """A controller that has moved a joint for 40 s with a drive of 120 N m, which tells nothing of its torque."""
+    controller = kind(*pi_gains(20.0, 10.0), period=0.01, inertia=20.0, stribeck_velocity=0.05, **told)
     joint, plan = Joint(SCENARIO.joint), [peak * math.sin(0.5 * math.pi * 0.01 * k) for k in range(4001)]
     for reference, following in itertools.pairwise(plan):
         torque = controller.step(reference, joint.state.velocity, next_reference=following)
         joint.step(max(-120.0, min(120.0, torque)), 0.01)
-    assert (controller.estimates["stiction"] > 1000.0) == warned  # of 90
-    assert any("no torque_limit is given" in line for line in controller.diagnose().warnings) == warned
+    return controller
+
+
+@pytest.mark.parametrize("peak", [0.8, 0.9, 1.2])
+@pytest.mark.parametrize("told", [{}, {"torque_limit": 120.0}])
+def test_it_asks_for_the_torque_limit_of_a_drive_that_saturates_untold(told, peak):
+    said = [line for line in beside_a_limit(AdaptiveController, peak, **told).diagnose().warnings if "saturate" in line]
+    assert len(said) == (0 if told else 1)
+    assert all("Nothing is learnt from such torque" in line for line in said)
+
+
+def test_without_supervision_it_says_that_such_torque_is_learnt_from():
+    controller = beside_a_limit(UnsupervisedController, 1.2)
+    assert controller.estimates["stiction"] > 1000.0  # of 90
+    assert any("the estimates are of torque that never acted" in line for line in controller.diagnose().warnings)
 
 
 def test_it_says_where_the_loop_is_soft_for_the_friction():

@@ -106,6 +106,7 @@ OTHERS = [
     "joint.kind",
     "reference.kind",
     "velocity.method",
+    "actuator.reports_torque",
     *(f"adaptation.{name}" for name in ("identify", "motor_turn", "position_hats", "load_friction")),
 ]
 KINDS = "'multisine', 'csv', 'point_to_point', 'triangle', 'staircase' or 'fourier'"
@@ -129,7 +130,9 @@ KNOWN = {
     "sampling": "period, jitter",
     "sensor": "velocity_noise, encoder_resolution",
     "velocity": "method, cutoff, acceleration_walk",
-    "actuator": "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay, lag, gain",
+    "actuator": (
+        "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay, lag, gain, reports_torque"
+    ),
     "reference": "kind, frequencies, amplitudes, peak, fade_in, pause",
     "position": "gain, limit, encoder_resolution",
     "feedback": "inertia, bandwidth, proportional, integral, delay",
@@ -315,6 +318,12 @@ def test_value_that_is_no_table_is_refused(tmp_path, path, value):
 def test_seed_that_is_no_whole_number_is_refused(tmp_path, value):
     message = refusal(tmp_path, {**complete(), "seed": value})
     assert message == f"seed = {value!r} is not allowed: it must be a valid integer"
+
+
+@pytest.mark.parametrize("value", ["no", 0, 1.0, [True]])
+def test_whether_a_drive_reports_its_torque_is_yes_or_no(tmp_path, value):
+    message = refusal(tmp_path, changed(complete(), "actuator.reports_torque", value))
+    assert message == f"actuator.reports_torque = {value!r} is not allowed: it must be a valid boolean"
 
 
 @pytest.mark.parametrize("value", [-1, 2**63, 2**64, 10**400])

@@ -95,6 +95,15 @@ def test_rate_limit_and_resolution_shape_what_the_joint_gets():
     assert record.torque.tolist() == [12.0, 24.0, 32.0, 32.0, 32.0, 24.0, 16.0, 8.0, 0.0, -8.0]
 
 
+@pytest.mark.parametrize("reports", [True, False])
+def test_a_drive_may_keep_its_torque_to_itself(reports):
+    """Beside a limit the integral of PI winds up unless it is told."""
+    fast = SCENARIO.modified(duration=20.0, reference={"peak": 0.7}, actuator={"torque_limit": 110.0})
+    run = simulate(fast.modified(actuator={"reports_torque": reports}), "pi")
+    assert np.max(np.abs(run.torque)) <= 110.0
+    assert (run.metrics.rms_error > 1.2 * simulate(fast, "pi").metrics.rms_error) != reports
+
+
 def test_drift_and_position_change_the_friction_that_acts():
     """A joint dragged at nearly constant speed: what the drive must give follows the factor on friction."""
     slow = {"frequencies": [0.001], "amplitudes": [1.0], "peak": 0.3, "fade_in": 1.0}

@@ -1,0 +1,151 @@
+"""Torque of a drive that saturates untold is neither learnt from nor observed; other torque is."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from closed_loops import SCENARIO
+
+from adaptive_ff import AdaptiveController, simulate
+from adaptive_ff.adaptive.drive_limit import (
+    BELIEVED,
+    GIVEN,
+    advance_drive_limit,
+    believed_share,
+    given_torque,
+    initial_drive_limit,
+)
+from controllers import PI
+
+PERIOD, INERTIA = 0.01, 20.0
+FEEDBACK = PI.design(inertia=INERTIA, period=PERIOD, bandwidth=10.0)
+PARAMETERS = PI(FEEDBACK.proportional, FEEDBACK.integral, PERIOD).parameters
+TIME = FEEDBACK.proportional / FEEDBACK.integral
+NEVER = math.inf
+
+
+def pulled(state, torque, *, seconds, plan=0.5, velocity=0.5, variance=0.0):
+    """The state after a time in which a joint moved at a constant speed under a constant torque."""
+    for _ in range(round(seconds / PERIOD)):
+        state = advance_drive_limit(
+            state, PARAMETERS, INERTIA, torque, plan, velocity, 0.02, variance=variance, duration=PERIOD
+        )
+    return state
+
+
+def following(torque=80.0):
+    return pulled(initial_drive_limit()._replace(velocity=0.5), torque, seconds=2.0)
+
+
+def test_a_torque_is_proven_by_a_joint_that_follows_with_it():
+    state = following()
+    assert state.proven == pytest.approx(80.0, rel=1e-3)
+    assert state.given == pytest.approx(GIVEN * 80.0, rel=1e-3)
+    assert (state.unproven, believed_share(state)) == (False, 1.0)
+
+
+def test_a_larger_one_is_doubted_until_the_joint_has_followed_with_it_too():
+    doubted = pulled(following(), 200.0, seconds=2.0 * TIME)
+    assert doubted.unproven
+    assert doubted.proven == pytest.approx(80.0, rel=1e-3)
+    assert pulled(doubted, 200.0, seconds=40.0 * TIME).proven == pytest.approx(200.0, rel=1e-2)
+
+
+def test_beside_a_limit_it_is_doubted_for_good_and_only_the_feedback_is_left():
+    state = pulled(following(), 900.0, seconds=5.0, plan=0.6)
+    assert (state.unproven, believed_share(state)) == (True, 0.0)
+    assert state.proven == pytest.approx(80.0, rel=1e-3)
+    assert state.largest == pytest.approx(900.0, rel=1e-3)
+    assert given_torque(state, 900.0, 0.0) == pytest.approx(GIVEN * 80.0, rel=1e-3)
+    assert given_torque(state, -900.0, 100.0) == pytest.approx(100.0 - GIVEN * 80.0, rel=1e-3)
+
+
+def test_what_is_asked_for_within_reason_is_believed_at_once():
+    state = pulled(following(), 0.95 * BELIEVED * 80.0, seconds=0.5, plan=0.6)
+    assert not state.unproven
+
+
+def test_what_was_proven_by_mistake_falls_to_what_is_needed():
+    assert pulled(following(800.0), 80.0, seconds=30.0).proven < 200.0
+
+
+def test_without_a_limit_all_is_taken_to_have_acted():
+    assert given_torque(initial_drive_limit(), 1e6, 0.0) == 1e6
+
+
+def test_a_drive_that_saturates_from_the_first_motion_on_is_learnt_from_once_the_joint_follows():
+    state, torque = initial_drive_limit(), 10.0
+    for _ in range(100):
+        torque *= 1.05
+        state = pulled(state, torque, seconds=PERIOD, plan=0.6)
+    assert (state.suspect, state.unproven, believed_share(state), state.proven) == (True, True, 0.0, 0.0)
+    forgotten = False
+    for _ in range(300):
+        state = pulled(state, 80.0, seconds=PERIOD)
+        forgotten = forgotten or state.anew
+    assert forgotten
+    assert not state.suspect
+    assert state.proven == pytest.approx(80.0, rel=0.01)
+
+
+def test_noise_is_no_resistance():
+    generator, state, deviation = np.random.default_rng(101), following(), 0.01
+    for _ in range(2000):
+        velocity = 0.5 + deviation * generator.standard_normal()
+        torque = 80.0 + FEEDBACK.proportional * (0.5 - velocity)
+        state = pulled(state, torque, seconds=PERIOD, velocity=velocity, variance=deviation**2)
+        assert believed_share(state) == 1.0
+    assert 60.0 < state.proven < 120.0
+
+
+def along(controller, limit, *, peak=0.8, seconds=60.0, reports=False):
+    """The error in the second half of a sine with a drive of a limit (N m), and the largest torque asked for."""
+    plan = peak * np.sin(0.2 * np.pi * PERIOD * np.arange(round(seconds / PERIOD)))
+    generator, velocity, errors, asked, realised = np.random.default_rng(101), 0.0, [], [], math.nan
+    for now, after in itertools.pairwise(plan):
+        more = {"realised_torque": realised} if reports and math.isfinite(realised) else {}
+        measured = velocity + 0.002 * generator.standard_normal()
+        asked.append(controller.step(now, measured, next_reference=after, **more))
+        realised = min(max(asked[-1], -limit), limit)
+        for _ in range(10):
+            free = velocity + 0.1 * PERIOD * (realised - 80.0 * velocity) / INERTIA
+            velocity = math.copysign(max(0.0, abs(free) - 0.1 * PERIOD * 60.0 / INERTIA), free)
+        errors.append(after - velocity)
+    return float(np.sqrt(np.mean(np.square(errors[len(errors) // 2 :])))), max(map(abs, asked))
+
+
+def make(kind=AdaptiveController, **told):
+    return kind(FEEDBACK.proportional, FEEDBACK.integral, PERIOD, inertia=INERTIA, stribeck_velocity=0.05, **told)
+
+
+def test_the_built_in_joint_beside_a_limit_is_tracked_and_identified_as_well_as_can_be():
+    """The error was ten times that of PI, with friction of 9000 N m."""
+    controller = make()
+    error, asked = along(controller, 120.0)
+    alone, wound_up = along(PI(FEEDBACK.proportional, FEEDBACK.integral, PERIOD), 120.0)
+    assert error < 1.1 * alone
+    assert asked < 1.3 * wound_up
+    assert controller.estimates["coulomb"] == pytest.approx(60.0, rel=0.15)
+    assert controller.estimates["inertia"] == pytest.approx(INERTIA, rel=0.1)
+
+
+@pytest.mark.parametrize("told", [{"torque_limit": 120.0}, {}])
+def test_a_drive_that_is_known_is_not_watched(told):
+    controller = make(**told)
+    along(controller, 120.0, seconds=10.0, reports=not told)
+    assert controller.state.drive == initial_drive_limit()
+
+
+def test_where_nothing_saturates_not_being_told_costs_nothing():
+    told = simulate(SCENARIO, "adaptive").metrics.rms_error
+    untold = simulate(SCENARIO.modified(actuator={"reports_torque": False}), "adaptive").metrics.rms_error
+    assert untold < 1.1 * told
+
+
+@pytest.mark.parametrize(("field", "value"), [("proven", -1.0), ("moved", math.nan), ("doubt", 3.0), ("given", NEVER)])
+def test_a_state_that_cannot_be_is_refused(field, value):
+    controller = make()
+    state = controller.state
+    with pytest.raises(ValueError, match=rf"state\.drive\.{field} = {value} is not allowed"):
+        controller._check_state(state._replace(drive=state.drive._replace(**{field: value})))
