@@ -13,9 +13,9 @@ is compared with the largest one ``R_p`` proven so far:
     R > 1.3 R_p                 nothing is learnt from such torque,
     |u| > J a + 2 R_p           and the drive is taken to have given no more than that;
 
-where that lasts, friction and observer fade, so that the feedback is alone, and proof is asked to be better. Before anything is proven, the mean of
-``R`` stands for ``R_p`` (half as much again is believed while the joint does not lag); where even so the doubt lasts,
-all that was learnt is forgotten once the joint follows.
+where that lasts, friction and observer fade, so that the feedback is alone, and proof is asked to be better. Before
+anything is proven, the mean of ``R`` stands for ``R_p`` (half as much again is believed while the joint does not lag);
+where even so the doubt lasts, all that was learnt is forgotten once the joint follows.
 
 Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while.
 """
