@@ -292,10 +292,10 @@ def watch_drive(block: Any, state: Any, inputs: Inputs) -> tuple[DriveLimit, Inp
         state.drive,
         block.feedback,
         block.observer.inertia,
-        asked - known,
+        float(asked - known),
         inputs.reference + inputs.correction,
         inputs.velocity,
-        gate_speed(block, state.estimator),
+        float(gate_speed(block, state.estimator)),
         state.observer.noise.variance,
         inputs.dt,
     )
