@@ -19,7 +19,7 @@ from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
-from adaptive_ff.adaptive.drive_limit import DriveLimit, believed_share, initial_drive_limit, watch_drive
+from adaptive_ff.adaptive.drive_limit import DriveLimit, believed_share, initial_drive_limit, is_impossible, watch_drive
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, begin_anew_in_place, load_count
 from adaptive_ff.adaptive.held_friction import HeldFriction, feedforward_at_rest, friction_shown, initial_held_friction
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
@@ -346,7 +346,7 @@ def step_supervised(
     time = state.feedback.samples * block.period
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
     bound = min(bound, soft_bound(trust, block.feedback.proportional, breakaway(estimator), time))
-    bound = min(bound, believed_share(drive))
+    bound = min(bound, believed_share(drive, breakaway(estimator)))
     share = min(trust.trust, bound)
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
@@ -378,7 +378,7 @@ def step_supervised(
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned, learnt = max(share, LEAST_TRUST), fed.estimator
-    if drive.anew:
+    if drive.anew or is_impossible(state.drive, drive, breakaway(estimator)):
         learnt = begin_anew_in_place(block.estimator, learnt)
     return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
         feedback,
