@@ -314,5 +314,5 @@ def watch_drive(block: Any, state: Any, inputs: Inputs) -> tuple[DriveLimit, Inp
 
 @register_jitable
 def is_impossible(before: DriveLimit, now: DriveLimit, friction: float) -> bool:
-    """Tell whether a friction at breakaway (N m) is far beyond what a joint follows with, at the first proof of that."""
+    """Tell at the first proof whether a friction at breakaway (N m) is far beyond what a joint follows with."""
     return before.proven == 0.0 and now.proven > 0.0 and friction > IMPOSSIBLE * now.proven
