@@ -114,8 +114,8 @@ def main(
         console.print(f"{name}: {1e9 * each:.1f} ns a step, {each / quickest[0]:.2f} of that alone")
     share = 100.0 * len(CONTROLLERS) * quickest[0] * steps / min(sweep)
     console.print(
-        f"a sweep takes {1e3 * min(sweep) / joints:.1f} ms a joint; all steps of its joints are {share:.0f} % of that, of "
-        f"which four in lock step would save {share * (1.0 - quickest[-1] / quickest[0]):.0f} %"
+        f"a sweep takes {1e3 * min(sweep) / joints:.1f} ms a joint; all steps of its joints are {share:.0f} % of it, "
+        f"of which four in lock step would save {share * (1.0 - quickest[-1] / quickest[0]):.0f} %"
     )
 
 
