@@ -25,6 +25,7 @@ import numba
 from numba.core import config
 from numba.extending import overload
 
+import controllers.whole_tuples  # noqa: F401 (tells numba how parameters and states are handed over)
 from controllers.kernel_cache import EntryCache
 from controllers.kernel_compiler import EntryCompiler
 from controllers.kernel_sources import source_key
