@@ -6,6 +6,9 @@ kernels stay as they are lowered, each in a module of its own, until the entry p
 (``python -m benchmarks.speed`` measures the time).
 """
 
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from llvmlite.binding import Linkage
@@ -76,8 +79,12 @@ class EntryLibrary(JITCodeLibrary):
         super().finalize()  # type: ignore[no-untyped-call]
 
     def _optimize_final_module(self) -> None:
-        """Optimise once; numba's first, cheaper round serves to prune counted references, which kernels do not have."""
-        found = self._codegen._module_pass_manager()  # type: ignore[no-untyped-call]
+        """Optimise once, and leave loops as they are.
+
+        Numba's first, cheaper round serves to prune counted references, which kernels do not have. Loops of kernels go
+        over a dozen numbers or end early: made for several at once, they are as slow and more to compile.
+        """
+        found = self._codegen._module_pass_manager(loop_vectorize=False)  # type: ignore[no-untyped-call]
         manager, *builder = found if isinstance(found, tuple) else (found,)  # older versions of numba have no builder
         manager.run(self._final_module, *builder)
 
@@ -100,6 +107,18 @@ def _link_with_callees(module: Any, libraries: list[Any]) -> set[Any]:
     return seen
 
 
+@contextmanager
+def without_collection() -> Iterator[None]:
+    """Look for no garbage in cycles: what the compiler makes is kept until it ends, and is gone through in vain."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
 class EntryCompiler(Compiler):
     """Numba's compiler, for an entry point."""
 
@@ -119,6 +138,7 @@ class EntryCompiler(Compiler):
 
         generator._library_class, context.create_cfunc_wrapper = KernelLibrary, wrap
         try:
-            return super()._compile_core()  # type: ignore[no-untyped-call]
+            with without_collection():
+                return super()._compile_core()  # type: ignore[no-untyped-call]
         finally:
             generator._library_class, context.create_cfunc_wrapper = others, make_wrapper
