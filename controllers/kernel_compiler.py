@@ -14,6 +14,11 @@ from typing import Any
 from llvmlite.binding import Linkage
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager
+from numba.core.typed_passes import NopythonRewrites
+from numba.core.untyped_passes import InlineClosureLikes, WithLifting
+
+from controllers.kernel_sources import KERNEL_PACKAGES
 
 
 class _Unchanged:
@@ -107,6 +112,22 @@ def _link_with_callees(module: Any, libraries: list[Any]) -> set[Any]:
     return seen
 
 
+IDLE_PASSES = (WithLifting, InlineClosureLikes, NopythonRewrites)
+"""Passes of numba that go through a function for what kernels do not contain: context managers, functions within it,
+expressions of whole arrays."""
+
+
+def _without(idle: tuple[type, ...], pipeline: Any) -> Any:
+    """Return a pipeline without some passes."""
+    make: Any = PassManager
+    short = make(pipeline.pipeline_name)
+    for chosen, description in pipeline.passes:
+        if chosen not in idle:
+            short.add_pass(chosen, description)
+    short.finalize()
+    return short
+
+
 @contextmanager
 def without_collection() -> Iterator[None]:
     """Look for no garbage in cycles: what the compiler makes is kept until it ends, and is gone through in vain."""
@@ -136,9 +157,19 @@ class EntryCompiler(Compiler):
             if library is own:
                 make_wrapper(owner, library, *about)
 
+        define: Any = Compiler.define_pipelines
+
+        def define_short(compiler: Any) -> list[Any]:
+            """Leave out the passes for what kernels do not contain."""
+            pipelines = define(compiler)
+            ours = compiler.state.func_id.modname.partition(".")[0] in KERNEL_PACKAGES
+            return [_without(IDLE_PASSES, pipeline) if ours else pipeline for pipeline in pipelines]
+
         generator._library_class, context.create_cfunc_wrapper = KernelLibrary, wrap
+        Compiler.define_pipelines = define_short  # type: ignore[method-assign]
         try:
             with without_collection():
                 return super()._compile_core()  # type: ignore[no-untyped-call]
         finally:
             generator._library_class, context.create_cfunc_wrapper = others, make_wrapper
+            Compiler.define_pipelines = define  # type: ignore[method-assign]
