@@ -11,16 +11,19 @@ from adaptive_ff import AdaptiveController, simulate
 from adaptive_ff.adaptive.drive_limit import (
     BELIEVED,
     GIVEN,
+    IMPOSSIBLE,
     advance_drive_limit,
     believed_share,
     given_torque,
     initial_drive_limit,
+    is_impossible,
 )
 from controllers import PI
 
 PERIOD, INERTIA = 0.01, 20.0
 FEEDBACK = PI.design(inertia=INERTIA, period=PERIOD, bandwidth=10.0)
 PARAMETERS = PI(FEEDBACK.proportional, FEEDBACK.integral, PERIOD).parameters
+FRICTION = 90.0
 TIME = FEEDBACK.proportional / FEEDBACK.integral
 NEVER = math.inf
 
@@ -42,7 +45,7 @@ def test_a_torque_is_proven_by_a_joint_that_follows_with_it():
     state = following()
     assert state.proven == pytest.approx(80.0, rel=1e-3)
     assert state.given == pytest.approx(GIVEN * 80.0, rel=1e-3)
-    assert (state.unproven, believed_share(state)) == (False, 1.0)
+    assert (state.unproven, believed_share(state, FRICTION)) == (False, 1.0)
 
 
 def test_a_larger_one_is_doubted_until_the_joint_has_followed_with_it_too():
@@ -54,7 +57,7 @@ def test_a_larger_one_is_doubted_until_the_joint_has_followed_with_it_too():
 
 def test_beside_a_limit_it_is_doubted_for_good_and_only_the_feedback_is_left():
     state = pulled(following(), 900.0, seconds=5.0, plan=0.6)
-    assert (state.unproven, believed_share(state)) == (True, 0.0)
+    assert (state.unproven, believed_share(state, FRICTION)) == (True, 0.0)
     assert state.proven == pytest.approx(80.0, rel=1e-3)
     assert state.largest == pytest.approx(900.0, rel=1e-3)
     assert given_torque(state, 900.0, 0.0) == pytest.approx(GIVEN * 80.0, rel=1e-3)
@@ -70,6 +73,18 @@ def test_what_was_proven_by_mistake_falls_to_what_is_needed():
     assert pulled(following(800.0), 80.0, seconds=30.0).proven < 200.0
 
 
+def test_friction_far_beyond_what_is_proven_is_fed_as_far_as_it_can_be():
+    state = following()
+    assert believed_share(state, 10.0 * IMPOSSIBLE * 80.0) == pytest.approx(0.1, rel=1e-3)
+    assert believed_share(initial_drive_limit(), 1e6) == 1.0
+
+
+@pytest.mark.parametrize(("friction", "impossible"), [(100.0, False), (500.0, True)])
+def test_it_is_forgotten_at_the_first_proof(friction, impossible):
+    assert is_impossible(initial_drive_limit(), following(), friction) == impossible
+    assert not is_impossible(following(), following(), friction)
+
+
 def test_without_a_limit_all_is_taken_to_have_acted():
     assert given_torque(initial_drive_limit(), 1e6, 0.0) == 1e6
 
@@ -79,7 +94,7 @@ def test_a_drive_that_saturates_from_the_first_motion_on_is_learnt_from_once_the
     for _ in range(100):
         torque *= 1.05
         state = pulled(state, torque, seconds=PERIOD, plan=0.6)
-    assert (state.suspect, state.unproven, believed_share(state), state.proven) == (True, True, 0.0, 0.0)
+    assert (state.suspect, state.unproven, believed_share(state, FRICTION), state.proven) == (True, True, 0.0, 0.0)
     forgotten = False
     for _ in range(300):
         state = pulled(state, 80.0, seconds=PERIOD)
@@ -95,7 +110,7 @@ def test_noise_is_no_resistance():
         velocity = 0.5 + deviation * generator.standard_normal()
         torque = 80.0 + FEEDBACK.proportional * (0.5 - velocity)
         state = pulled(state, torque, seconds=PERIOD, velocity=velocity, variance=deviation**2)
-        assert believed_share(state) == 1.0
+        assert believed_share(state, FRICTION) == 1.0
     assert 60.0 < state.proven < 120.0
 
 
