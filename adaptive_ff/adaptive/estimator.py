@@ -51,12 +51,12 @@ from adaptive_ff.adaptive.change_detection import (
 )
 from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator_state import (
-    PRIOR,
     EstimatorParameters,
     EstimatorState,
     Levels,
     damping_in_use,
     load_count,
+    lose_evidence_in_place,
     with_candidates,
     with_levels,
     with_map,
@@ -257,12 +257,7 @@ def recover_in_place(estimator: EstimatorParameters, state: EstimatorState) -> b
         return False
     for i in range(recursion.gain.size):
         recursion.gain[i] = 0.0
-        state.agreement[i, 0] = 0.0
-        state.agreement[i, 1] = 0.0
-        for j in range(recursion.gain.size):
-            recursion.information[i, j] = 0.0
-        ratio = estimator.scale[i] / estimator.deviation[i]
-        recursion.information[i, i] = PRIOR * ratio * ratio
+    lose_evidence_in_place(estimator, state)
     return True
 
 

@@ -228,17 +228,25 @@ def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm
 
 
 @register_jitable
+def lose_evidence_in_place(estimator: EstimatorParameters, state: EstimatorState) -> None:
+    """Leave nothing of the information but the prior's."""
+    information = state.recursion.information
+    for i in range(information.shape[0]):
+        state.agreement[i, 0] = 0.0
+        state.agreement[i, 1] = 0.0
+        for j in range(information.shape[0]):
+            information[i, j] = 0.0
+        ratio = estimator.scale[i] / estimator.deviation[i]
+        information[i, i] = PRIOR * ratio * ratio
+
+
+@register_jitable
 def begin_anew_in_place(estimator: EstimatorParameters, state: EstimatorState) -> EstimatorState:
     """Return the state with the first estimate, after motion that has told nothing of the joint; changed in place."""
     recursion = state.recursion
     for i in range(recursion.estimate.size):
         recursion.estimate[i] = estimator.first[i]
-        state.agreement[i, 0] = 0.0
-        state.agreement[i, 1] = 0.0
-        for j in range(recursion.estimate.size):
-            recursion.information[i, j] = 0.0
-        ratio = estimator.scale[i] / estimator.deviation[i]
-        recursion.information[i, i] = PRIOR * ratio * ratio
+    lose_evidence_in_place(estimator, state)
     recursion.information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
     levels = Levels(0.0, 0.0, state.levels.speed, 0.0, 0.0)
     none = Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, False)
