@@ -4,9 +4,9 @@ A drive that saturates moves the joint with less torque than is asked for. The i
 friction learnt from torque that never acted would be fed on top of it; so would the disturbance that is observed. A
 limit is not seen from one sample: a load looks the same. But with a load the joint follows its plan again once the loop
 has answered, beside a limit it does not. So **a torque is proven once the joint has followed its plan with it** for
-four of the loop's integral times. What resists the motion beyond the inertia, of all that is low-passed,
+four of the loop's integral times. What resists the torque beyond the inertia, low-passed,
 
-    R = |u - u_known| - J a,    J a with 0.3 of its size for an inertia that is told wrong
+    R = +-(u - u_known - J a) - 0.3 |J a|     (along the torque; 0.3 for an inertia that is told wrong)
 
 is compared with the largest one ``R_p`` proven so far:
 
