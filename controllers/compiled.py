@@ -9,16 +9,7 @@ Kernels themselves are plain functions marked ``numba.extending.register_jitable
 run as Python, called from an entry point they are compiled.
 """
 
-import atexit
-import os
-import shutil
-import stat
-import tempfile
-import time
-from collections.abc import Callable, Iterator
-from contextlib import suppress
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
@@ -26,13 +17,12 @@ from numba.core import config
 from numba.extending import overload
 
 import controllers.whole_tuples  # noqa: F401 (tells numba how parameters and states are handed over)
+from controllers.cache_directory import cache_directory
 from controllers.kernel_cache import EntryCache
 from controllers.kernel_compiler import EntryCompiler
-from controllers.kernel_sources import source_key
+from controllers.kernel_language.dispatch import DISPATCHED
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-KEPT_DAYS = 30
 
 
 def compiled(function: Function) -> Function:
@@ -68,7 +58,7 @@ def cached(dispatcher: Any) -> Any:
     if not compiles():
         return dispatcher  # the plain function: numba was told to compile nothing
     plain = dispatcher.py_func if hasattr(dispatcher, "py_func") else dispatcher._pyfunc
-    dispatcher._cache = EntryCache(plain, _cache_directory())
+    dispatcher._cache = EntryCache(plain, cache_directory())
     return dispatcher
 
 
@@ -81,50 +71,7 @@ def is_cached(dispatcher: Any) -> bool:
     """Tell whether an entry point has been compiled, in this process or an earlier one."""
     if not compiles():
         return True  # there is nothing to wait for
-    return bool(dispatcher.signatures) or any(_cache_directory().rglob(f"*{dispatcher.__name__}-*.nbi"))
-
-
-@cache
-def _cache_directory() -> Path:
-    root = _writable_root()
-    directory = root / source_key()
-    directory.mkdir(parents=True, exist_ok=True)
-    os.utime(directory)
-    oldest = time.time() - KEPT_DAYS * 86400
-    for other in root.iterdir():
-        if other.is_dir() and other.stat().st_mtime < oldest:
-            shutil.rmtree(other, ignore_errors=True)
-    return directory
-
-
-def _writable_root() -> Path:
-    for root in _possible_roots():
-        try:
-            root.mkdir(parents=True, exist_ok=True, mode=0o700)
-            with tempfile.TemporaryFile(dir=root):
-                return root
-        except OSError:
-            continue
-    made = tempfile.mkdtemp(prefix="adaptive-ff-")
-    atexit.register(shutil.rmtree, made, ignore_errors=True)  # nobody would find it again
-    return Path(made)
-
-
-def _possible_roots() -> Iterator[Path]:
-    """Yield where the cache may be, the best place first; a container has no home, or none that it can write."""
-    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
-    if base:
-        yield Path(base) / "adaptive-ff"
-    with suppress(RuntimeError):  # neither HOME nor an entry of the user
-        yield Path.home() / ".cache" / "adaptive-ff"
-    # one for all processes of a user; compiled code is run, so it must not be another user's
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    shared = Path(tempfile.gettempdir()) / f"adaptive-ff-{user}"
-    with suppress(OSError):
-        shared.mkdir(mode=0o700, exist_ok=True)
-        found = shared.lstat()
-        if stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o022:
-            yield shared
+    return bool(dispatcher.signatures) or any(cache_directory().rglob(f"*{dispatcher.__name__}-*.nbi"))
 
 
 def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> Function:
@@ -149,4 +96,5 @@ def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> F
     # Inlined, and so are all kernels that it calls, to which numba hands the option on: else parameters and state, a
     # hundred numbers, go over the stack at each call, which can double the time.
     overload(function, strict=False, jit_options={"forceinline": True})(choose)
+    DISPATCHED[function] = kernels
     return function

@@ -6,7 +6,9 @@ and none hands over the hundred numbers of its state. Only the shortest steps, t
 """
 
 import math
+from collections import ChainMap
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +19,10 @@ from numba.extending import overload, register_jitable
 from controllers.arrays import MutableArray, NDArray
 from controllers.compiled import cached, compiled_in_place
 from controllers.kernel_compiler import EntryCompiler
+from controllers.kernel_language.dispatch import DISPATCHED
+from controllers.kernel_language.errors import NotTranslatable
+from controllers.kernel_language.kinds import INTEGER, REAL, kind_of, pointer_to
+from controllers.kernel_language.machine_code import address_of
 from controllers.kernels import (
     ESTIMATES,
     MONITORS,
@@ -55,10 +61,15 @@ def _write_monitors_once(parameters: Any, state: Any, row: Any, count: int) -> N
     write_monitors(load(parameters), load(state), row_at(row, count))
 
 
-def _address(function: Callable[..., None], parameters: types.Type, state: types.Type) -> int:
-    """Return where the machine code of a function lies that is compiled, or loaded, for types of a controller."""
+def _address(function: Callable[..., None], parameters: Any, state: Any) -> int:
+    """Return where the machine code of a function lies that is compiled, or loaded, for a controller.
+
+    Where a kernel has no translation, numba compiles it, which takes longer.
+    """
+    with suppress(NotTranslatable):
+        return address_of(function, (kind_of(parameters), kind_of(state), pointer_to(REAL), INTEGER))
     pointer: Any = types.CPointer
-    pointers = pointer(parameters), pointer(state), pointer(types.float64)
+    pointers = pointer(type_in_memory(parameters)), pointer(type_in_memory(state)), pointer(types.float64)
     options = {"error_model": "numpy", "_nrt": False}
     code = cached(CFunc(function, ((*pointers, types.intp), types.void), {}, options, pipeline_class=EntryCompiler))
     code.compile()
@@ -80,11 +91,10 @@ def _addresses(parameters: Any, state: Any, *structures: Hashable) -> tuple[int,
     kernels = ESTIMATES[kind], MONITORS.get(kind)
     key = (*structures, *kernels)
     if key not in _KNOWN:
-        kinds = type_in_memory(parameters), type_in_memory(state)
         _KNOWN[key] = (
-            _address(_step_once, *kinds),
-            0 if kernels[0] is without_estimates else _address(_write_estimates_once, *kinds),
-            0 if kernels[1] is without_estimates else _address(_write_monitors_once, *kinds),
+            _address(_step_once, parameters, state),
+            0 if kernels[0] is without_estimates else _address(_write_estimates_once, parameters, state),
+            0 if kernels[1] is without_estimates else _address(_write_monitors_once, parameters, state),
         )
     return _KNOWN[key]
 
@@ -148,6 +158,7 @@ def _serve(generic: Callable[..., Any], kernel: Callable[..., Any]) -> None:
         return kernel if getattr(block, "instance_class", None) is NativeParameters else None
 
     overload(generic, strict=False)(choose)
+    DISPATCHED[generic] = ChainMap(DISPATCHED[generic], {NativeParameters: kernel})  # type: ignore[arg-type]
 
 
 _serve(step, step_native)

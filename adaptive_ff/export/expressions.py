@@ -3,7 +3,7 @@
 import ast
 from typing import TYPE_CHECKING, Any
 
-from adaptive_ff.export.kernels import Constant, resolve
+from controllers.kernel_language.sources import Constant, resolve
 from adaptive_ff.export.scope import Scope
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type, passed_by_pointer
 from adaptive_ff.export.values import (

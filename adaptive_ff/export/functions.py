@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from adaptive_ff.export.comments import block_comment, wrapped_code
 from adaptive_ff.export.expressions import Expressions
-from adaptive_ff.export.kernels import Kernel
+from controllers.kernel_language.sources import Kernel
 from adaptive_ff.export.results import ResultNames
 from adaptive_ff.export.scope import Declaration, Scope, Unused, Variable, c_name
 from adaptive_ff.export.statements import Statements

@@ -4,7 +4,7 @@ import ast
 from collections import Counter
 from dataclasses import dataclass, field
 
-from adaptive_ff.export.kernels import Kernel
+from controllers.kernel_language.sources import Kernel
 from adaptive_ff.export.types import Type
 from adaptive_ff.export.values import Value
 

@@ -7,7 +7,7 @@ from adaptive_ff.export.comments import block_comment, joined, plain, summary
 from adaptive_ff.export.entry_points import entry_points, estimates
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.functions import Function
-from adaptive_ff.export.kernels import Constant
+from controllers.kernel_language.sources import Constant
 from adaptive_ff.export.state_functions import state_buffer
 from adaptive_ff.export.tables import state_tables
 

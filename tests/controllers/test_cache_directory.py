@@ -1,6 +1,5 @@
 """Where compiled code is kept when a container gives neither a home nor an entry of the user."""
 
-import importlib
 import os
 import subprocess
 import sys
@@ -9,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-# the package's lazy names hide the module behind the function of the same name
-MODULE = importlib.import_module("controllers.compiled")
+from controllers import cache_directory as MODULE
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from adaptive_ff.export.errors import NotExportable
+from controllers.kernel_language.errors import NotTranslatable
 
 
 @dataclass(frozen=True)
@@ -29,23 +29,28 @@ class Kernel:
         Its syntax; line numbers are those of the file.
     path : str
         Its file, relative to the folder that holds the package.
-    comments : dict
-        ``#`` comments in its file by line; whether each has its line for itself.
+    file : Path
+        Its file.
     """
 
     function: Callable[..., Any]
     tree: ast.FunctionDef
     path: str
-    comments: dict[int, tuple[str, bool]]
+    file: Path
 
     @property
     def name(self) -> str:
         """Name of the function."""
         return self.tree.name
 
-    def refusal(self, node: ast.AST, problem: str) -> NotExportable:
+    @property
+    def comments(self) -> dict[int, tuple[str, bool]]:
+        """``#`` comments in its file by line; whether each has its line for itself."""
+        return _comments(self.file)
+
+    def refusal(self, node: ast.AST, problem: str) -> NotTranslatable:
         """Return the error for a node that has no translation; the problem says what to write instead."""
-        return NotExportable(f"{self.path}:{getattr(node, 'lineno', self.tree.lineno)}: {self.name}: {problem}")
+        return NotTranslatable(f"{self.path}:{getattr(node, 'lineno', self.tree.lineno)}: {self.name}: {problem}")
 
 
 @dataclass(frozen=True)
@@ -64,8 +69,8 @@ def module_tree(name: str) -> ast.Module:
 
 
 @cache
-def _comments(path: str) -> dict[int, tuple[str, bool]]:
-    source = Path(path).read_text(encoding="utf-8")
+def _comments(path: Path) -> dict[int, tuple[str, bool]]:
+    source = path.read_text(encoding="utf-8")
     found = {}
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         text = token.string.lstrip("#").strip()
@@ -80,19 +85,20 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
 
     Raises
     ------
-    NotExportable
+    NotTranslatable
         There is no source, or it is no plain function.
     """
     try:
         path = inspect.getsourcefile(function)
         lines, first = inspect.getsourcelines(function)
     except (OSError, TypeError) as error:
-        raise NotExportable(f"{function!r} cannot be exported: its source is not at hand") from error
+        raise NotTranslatable(f"{function!r} cannot be translated: its source is not at hand") from error
     tree = next((node for node in module_tree(function.__module__).body if _defines(node, function.__name__)), None)
     if path is None or not isinstance(tree, ast.FunctionDef) or not first <= tree.lineno <= first + len(lines):
-        raise NotExportable(f"{function!r} cannot be exported: it must be a function of a module, written with def")
-    root = Path(path).resolve().parents[function.__module__.count(".")]
-    return Kernel(function, tree, Path(path).resolve().relative_to(root).as_posix(), _comments(path))
+        raise NotTranslatable(f"{function!r} cannot be translated: it must be a function of a module, written with def")
+    file = Path(path).resolve()
+    root = file.parents[function.__module__.count(".")]
+    return Kernel(function, tree, file.relative_to(root).as_posix(), file)
 
 
 def _defines(node: ast.stmt, name: str) -> bool:
@@ -104,7 +110,7 @@ def resolve(kernel: Kernel, node: ast.expr) -> Any:
 
     Raises
     ------
-    NotExportable
+    NotTranslatable
         It is not known.
     """
     scope = kernel.function.__globals__

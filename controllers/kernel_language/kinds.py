@@ -1,0 +1,152 @@
+"""Types of the values in kernels, and how they lie in memory: as a struct of C would."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+
+BIT, BYTE, WORD, DOUBLE = ir.IntType(1), ir.IntType(8), ir.IntType(64), ir.DoubleType()
+ADDRESS = BYTE.as_pointer()
+
+
+class Kind:
+    """A type. There is one object for each, so that types are compared by identity.
+
+    Attributes
+    ----------
+    memory : llvmlite type
+        What it is in memory.
+    size, alignment : int
+        Bytes that it takes, and of which its place is a multiple.
+    """
+
+    memory: Any
+    size: int
+    alignment: int
+
+
+class Scalar(Kind):
+    """A number or a truth value.
+
+    Parameters
+    ----------
+    name : str
+        What errors call it.
+    register, memory : llvmlite type
+        What it is in a register and in memory.
+    size : int
+        Bytes that it takes in memory.
+    """
+
+    def __init__(self, name: str, register: Any, memory: Any, size: int) -> None:
+        self.name, self.register, self.memory, self.size, self.alignment = name, register, memory, size, size
+
+    def __repr__(self) -> str:
+        return self.name
+
+
+REAL = Scalar("a real number", DOUBLE, DOUBLE, 8)
+INTEGER = Scalar("an integer", WORD, WORD, 8)
+BOOLEAN = Scalar("a truth value", BIT, BYTE, 1)
+
+ELEMENTS = {np.dtype(np.float64): REAL, np.dtype(np.int64): INTEGER, np.dtype(np.bool_): BOOLEAN}
+"""Kinds of the elements of arrays."""
+
+
+class Pointer(Kind):
+    """An address at which numbers lie, how many is known elsewhere."""
+
+    def __init__(self, element: Scalar) -> None:
+        self.element = element
+        self.memory = element.memory.as_pointer()
+        self.size = self.alignment = 8
+
+    def __repr__(self) -> str:
+        return f"a pointer to {self.element}"
+
+
+class Array(Kind):
+    """An array that lies elsewhere: its address and its shape, in the order of C."""
+
+    def __init__(self, element: Scalar, ndim: int) -> None:
+        self.element, self.ndim = element, ndim
+        self.parts = (element.memory.as_pointer(), *[WORD] * ndim)
+        self.memory = ir.LiteralStructType(self.parts)
+        self.size, self.alignment = 8 * (1 + ndim), 8
+
+    def __repr__(self) -> str:
+        return f"an array of {self.element} with {self.ndim} dimensions"
+
+
+class Line(Kind):
+    """A tuple of values of one kind."""
+
+    def __init__(self, element: Kind, length: int) -> None:
+        self.element, self.length = element, length
+        self.memory = ir.ArrayType(element.memory, length)
+        self.size, self.alignment = element.size * length, element.alignment
+
+    def __repr__(self) -> str:
+        return f"a tuple of {self.length} times {self.element}"
+
+
+class Record(Kind):
+    """A named tuple, or the several values that a function returns (then without a class).
+
+    Attributes
+    ----------
+    origin : type, optional
+        The class.
+    kinds : tuple of Kind
+        Kinds of its fields.
+    places : dict
+        Place of each field by its name.
+    """
+
+    def __init__(self, origin: Any, kinds: tuple[Kind, ...]) -> None:
+        self.origin, self.kinds = origin, kinds
+        self.places = {name: place for place, name in enumerate(origin._fields)} if origin else {}
+        end, self.alignment = 0, 1
+        for kind in kinds:
+            end += -end % kind.alignment + kind.size
+            self.alignment = max(self.alignment, kind.alignment)
+        self.size = end + -end % self.alignment
+        self.memory = ir.LiteralStructType([kind.memory for kind in kinds])
+
+    def __repr__(self) -> str:
+        name = f"{self.origin.__module__}.{self.origin.__qualname__}" if self.origin else ""
+        return f"{name}({', '.join(map(repr, self.kinds))})"
+
+
+pointer_to = cache(Pointer)
+array_of = cache(Array)
+line_of = cache(Line)
+record_of = cache(Record)
+
+
+def tuple_of(kinds: tuple[Kind, ...]) -> Kind:
+    """Return the kind of a tuple without a class."""
+    return line_of(kinds[0], len(kinds)) if len(set(kinds)) == 1 else record_of(None, kinds)
+
+
+def kind_of(value: Any) -> Kind:
+    """Return the kind of a sample value.
+
+    Raises
+    ------
+    TypeError
+        It is neither a number, a contiguous array of double precision, int64 or bool, nor a tuple of such.
+    """
+    if isinstance(value, bool | np.bool_):
+        return BOOLEAN
+    if isinstance(value, int | np.integer):
+        return INTEGER
+    if isinstance(value, float):
+        return REAL
+    if isinstance(value, np.ndarray) and value.dtype in ELEMENTS and value.flags.c_contiguous and value.flags.aligned:
+        return array_of(ELEMENTS[value.dtype], value.ndim)
+    if isinstance(value, tuple) and value:
+        kinds = tuple(map(kind_of, value))
+        return record_of(type(value), kinds) if hasattr(value, "_fields") else tuple_of(kinds)
+    raise TypeError(f"{value!r} is not allowed in kernels: they take numbers, arrays of numbers and tuples of them")

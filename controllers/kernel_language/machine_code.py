@@ -1,0 +1,185 @@
+"""Machine code of translated kernels: made by LLVM, kept on disk, and called.
+
+Numba's code generator is used as a library, so that the code is for the same processor, is optimised by the same passes
+and finds the same mathematics as what numba compiles.
+"""
+
+import ctypes
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numba.core.caching import IndexDataCacheFile
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+from controllers.cache_directory import cache_directory
+from controllers.kernel_compiler import EntryLibrary, without_collection
+from controllers.kernel_language.kinds import (
+    BOOLEAN,
+    ELEMENTS,
+    INTEGER,
+    REAL,
+    Array,
+    Kind,
+    Line,
+    Record,
+    kind_of,
+)
+from controllers.kernel_language.unit import Unit
+from controllers.kernel_sources import KERNEL_PACKAGES, package_root
+from controllers.memory_layout import Memory, structure
+
+SAMPLES: dict[Any, Any] = {REAL: 0.0, INTEGER: 0, BOOLEAN: False}
+TYPES = {element: kind for kind, element in ELEMENTS.items()}
+
+_KEPT: list[Any] = []
+"""Machine code goes with the library that holds it; none goes while the process runs."""
+
+
+class CodeLibrary(EntryLibrary):
+    """Machine code of one entry point, into which nothing is linked and which is linked into nothing."""
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Leave it to the optimisation of the whole."""
+
+    @classmethod
+    def loaded(cls, generator: Any, name: str, code: bytes) -> "CodeLibrary":
+        """Return what was kept on disk."""
+        library = cls(generator, name)  # type: ignore[no-untyped-call]
+        library.enable_object_caching()
+        library._set_compiled_object(code)
+        library._finalize_final_module()
+        return library
+
+    @classmethod
+    def made(cls, generator: Any, name: str, module: Any) -> "CodeLibrary":
+        """Return what LLVM makes of a module."""
+        library = cls(generator, name)  # type: ignore[no-untyped-call]
+        library.enable_object_caching()
+        library.add_ir_module(module)  # type: ignore[no-untyped-call]
+        library.finalize()
+        return library
+
+
+def address_of(kernel: Callable[..., Any], kinds: tuple[Kind, ...]) -> int:
+    """Return where the machine code of a kernel that returns nothing lies; it is made, or loaded.
+
+    As a function of C it takes records and tuples by their address, an array as its address and its sizes.
+
+    Parameters
+    ----------
+    kernel : callable
+        The kernel; it stands in a module, and so do all that it calls.
+    kinds : tuple of Kind
+        Kinds of its arguments.
+
+    Raises
+    ------
+    NotTranslatable
+        The kernel, or one that it calls, has no translation.
+    """
+    return _machine_code(kernel, kinds, Unit.exported)[0]
+
+
+def _machine_code(kernel: Callable[..., Any], kinds: tuple[Kind, ...], form: Any) -> tuple[int, Any]:
+    """Return where the machine code of a kernel lies, as a function of C, and a sample of what that gives."""
+    generator = cpu_target.target_context.codegen()
+    key = f"{kernel.__module__}.{kernel.__qualname__} {form.__name__} {kinds} {generator.magic_tuple()}"
+    name = f"entry_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
+    file = _File(cache_directory() / kernel.__module__, f"{kernel.__name__}-{name}")
+    with global_compiler_lock, without_collection():
+        found = file.load()
+        if found is None:
+            unit = Unit(name)
+            sample = _sample(form(unit, kernel, kinds, name))
+            library = CodeLibrary.made(generator, name, unit.module)
+            file.save(library._get_compiled_object(), sample, unit.files)
+        else:
+            code, sample = found
+            library = CodeLibrary.loaded(generator, name, code)
+        _KEPT.append(library)
+        return int(library.get_pointer_to_function(name)), sample
+
+
+def _sample(kind: Kind | None) -> Any:
+    """Return a value of a kind."""
+    if isinstance(kind, Record):
+        items = [_sample(each) for each in kind.kinds]
+        return kind.origin(*items) if kind.origin else tuple(items)
+    if isinstance(kind, Line):
+        return (_sample(kind.element),) * kind.length
+    if isinstance(kind, Array):
+        return np.zeros((0,) * kind.ndim, TYPES[kind.element])
+    return SAMPLES.get(kind)
+
+
+class _File:
+    """Machine code of one kernel on disk.
+
+    What depends on the sources of the packages alone lies in a directory that is named after their content. Of other
+    files that kernels stand in, the content is noted beside the code.
+    """
+
+    def __init__(self, folder: Path, base: str) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file: Any = IndexDataCacheFile(str(folder), base, "content")  # type: ignore[no-untyped-call]
+
+    def load(self) -> tuple[bytes, Any] | None:
+        """Return the code and a sample of its result; none where there is none, or a source is another one now."""
+        found = self._file.load("code")
+        if found is None or any(_content(path) != content for path, content in found[2].items()):
+            return None
+        return found[0], found[1]
+
+    def save(self, code: bytes, sample: Any, sources: set[Path]) -> None:
+        """Keep the code of kernels that stand in some files."""
+        own = [package_root() / package for package in KERNEL_PACKAGES]
+        others = {str(path) for path in sources if not any(path.is_relative_to(folder) for folder in own)}
+        self._file.save("code", (code, sample, {path: _content(path) for path in others}))
+
+
+def _content(path: str) -> str | None:
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    except OSError:
+        return None
+
+
+class Translated:
+    """A kernel that is called from Python as machine code; that is made at the first call for kinds of arguments.
+
+    Parameters
+    ----------
+    kernel : callable
+        The kernel.
+    """
+
+    def __init__(self, kernel: Callable[..., Any]) -> None:
+        self.kernel = kernel
+        self._known: dict[Any, tuple[Any, Any]] = {}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Return what the kernel returns; its arrays are those of the arguments.
+
+        Raises
+        ------
+        NotTranslatable
+            The kernel, or one that it calls, has no translation.
+        TypeError
+            An argument is of a kind that kernels do not take.
+        """
+        form = structure(arguments)
+        if form not in self._known:
+            self._known[form] = self._made(arguments)
+        function, sample = self._known[form]
+        taken = Memory(arguments, form)
+        given = Memory(sample)
+        function(taken.address, given.address)
+        return given.value_with_arrays_of(taken)
+
+    def _made(self, arguments: tuple[Any, ...]) -> tuple[Any, Any]:
+        address, sample = _machine_code(self.kernel, tuple(map(kind_of, arguments)), Unit.entry)
+        return ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), sample

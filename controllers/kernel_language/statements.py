@@ -1,0 +1,280 @@
+"""Statements of kernels."""
+
+import ast
+from typing import Any
+
+from llvmlite import ir
+
+from controllers.kernel_language.expressions import Expressions
+from controllers.kernel_language.kinds import INTEGER, WORD, Array, Kind, Line, Record
+from controllers.kernel_language.values import Value, Variable, constant
+
+
+class Statements:
+    """Translates the statements of one kernel.
+
+    Parameters
+    ----------
+    expressions : Expressions
+        Translates its expressions.
+    result : Kind, optional
+        What it returns in a register; none where it returns something else, at an address.
+    place : object
+        That address.
+
+    Attributes
+    ----------
+    result : Kind, optional
+        What it returns, once a return statement has been translated.
+    """
+
+    def __init__(self, expressions: Expressions, result: Kind | None, place: Any) -> None:
+        self.expressions, self.body, self.kernel = expressions, expressions.body, expressions.kernel
+        self.result, self._target = result, place
+        self._loops: list[tuple[Any, Any]] = []
+        self._within = 0
+
+    def translate(self) -> None:
+        """Translate the whole kernel."""
+        statements = self.kernel.tree.body
+        first = statements[0]
+        is_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+        self._block(statements[is_docstring:])
+        if not self.body.ended and self._target is not None:
+            self.body.builder.ret_void()
+        elif not self.body.ended:
+            self.body.builder.unreachable()
+
+    def _block(self, statements: list[ast.stmt]) -> None:
+        for statement in statements:
+            if self.body.ended:
+                return  # nothing comes here
+            self._statement(statement)
+
+    def _statement(self, statement: ast.stmt) -> None:
+        match statement:
+            case ast.If():
+                self._if(statement)
+            case ast.For():
+                self._for(statement)
+            case ast.While():
+                self._while(statement)
+            case ast.Return():
+                self._return(statement)
+            case ast.Assign(targets=[target]):
+                self._assign(target, statement.value)
+            case ast.Assign(targets=targets):
+                value = self.body.copy(self.expressions.translate(statement.value))
+                for target in targets:
+                    self._store(target, value)
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                self._assign(target, value)
+            case ast.AugAssign():
+                self._augmented(statement)
+            case ast.Expr(value=ast.Call() as call):
+                self.expressions.translate(call)
+            case ast.Break() if self._loops:
+                self.body.builder.branch(self._loops[-1][1])
+            case ast.Continue() if self._loops:
+                self.body.builder.branch(self._loops[-1][0])
+            case ast.Pass():
+                pass
+            case _:
+                raise self._refusal(statement, "has no translation")
+
+    def _refusal(self, statement: ast.stmt, problem: str) -> Exception:
+        shown = ast.unparse(statement).partition("\n")[0]
+        return self.kernel.refusal(statement, f"{shown!r} {problem}")
+
+    def _if(self, statement: ast.If) -> None:
+        test = self.expressions.condition(statement.test)
+        if test.constant is not None:
+            self._block(statement.body if test.constant else statement.orelse)
+            return
+        body, end = self.body, None
+        then = body.block()
+        other = body.block() if statement.orelse else (end := body.block())
+        body.builder.cbranch(test.content, then, other)
+        ends = []
+        self._within += 1
+        for statements, block in ((statement.body, then), (statement.orelse, other)):
+            if not statements:
+                continue
+            body.continue_in(block)
+            self._block(statements)
+            if not body.ended:
+                ends.append(body.builder.block)
+        self._within -= 1
+        if end is None and ends:
+            end = body.block()
+        for block in ends:
+            body.continue_in(block)
+            body.go_on_to(end)
+        if end is not None:
+            body.continue_in(end)
+
+    def _for(self, statement: ast.For) -> None:
+        start, stop, stride = self._range(statement)
+        body, target = self.body, statement.target
+        assert isinstance(target, ast.Name)
+        counter = body.room(INTEGER)
+        body.write(start, counter)
+        head, inner, following, end = (body.block() for _ in range(4))
+        body.builder.branch(head)
+        body.continue_in(head)
+        now = Value(INTEGER, body.builder.load(counter), natural=start.natural and stride > 0)
+        body.builder.cbranch(body.builder.icmp_signed("<" if stride > 0 else ">", now.content, stop.content), inner, end)
+        body.continue_in(inner)
+        self._repeat(statement.body, following, end, {target.id: now})
+        body.continue_in(following)
+        step = ir.Constant(WORD, stride)
+        body.builder.store(body.builder.add(body.builder.load(counter), step, flags=["nsw"]), counter)
+        body.builder.branch(head)
+        body.continue_in(end)
+
+    def _range(self, statement: ast.For) -> tuple[Value, Value, int]:
+        call = statement.iter
+        over_range = isinstance(call, ast.Call) and ast.unparse(call.func) == "range" and not call.keywords
+        if not isinstance(call, ast.Call) or not over_range or not isinstance(statement.target, ast.Name):
+            raise self._refusal(statement, "has no translation; write for i in range(...)")
+        ends = self.expressions.spread(call.args)
+        stride = ends[2].constant if len(ends) == 3 else 1
+        if stride not in (1, -1) or statement.orelse or any(end.kind is not INTEGER for end in ends):
+            raise self._refusal(statement, "has no translation; a range must be of integers, by 1 or -1, without else")
+        return (ends[0] if len(ends) > 1 else constant(0)), ends[min(len(ends) - 1, 1)], stride
+
+    def _while(self, statement: ast.While) -> None:
+        if statement.orelse:
+            raise self._refusal(statement, "has no translation with else")
+        body = self.body
+        head, inner, end = (body.block() for _ in range(3))
+        body.builder.branch(head)
+        body.continue_in(head)
+        body.repeated += 1
+        test = self.expressions.condition(statement.test)
+        body.repeated -= 1
+        body.builder.cbranch(test.content, inner, end)
+        body.continue_in(inner)
+        self._repeat(statement.body, head, end, {})
+        body.continue_in(end)
+
+    def _repeat(self, statements: list[ast.stmt], following: Any, end: Any, counters: dict[str, Value]) -> None:
+        """Translate the statements of a loop, which go on to a block, and may break off to another one."""
+        self._loops.append((following, end))
+        self.body.repeated += 1
+        for name, value in counters.items():
+            self._bind(name, value, statements[0])
+        self._block(statements)
+        self.body.go_on_to(following)
+        self.body.repeated -= 1
+        self._loops.pop()
+
+    def _assign(self, target: ast.expr, node: ast.expr) -> None:
+        if isinstance(target, ast.Subscript) and _is_full_slice(target.slice):
+            self._fill(target, node)
+        elif not isinstance(target, ast.Tuple):
+            self._store(target, self.expressions.translate(node))
+        else:
+            if isinstance(node, ast.Tuple):
+                values = [self.body.copy(value) for value in self.expressions.spread(node.elts)]
+            else:
+                values = self.expressions.items(node, self.expressions.translate(node))
+            if len(values) != len(target.elts):
+                raise self.kernel.refusal(target, f"{ast.unparse(target)}: there must be a value for each")
+            for item, value in zip(target.elts, values, strict=True):
+                self._store(item, value)
+
+    def _store(self, target: ast.expr, value: Value) -> None:
+        """Give a variable or an element of an array a value."""
+        if isinstance(target, ast.Name):
+            self._bind(target.id, value, target)
+        else:
+            place, kind = self._place(target)
+            self.body.write(self.body.like(target, value, kind), place)
+
+    def _place(self, target: ast.expr) -> tuple[Any, Kind]:
+        """Return where an element of an array lies, and its kind."""
+        if not isinstance(target, ast.Subscript) or isinstance(target.slice, ast.Slice):
+            raise self.kernel.refusal(target, f"{ast.unparse(target)} cannot be assigned to; make a new NamedTuple")
+        owner = self.expressions.translate(target.value)
+        place = self.expressions.place(target, owner, self.expressions.indices(target))
+        return place, owner.kind.element  # type: ignore[union-attr]
+
+    def _augmented(self, statement: ast.AugAssign) -> None:
+        if isinstance(statement.target, ast.Name):
+            old = self.expressions.translate(ast.Name(statement.target.id, ast.Load()))
+            value = self.expressions.translate(statement.value)
+            self._bind(statement.target.id, self.expressions.combined(statement, statement.op, old, value), statement)
+            return
+        place, kind = self._place(statement.target)
+        value = self.expressions.translate(statement.value)
+        new = self.expressions.combined(statement, statement.op, self.body.read(kind, place), value)
+        self.body.write(self.body.like(statement, new, kind), place)
+
+    def _fill(self, target: ast.Subscript, node: ast.expr) -> None:
+        """Assign to all elements of an array: a number, or those of another array of its shape."""
+        body, builder = self.body, self.body.builder
+        array, value = self.expressions.translate(target.value), self.expressions.translate(node)
+        whole = isinstance(value.kind, Array)
+        if not isinstance(array.kind, Array) or (whole and value.kind is not array.kind):
+            raise self.kernel.refusal(target, f"{ast.unparse(target)} must be given a number or an array like it")
+        count, counter = array.content[1], body.room(INTEGER)
+        for size in array.content[2:]:
+            count = builder.mul(count, size)
+        body.write(constant(0), counter)
+        head, inner, end = (body.block() for _ in range(3))
+        builder.branch(head)
+        body.continue_in(head)
+        now = builder.load(counter)
+        builder.cbranch(builder.icmp_signed("<", now, count), inner, end)
+        body.continue_in(inner)
+        element = array.kind.element
+        item = body.read(element, builder.gep(value.content[0], [now])) if whole else body.like(node, value, element)
+        body.write(item, builder.gep(array.content[0], [now]))
+        builder.store(builder.add(now, ir.Constant(WORD, 1), flags=["nsw"]), counter)
+        builder.branch(head)
+        body.continue_in(end)
+
+    def _bind(self, name: str, value: Value, node: ast.AST) -> None:
+        """Give a variable a value; what has only one ever, from here to the end, needs no place in memory."""
+        if name == "_":
+            return
+        known = self.expressions.variables.get(name)
+        if known is None:
+            held = value.lasting or not isinstance(value.kind, Line | Record)
+            if value.kind is None or (self.expressions.stores[name] == 1 and held and not self._is_passed_by):
+                self.expressions.variables[name] = value
+                return
+            known = self.expressions.variables[name] = Variable(value.kind, self.body.room(value.kind))
+        if not isinstance(known, Variable):
+            raise self.kernel.refusal(node, f"{name} gets a value once more, which has no translation")
+        self.body.write(self.body.like(node, value, known.kind), known.place)
+
+    @property
+    def _is_passed_by(self) -> bool:
+        """Whether what is translated now may be left out or repeated."""
+        return self._within > 0 or self.body.repeated > 0
+
+    def _return(self, statement: ast.Return) -> None:
+        node = statement.value
+        if node is None or (isinstance(node, ast.Constant) and node.value is None):
+            if self._target is None or self.result is not None:
+                raise self._refusal(statement, "must return a value, as others do")
+            self.body.builder.ret_void()
+            return
+        value = self.expressions.translate(node)
+        if self.result is None:
+            self.result = value.kind
+        if self.result is None:
+            raise self._refusal(statement, "returns what has no value")
+        value = self.body.like(node, value, self.result)
+        if self._target is None:
+            self.body.builder.ret(value.content)
+        else:
+            self.body.write(value, self.body.builder.bitcast(self._target, self.result.memory.as_pointer()))
+            self.body.builder.ret_void()
+
+
+def _is_full_slice(node: ast.expr) -> bool:
+    parts = node.elts if isinstance(node, ast.Tuple) else [node]
+    return all(isinstance(p, ast.Slice) and p.lower is None and p.upper is None and p.step is None for p in parts)
