@@ -7,8 +7,7 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-from numba.extending import overload, register_jitable
+from numba.extending import register_jitable
 
 from adaptive_ff.simulation.experiment import Course, Record
 from controllers import (
@@ -23,6 +22,7 @@ from controllers import (
     estimate_velocity,
     initial_position_loop_state,
     initial_velocity_state,
+    natural,
     step,
     step_position_loop,
     write_estimates,
@@ -152,14 +152,6 @@ def is_plain(course: Course) -> bool:
 def next_change(plan: FrictionSchedule, phase: int) -> int:
     """Return the solver step at which the next phase begins; after the last phase, one that no run comes to."""
     return plan.starts[phase + 1] if phase + 1 < plan.starts.size else NEVER
-
-
-def natural(index: int) -> int:
-    """Return an index that is not negative: compiled code then need not test whether it counts from the end."""
-    return index
-
-
-overload(natural)(lambda index: lambda index: np.uint64(index))
 
 
 def run_plain(

@@ -40,6 +40,15 @@ MATHEMATICS: dict[Any, tuple[str, int]] = {
     math.copysign: ("llvm.copysign.f64", 2),
     math.pow: ("llvm.pow.f64", 2),
     math.expm1: ("expm1", 1),
+    math.log1p: ("log1p", 1),
+    math.tan: ("tan", 1),
+    math.asin: ("asin", 1),
+    math.acos: ("acos", 1),
+    math.atan: ("atan", 1),
+    math.atan2: ("atan2", 2),
+    math.sinh: ("sinh", 1),
+    math.cosh: ("cosh", 1),
+    math.tanh: ("tanh", 1),
     math.asinh: ("asinh", 1),
 }
 """Functions of real numbers, which LLVM knows or the library of C has, and how many arguments they take."""
@@ -119,6 +128,15 @@ def _integer(expressions: "Expressions", node: ast.Call, values: list[Value]) ->
     return value
 
 
+def _rounded(name: str) -> Translation:
+    """Return the translation of what makes an integer of a number by rounding down or up."""
+
+    def translate(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
+        return _integer(expressions, node, [_mathematics(expressions, node, name, 1, values)])
+
+    return translate
+
+
 def _real(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
     return expressions.body.real(node, values[0])
 
@@ -167,6 +185,8 @@ OPERATIONS: dict[Any, Translation] = {
     min: _choice("<"),
     int: _integer,
     float: _real,
+    math.floor: _rounded("llvm.floor.f64"),
+    math.ceil: _rounded("llvm.ceil.f64"),
     bool: _truth,
     math.isfinite: _finite,
     np.isfinite: _finite,
