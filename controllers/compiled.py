@@ -5,8 +5,8 @@ would go on running the old one. Here every entry point is cached in a directory
 on which compiled code depends, so stale code cannot be found; where the packages lie plays no part, so that a second
 clone or an installed copy of the same sources compiles nothing.
 
-Kernels themselves are plain functions marked ``numba.extending.register_jitable``: called from Python they
-run as Python, called from an entry point they are compiled.
+Kernels themselves are plain functions: called from Python they run as Python, called from an entry point they are
+compiled. Those that numba meets, too, are marked ``numba.extending.register_jitable``.
 """
 
 from collections.abc import Callable
@@ -16,50 +16,54 @@ import numba
 from numba.core import config
 from numba.extending import overload
 
-import controllers.whole_tuples  # noqa: F401 (tells numba how parameters and states are handed over)
 from controllers.cache_directory import cache_directory
 from controllers.kernel_cache import EntryCache
-from controllers.kernel_compiler import EntryCompiler
 from controllers.kernel_language.dispatch import DISPATCHED
+from controllers.kernel_language.machine_code import Translated
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def compiled(function: Function) -> Function:
-    """Compile a function at its first call, once a machine and once a version of the sources.
+def compiled(function: Function, *, allocates: bool = True) -> Function:
+    """Let numba compile a function at its first call, once a machine and once a version of the sources.
+
+    That is for what is called often for little work, and for what makes arrays; all else is quicker to compile by
+    :func:`compiled_in_place`.
 
     Parameters
     ----------
     function : callable
         An entry point; everything that it calls must be compilable.
+    allocates : bool, optional
+        Whether it makes arrays. Where it does not, numba need not count references to those that it is given, which
+        would double the time of a step (``python -m benchmarks.speed`` measures it).
 
     Returns
     -------
     numba dispatcher
         The plain function stays available as its attribute ``py_func``.
     """
-    entry: Function = cached(numba.njit(error_model="numpy", pipeline_class=EntryCompiler)(function))
-    return entry
+    options = {"error_model": "numpy"} if allocates else {"error_model": "numpy", "_nrt": False}
+    entry: Any = numba.njit(**options)(function)
+    if compiles():
+        entry._cache = EntryCache(function, cache_directory())
+    return entry  # type: ignore[no-any-return]
 
 
 def compiled_in_place(function: Function) -> Function:
-    """Compile a function that allocates no arrays; see :func:`compiled`.
+    """Compile a function that makes no arrays at its first call, once a machine and once a version of the sources.
 
-    Numba then need not count references to the arrays in parameters and states, which would double the time of a step
-    (``python -m benchmarks.speed`` measures it). What a step needs is held as scratch by its state.
+    Parameters
+    ----------
+    function : callable
+        An entry point; it and everything that it calls are kernels (:mod:`controllers.kernel_language`).
+
+    Returns
+    -------
+    Translated
+        The plain function stays available as its attribute ``py_func``.
     """
-    options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "pipeline_class": EntryCompiler}
-    entry: Function = cached(numba.njit(**options)(function))
-    return entry
-
-
-def cached(dispatcher: Any) -> Any:
-    """Make a dispatcher, or a function for C, keep its machine code on disk; return it."""
-    if not compiles():
-        return dispatcher  # the plain function: numba was told to compile nothing
-    plain = dispatcher.py_func if hasattr(dispatcher, "py_func") else dispatcher._pyfunc
-    dispatcher._cache = EntryCache(plain, cache_directory())
-    return dispatcher
+    return Translated(function) if compiles() else function  # type: ignore[return-value]
 
 
 def compiles() -> bool:
@@ -67,11 +71,9 @@ def compiles() -> bool:
     return not config.DISABLE_JIT  # type: ignore[attr-defined]
 
 
-def is_cached(dispatcher: Any) -> bool:
-    """Tell whether an entry point has been compiled, in this process or an earlier one."""
-    if not compiles():
-        return True  # there is nothing to wait for
-    return bool(dispatcher.signatures) or any(cache_directory().rglob(f"*{dispatcher.__name__}-*.nbi"))
+def is_cached(entry: Any) -> bool:
+    """Tell whether an entry point has been compiled in place, in this process or an earlier one."""
+    return entry.is_made() if compiles() else True  # there is nothing to wait for
 
 
 def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> Function:

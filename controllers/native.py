@@ -8,24 +8,20 @@ and none hands over the hundred numbers of its state. Only the shortest steps, t
 import math
 from collections import ChainMap
 from collections.abc import Callable, Hashable
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
-from numba.core.ccallback import CFunc
-from numba.extending import overload, register_jitable
+from numba.extending import register_jitable
 
 from controllers.arrays import MutableArray, NDArray
-from controllers.compiled import cached, compiled_in_place
-from controllers.kernel_compiler import EntryCompiler
+from controllers.compiled import compiled
 from controllers.kernel_language.dispatch import DISPATCHED
-from controllers.kernel_language.errors import NotTranslatable
 from controllers.kernel_language.kinds import INTEGER, REAL, kind_of, pointer_to
 from controllers.kernel_language.machine_code import address_of
 from controllers.kernels import (
     ESTIMATES,
     MONITORS,
+    STEPS,
     Inputs,
     Output,
     step,
@@ -33,7 +29,6 @@ from controllers.kernels import (
     write_estimates,
     write_monitors,
 )
-from controllers.memory_arrays import type_in_memory
 from controllers.memory_layout import Memory, structure
 from controllers.pointers import call, load, row_at, store
 
@@ -62,23 +57,8 @@ def _write_monitors_once(parameters: Any, state: Any, row: Any, count: int) -> N
 
 
 def _address(function: Callable[..., None], parameters: Any, state: Any) -> int:
-    """Return where the machine code of a function lies that is compiled, or loaded, for a controller.
-
-    Where a kernel has no translation, numba compiles it, which takes longer.
-    """
-    with suppress(NotTranslatable):
-        return address_of(function, (kind_of(parameters), kind_of(state), pointer_to(REAL), INTEGER))
-    pointer: Any = types.CPointer
-    pointers = pointer(type_in_memory(parameters)), pointer(type_in_memory(state)), pointer(types.float64)
-    options = {"error_model": "numpy", "_nrt": False}
-    code = cached(CFunc(function, ((*pointers, types.intp), types.void), {}, options, pipeline_class=EntryCompiler))
-    code.compile()
-    _KEPT.append(code)
-    return int(code.address)
-
-
-_KEPT: list[Any] = []
-"""Machine code goes with the object that compiled it; none goes while the process runs."""
+    """Return where the machine code of a function lies that is compiled, or loaded, for a controller."""
+    return address_of(function, (kind_of(parameters), kind_of(state), pointer_to(REAL), INTEGER))
 
 
 _KNOWN: dict[Hashable, tuple[int, int, int]] = {}
@@ -152,17 +132,9 @@ def write_native_monitors(block: NativeParameters, state: int, row: NDArray[np.f
         call(block.monitors, block.parameters, block.state, row.ctypes.data, row.size)
 
 
-def _serve(generic: Callable[..., Any], kernel: Callable[..., Any]) -> None:
-    # beside the registries, which list the controllers that there are
-    def choose(block: Any, *_: Any) -> Callable[..., Any] | None:
-        return kernel if getattr(block, "instance_class", None) is NativeParameters else None
-
-    overload(generic, strict=False)(choose)
-    DISPATCHED[generic] = ChainMap(DISPATCHED[generic], {NativeParameters: kernel})  # type: ignore[arg-type]
-
-
-_serve(step, step_native)
-_serve(write_estimates, write_native_estimates)
+# beside the registries, which list the controllers that there are
+DISPATCHED[step] = ChainMap(STEPS, {NativeParameters: step_native})
+DISPATCHED[write_estimates] = ChainMap(ESTIMATES, {NativeParameters: write_native_estimates})
 MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for every class, one that writes nothing
 
 
@@ -189,7 +161,7 @@ def _step_at(
     return torque
 
 
-step_at = compiled_in_place(_step_at)
+step_at = compiled(_step_at, allocates=False)
 """Do one sample of a controller in memory: its addresses, what is exchanged, the inputs; return the torque, N m.
 
 The plan over the period in which the torque acts is taken from what is exchanged, where it may have been written.

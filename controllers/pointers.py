@@ -6,30 +6,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from controllers.memory_arrays import ArrayInMemory, packed_array
-
 typed_intrinsic: Any = intrinsic  # numba's own types take its first argument for one of the caller's
-
-
-@typed_intrinsic
-def load(typing: Any, pointer: Any) -> Any:
-    """Return what lies at a pointer."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return context.unpack_value(builder, signature.return_type, arguments[0])
-
-    return pointer.dtype(pointer), generate
-
-
-@typed_intrinsic
-def store(typing: Any, pointer: Any, value: Any) -> Any:
-    """Write a value to where a pointer points."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        context.pack_value(builder, signature.args[1], arguments[1], arguments[0])
-        return context.get_dummy_value()
-
-    return types.void(pointer, value), generate
 
 
 @typed_intrinsic
@@ -47,12 +24,16 @@ def call(typing: Any, address: Any, parameters: Any, state: Any, numbers: Any, c
     return types.void(types.intp, types.intp, types.intp, types.intp, types.intp), generate
 
 
-@typed_intrinsic
-def row_at(typing: Any, pointer: Any, count: Any) -> Any:
-    """Return numbers at a pointer as an array, without a copy."""
-    kind = ArrayInMemory(types.float64, 1, True)
+def load(address: Any) -> Any:
+    """Return what lies at an address; in kernels alone."""
+    raise NotImplementedError("only a translated kernel has addresses")
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return packed_array(context, builder, kind, *arguments)
 
-    return kind(pointer, types.intp), generate
+def store(address: Any, value: Any) -> None:
+    """Write a value to an address; in kernels alone."""
+    raise NotImplementedError("only a translated kernel has addresses")
+
+
+def row_at(address: Any, count: int) -> Any:
+    """Return numbers at an address as an array; in kernels alone."""
+    raise NotImplementedError("only a translated kernel has addresses")

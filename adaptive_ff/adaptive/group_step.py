@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers import compiled_in_place, step_in_memory
+from controllers import compiled, step_in_memory
 
 
 def _step_group(addresses: NDArray[np.intp], rows: NDArray[np.float64]) -> None:
@@ -11,7 +11,7 @@ def _step_group(addresses: NDArray[np.intp], rows: NDArray[np.float64]) -> None:
         step_in_memory(addresses[k, 0], addresses[k, 1], addresses[k, 2], rows[k])
 
 
-step_group = compiled_in_place(_step_group)
+step_group = compiled(_step_group, allocates=False)
 """Step all joints of a group.
 
 Parameters

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from controllers.kernel_language.sources import read_kernel, resolve
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Record, Type
 from adaptive_ff.export.values import UNARY, Value
 from controllers import ESTIMATES, STEPS, step, write_estimates
+from controllers.kernel_language.sources import read_kernel, resolve
 
 if TYPE_CHECKING:
     from adaptive_ff.export.expressions import Expressions

@@ -3,7 +3,6 @@
 import ast
 from typing import TYPE_CHECKING, Any
 
-from controllers.kernel_language.sources import Constant, resolve
 from adaptive_ff.export.scope import Scope
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type, passed_by_pointer
 from adaptive_ff.export.values import (
@@ -18,6 +17,7 @@ from adaptive_ff.export.values import (
     UNARY,
     Value,
 )
+from controllers.kernel_language.sources import Constant, resolve
 
 if TYPE_CHECKING:
     from adaptive_ff.export.unit import Unit

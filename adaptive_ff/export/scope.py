@@ -4,9 +4,9 @@ import ast
 from collections import Counter
 from dataclasses import dataclass, field
 
-from controllers.kernel_language.sources import Kernel
 from adaptive_ff.export.types import Type
 from adaptive_ff.export.values import Value
+from controllers.kernel_language.sources import Kernel
 
 Path = tuple[tuple[int, str], ...]
 """Blocks around a statement, outermost first: each the number of its statement and which of its blocks."""

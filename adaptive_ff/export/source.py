@@ -7,9 +7,9 @@ from adaptive_ff.export.comments import block_comment, joined, plain, summary
 from adaptive_ff.export.entry_points import entry_points, estimates
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.functions import Function
-from controllers.kernel_language.sources import Constant
 from adaptive_ff.export.state_functions import state_buffer
 from adaptive_ff.export.tables import state_tables
+from controllers.kernel_language.sources import Constant
 
 GUARD = """#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "fast-math drops the tests for what is not a number, on which this controller depends: compile without it"

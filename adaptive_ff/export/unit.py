@@ -8,11 +8,12 @@ from adaptive_ff.export.calls import Calls
 from adaptive_ff.export.comments import WIDTH, block_comment, section, summary
 from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.functions import Function, translate_function
-from controllers.kernel_language.sources import Constant, Kernel, read_kernel
 from adaptive_ff.export.literals import Precision
 from adaptive_ff.export.scope import c_name
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from adaptive_ff.export.values import Value
+from controllers.kernel_language.errors import NotTranslatable
+from controllers.kernel_language.sources import Constant, Kernel, read_kernel
 
 Key = tuple[Callable[..., Any], tuple[Type, ...], tuple[int | None, ...]]
 """A kernel with the types of its arguments, and those of them that are known integers."""
@@ -137,11 +138,14 @@ class Unit:
         """
         key = (function, kinds, constants or (None,) * len(kinds))
         if key not in self.functions:
-            kernel = read_kernel(function)
-            if function in self._pending and caller is not None:
-                raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
-            self._pending.append(function)
-            self.functions[key] = translate_function(self, kernel, kinds, key[2], self._function_name(function))
+            try:
+                kernel = read_kernel(function)
+                if function in self._pending and caller is not None:
+                    raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
+                self._pending.append(function)
+                self.functions[key] = translate_function(self, kernel, kinds, key[2], self._function_name(function))
+            except NotTranslatable as error:
+                raise NotExportable(str(error)) from error
             self._pending.pop()
         return self.functions[key]
 

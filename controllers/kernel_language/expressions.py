@@ -224,7 +224,9 @@ class Expressions:
         builder = self.body.builder
         if isinstance(node.op, ast.Not):
             value = self.condition(node.operand)
-            return Value(BOOLEAN, builder.not_(value.content)) if value.constant is None else constant(not value.constant)
+            return (
+                Value(BOOLEAN, builder.not_(value.content)) if value.constant is None else constant(not value.constant)
+            )
         value = self.translate(node.operand)
         if not isinstance(node.op, ast.USub) or value.kind not in (REAL, INTEGER):
             raise self.refusal(node, f"{ast.unparse(node)} has no translation; write a number or its negative")
@@ -249,7 +251,7 @@ class Expressions:
         return self._together([partial(compared, *pair) for pair in pairs], conjunction=True)
 
     def _together(self, conditions: list[Callable[[], Value]], conjunction: bool) -> Value:
-        """Return what conditions, joined by and or by or, make; each is computed only where those before decide nothing."""
+        """Return what conditions, joined by and or by or, make; each is computed where those before decide nothing."""
         body, end, value = self.body, None, constant(conjunction)
         decided = []
         for condition in conditions:

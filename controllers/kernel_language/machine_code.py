@@ -5,18 +5,20 @@ and finds the same mathematics as what numba compiles.
 """
 
 import ctypes
+import gc
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba.core.caching import IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from controllers.cache_directory import cache_directory
-from controllers.kernel_compiler import EntryLibrary, without_collection
 from controllers.kernel_language.kinds import (
     BOOLEAN,
     ELEMENTS,
@@ -39,11 +41,21 @@ _KEPT: list[Any] = []
 """Machine code goes with the library that holds it; none goes while the process runs."""
 
 
-class CodeLibrary(EntryLibrary):
+class CodeLibrary(JITCodeLibrary):
     """Machine code of one entry point, into which nothing is linked and which is linked into nothing."""
 
     def _optimize_functions(self, module: Any) -> None:
         """Leave it to the optimisation of the whole."""
+
+    def _optimize_final_module(self) -> None:
+        """Optimise once, and leave loops as they are.
+
+        Numba's first, cheaper round serves to prune counted references, which kernels do not have. Loops of kernels go
+        over a dozen numbers or end early: made for several at once, they are as slow and more to compile.
+        """
+        found = self._codegen._module_pass_manager(loop_vectorize=False)  # type: ignore[no-untyped-call]
+        manager, *builder = found if isinstance(found, tuple) else (found,)  # older versions of numba have no builder
+        manager.run(self._final_module, *builder)
 
     @classmethod
     def loaded(cls, generator: Any, name: str, code: bytes) -> "CodeLibrary":
@@ -62,6 +74,18 @@ class CodeLibrary(EntryLibrary):
         library.add_ir_module(module)  # type: ignore[no-untyped-call]
         library.finalize()
         return library
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Look for no garbage in cycles: what the translation makes is kept until it ends, and is gone through in vain."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def address_of(kernel: Callable[..., Any], kinds: tuple[Kind, ...]) -> int:
@@ -89,8 +113,8 @@ def _machine_code(kernel: Callable[..., Any], kinds: tuple[Kind, ...], form: Any
     generator = cpu_target.target_context.codegen()
     key = f"{kernel.__module__}.{kernel.__qualname__} {form.__name__} {kinds} {generator.magic_tuple()}"
     name = f"entry_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
-    file = _File(cache_directory() / kernel.__module__, f"{kernel.__name__}-{name}")
-    with global_compiler_lock, without_collection():
+    file = _File(_folder(kernel), f"{kernel.__name__}-{name}")
+    with global_compiler_lock, _without_collection():
         found = file.load()
         if found is None:
             unit = Unit(name)
@@ -101,7 +125,11 @@ def _machine_code(kernel: Callable[..., Any], kinds: tuple[Kind, ...], form: Any
             code, sample = found
             library = CodeLibrary.loaded(generator, name, code)
         _KEPT.append(library)
-        return int(library.get_pointer_to_function(name)), sample
+        return int(generator._engine.get_function_address(name)), sample
+
+
+def _folder(kernel: Callable[..., Any]) -> Path:
+    return cache_directory() / kernel.__module__
 
 
 def _sample(kind: Kind | None) -> Any:
@@ -155,10 +183,15 @@ class Translated:
     ----------
     kernel : callable
         The kernel.
+
+    Attributes
+    ----------
+    py_func : callable
+        The kernel, as numba calls it.
     """
 
     def __init__(self, kernel: Callable[..., Any]) -> None:
-        self.kernel = kernel
+        self.py_func = kernel
         self._known: dict[Any, tuple[Any, Any]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
@@ -176,10 +209,17 @@ class Translated:
             self._known[form] = self._made(arguments)
         function, sample = self._known[form]
         taken = Memory(arguments, form)
+        if sample is None:
+            function(taken.address, None)
+            return None
         given = Memory(sample)
         function(taken.address, given.address)
         return given.value_with_arrays_of(taken)
 
+    def is_made(self) -> bool:
+        """Tell whether there is machine code, for any kinds of arguments, in this process or on disk."""
+        return bool(self._known) or any(_folder(self.py_func).glob(f"{self.py_func.__name__}-*.nbi"))
+
     def _made(self, arguments: tuple[Any, ...]) -> tuple[Any, Any]:
-        address, sample = _machine_code(self.kernel, tuple(map(kind_of, arguments)), Unit.entry)
+        address, sample = _machine_code(self.py_func, tuple(map(kind_of, arguments)), Unit.entry)
         return ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), sample

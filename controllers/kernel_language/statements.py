@@ -123,7 +123,9 @@ class Statements:
         body.builder.branch(head)
         body.continue_in(head)
         now = Value(INTEGER, body.builder.load(counter), natural=start.natural and stride > 0)
-        body.builder.cbranch(body.builder.icmp_signed("<" if stride > 0 else ">", now.content, stop.content), inner, end)
+        body.builder.cbranch(
+            body.builder.icmp_signed("<" if stride > 0 else ">", now.content, stop.content), inner, end
+        )
         body.continue_in(inner)
         self._repeat(statement.body, following, end, {target.id: now})
         body.continue_in(following)
