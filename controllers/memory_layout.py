@@ -50,10 +50,6 @@ class Memory:
         """What it holds now; its arrays are those that it was given."""
         return _rebuilt(self._template, iter(self._format.unpack_from(self._buffer)), self._arrays)
 
-    def value_with_arrays_of(self, other: "Memory") -> Any:
-        """Return what it holds now, whose arrays are those of another memory."""
-        return _rebuilt(self._template, iter(self._format.unpack_from(self._buffer)), other._arrays)
-
     @value.setter
     def value(self, value: Any) -> None:
         self._template = value  # keeps the arrays alive, too
@@ -61,6 +57,10 @@ class Memory:
         self._arrays: dict[tuple[int, ...], np.ndarray[Any, Any]] = {}
         _spread(value, words, self._arrays)
         self._format.pack_into(self._buffer, 0, *words)
+
+    def value_with_arrays_of(self, other: "Memory") -> Any:
+        """Return what it holds now, whose arrays are those of another memory."""
+        return _rebuilt(self._template, iter(self._format.unpack_from(self._buffer)), other._arrays)
 
 
 def structure(value: Any) -> Hashable:

@@ -191,6 +191,12 @@ def largest_lack(state: DriveLimit, proportional: float, resists: float, plan: f
 
 
 @register_jitable
+def answers_in(feedback: PIParameters) -> float:
+    """Return the integral time that is reckoned with, s."""
+    return max(QUICKEST, feedback.proportional / feedback.integral) if feedback.integral > 0.0 else QUICKEST
+
+
+@register_jitable
 def advance_drive_limit(
     state: DriveLimit,
     feedback: PIParameters,
@@ -223,9 +229,7 @@ def advance_drive_limit(
     duration : float
         Length of the period, s.
     """
-    gain, time = feedback.proportional, QUICKEST
-    if feedback.integral > 0.0:
-        time = max(time, gain / feedback.integral)
+    gain, time = feedback.proportional, answers_in(feedback)
     share = gain * duration / (gain * duration + SMOOTH * inertia)
     asked = smooth(state.torque, torque, share)
     moved = smooth(state.moved, inertia * (velocity - state.velocity) / duration, share)
@@ -292,10 +296,38 @@ def advance_drive_limit(
 
 
 @register_jitable
+def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> DriveLimit:
+    """Return the state after a period (s) whose torque the drive reports: doubt goes, what is proven stays."""
+    if state.doubt == 0.0 and not state.unproven:
+        return state
+    doubt = max(0.0, state.doubt - duration / (DOUBTED * answers_in(feedback)))
+    return DriveLimit(
+        state.torque,
+        state.moved,
+        state.error,
+        state.velocity,
+        state.proven,
+        state.usual,
+        state.moving,
+        state.follows,
+        state.stuck,
+        state.broke,
+        doubt,
+        state.suspect and doubt > 0.0,
+        False,
+        0.0,
+        state.largest,
+        False,
+        state.established,
+    )
+
+
+@register_jitable
 def watch_drive(block: Any, state: Any, inputs: Inputs) -> tuple[DriveLimit, Inputs]:
     """Return what is known of a drive that tells nothing of its torque, and the inputs with the torque it has given."""
-    told = math.isfinite(inputs.realised_torque)
-    if told or state.feedback.samples == 0 or not math.isfinite(inputs.velocity):
+    if math.isfinite(inputs.realised_torque):
+        return reassured(state.drive, block.feedback, inputs.dt), inputs
+    if state.feedback.samples == 0 or not math.isfinite(inputs.velocity):
         return state.drive, inputs
     asked, known = asked_torque(block.feedback, state.feedback), delayed(state.known_torques, block.feedback.delay)
     drive = advance_drive_limit(

@@ -107,8 +107,8 @@ class Body:
             for place, content in enumerate(value.content):
                 self.builder.store(content, self.part(address, place))
         elif isinstance(kind, Record | Line):
-            size = ir.Constant(WORD, kind.size)
-            cgutils.raw_memcpy(self.builder, address, value.content, size, 1, align=kind.alignment)
+            copy: Any = cgutils.raw_memcpy
+            copy(self.builder, address, value.content, ir.Constant(WORD, kind.size), 1, align=kind.alignment)
 
     def copy(self, value: Value) -> Value:
         """Return a value whose memory stays as it is for a statement; of one that lasts anyway, itself."""

@@ -3,7 +3,7 @@
 import ast
 import operator
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -183,9 +183,11 @@ class Expressions:
 
     def _item(self, node: ast.Subscript, owner: Value, indices: list[Value]) -> Value:
         """Return an item of a record, a shape or a tuple of constants, whose place must be known."""
+        items: Any = owner.kind.kinds if isinstance(owner.kind, Record) else ()
+        if owner.kind is None:
+            items = owner.content or owner.constant
         place = indices[0].constant
-        items: Any = owner.kind.kinds if isinstance(owner.kind, Record) else owner.content or owner.constant or ()
-        if place is None or len(indices) != 1 or not -len(items) <= place < len(items) or owner.kind in (REAL, INTEGER):
+        if place is None or len(indices) != 1 or not -len(items) <= place < len(items):
             raise self.refusal(node, f"{ast.unparse(node)} must have one constant place, within what there is")
         if isinstance(owner.kind, Record):
             return self.body.member(owner, place % len(items))
@@ -207,10 +209,27 @@ class Expressions:
                 return constant(fold(left.constant, right.constant))
             natural = left.natural and right.natural and not isinstance(operation, ast.Sub)
             return Value(INTEGER, getattr(builder, name)(left.content, right.content), natural=natural)
+        if both and isinstance(operation, ast.FloorDiv | ast.Mod):
+            return self._divided(operation, left, right)
         if type(operation) not in ON_REALS:
-            raise self.refusal(node, f"{ast.unparse(node)}: there are + - * / and **")
+            raise self.refusal(node, f"{ast.unparse(node)}: there are + - * / and **, and // and % of integers")
         left, right = self.body.real(node, left), self.body.real(node, right)
         return Value(REAL, getattr(builder, ON_REALS[type(operation)])(left.content, right.content))
+
+    def _divided(self, operation: ast.operator, left: Value, right: Value) -> Value:
+        """Return quotient or rest of integers, rounded down as in Python; of a division by zero, zero."""
+        builder, zero = self.body.builder, ir.Constant(WORD, 0)
+        by_zero = builder.icmp_signed("==", right.content, zero)
+        divisor = builder.select(by_zero, ir.Constant(WORD, 1), right.content)
+        quotient, rest = builder.sdiv(left.content, divisor), builder.srem(left.content, divisor)
+        if not (left.natural and right.natural):  # rounded towards zero so far
+            signs = builder.icmp_signed("<", builder.xor(rest, divisor), zero)
+            down = builder.and_(signs, builder.icmp_signed("!=", rest, zero))
+            quotient = builder.select(down, builder.sub(quotient, ir.Constant(WORD, 1)), quotient)
+            rest = builder.select(down, builder.add(rest, divisor), rest)
+        content = builder.select(by_zero, zero, rest if isinstance(operation, ast.Mod) else quotient)
+        natural = right.natural and (left.natural or isinstance(operation, ast.Mod))
+        return Value(INTEGER, content, natural=natural)
 
     def _power(self, node: ast.AST, base: Value, exponent: Value) -> Value:
         if exponent.kind is REAL:
@@ -241,6 +260,8 @@ class Expressions:
         return self._together(conditions, isinstance(node.op, ast.And))
 
     def _compare(self, node: ast.Compare) -> Value:
+        if any(type(operation) not in COMPARISONS for operation in node.ops):
+            raise self.refusal(node, f"{ast.unparse(node)}: there are < > <= >= == and !=")
         values = [self.translate(node.left)]
 
         def compared(operation: ast.cmpop, operand: ast.expr) -> Value:
@@ -250,7 +271,7 @@ class Expressions:
         pairs = zip(node.ops, node.comparators, strict=True)
         return self._together([partial(compared, *pair) for pair in pairs], conjunction=True)
 
-    def _together(self, conditions: list[Callable[[], Value]], conjunction: bool) -> Value:
+    def _together(self, conditions: Sequence[Callable[[], Value]], conjunction: bool) -> Value:
         """Return what conditions, joined by and or by or, make; each is computed where those before decide nothing."""
         body, end, value = self.body, None, constant(conjunction)
         decided = []
@@ -276,8 +297,6 @@ class Expressions:
         return Value(BOOLEAN, result)
 
     def _comparison(self, node: ast.Compare, operation: ast.cmpop, left: Value, right: Value) -> Value:
-        if type(operation) not in COMPARISONS:
-            raise self.refusal(node, f"{ast.unparse(node)}: there are < > <= >= == and !=")
         sign, compare = COMPARISONS[type(operation)]
         builder = self.body.builder
         if left.kind is not right.kind:
@@ -325,7 +344,7 @@ class Expressions:
         kinds = [item.kind for item in items if item.kind is not None]
         if len(kinds) < len(items) or not items:
             raise self.refusal(node, f"{ast.unparse(node)}: a tuple must hold numbers, arrays and tuples of them")
-        return self.body.record(tuple_of(tuple(kinds)), items)  # type: ignore[arg-type]
+        return self.body.record(tuple_of(tuple(kinds)), items)
 
     def spread(self, nodes: list[ast.expr]) -> list[Value]:
         """Return values of expressions one by one, also of those with a star, which stand for several."""

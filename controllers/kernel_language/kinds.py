@@ -146,7 +146,7 @@ def kind_of(value: Any) -> Kind:
         return REAL
     if isinstance(value, np.ndarray) and value.dtype in ELEMENTS and value.flags.c_contiguous and value.flags.aligned:
         return array_of(ELEMENTS[value.dtype], value.ndim)
-    if isinstance(value, tuple) and value:
+    if isinstance(value, tuple):
         kinds = tuple(map(kind_of, value))
         return record_of(type(value), kinds) if hasattr(value, "_fields") else tuple_of(kinds)
     raise TypeError(f"{value!r} is not allowed in kernels: they take numbers, arrays of numbers and tuples of them")

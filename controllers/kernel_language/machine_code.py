@@ -58,20 +58,20 @@ class CodeLibrary(JITCodeLibrary):
         manager.run(self._final_module, *builder)
 
     @classmethod
-    def loaded(cls, generator: Any, name: str, code: bytes) -> "CodeLibrary":
+    def loaded(cls, generator: Any, name: str, code: bytes) -> Any:
         """Return what was kept on disk."""
-        library = cls(generator, name)  # type: ignore[no-untyped-call]
+        library: Any = cls(generator, name)
         library.enable_object_caching()
         library._set_compiled_object(code)
         library._finalize_final_module()
         return library
 
     @classmethod
-    def made(cls, generator: Any, name: str, module: Any) -> "CodeLibrary":
+    def made(cls, generator: Any, name: str, module: Any) -> Any:
         """Return what LLVM makes of a module."""
-        library = cls(generator, name)  # type: ignore[no-untyped-call]
+        library: Any = cls(generator, name)
         library.enable_object_caching()
-        library.add_ir_module(module)  # type: ignore[no-untyped-call]
+        library.add_ir_module(module)
         library.finalize()
         return library
 

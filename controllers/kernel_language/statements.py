@@ -33,6 +33,7 @@ class Statements:
         self.result, self._target = result, place
         self._loops: list[tuple[Any, Any]] = []
         self._within = 0
+        self._gives_nothing = False
 
     def translate(self) -> None:
         """Translate the whole kernel."""
@@ -40,10 +41,8 @@ class Statements:
         first = statements[0]
         is_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
         self._block(statements[is_docstring:])
-        if not self.body.ended and self._target is not None:
-            self.body.builder.ret_void()
-        elif not self.body.ended:
-            self.body.builder.unreachable()
+        if not self.body.ended:
+            self._return_nothing(self.kernel.tree)
 
     def _block(self, statements: list[ast.stmt]) -> None:
         for statement in statements:
@@ -257,18 +256,22 @@ class Statements:
         """Whether what is translated now may be left out or repeated."""
         return self._within > 0 or self.body.repeated > 0
 
+    def _return_nothing(self, node: ast.AST) -> None:
+        if self._target is None or self.result is not None:
+            raise self.kernel.refusal(node, "it must return a value at its end, as it does elsewhere")
+        self._gives_nothing = True
+        self.body.builder.ret_void()
+
     def _return(self, statement: ast.Return) -> None:
         node = statement.value
         if node is None or (isinstance(node, ast.Constant) and node.value is None):
-            if self._target is None or self.result is not None:
-                raise self._refusal(statement, "must return a value, as others do")
-            self.body.builder.ret_void()
+            self._return_nothing(statement)
             return
         value = self.expressions.translate(node)
         if self.result is None:
             self.result = value.kind
-        if self.result is None:
-            raise self._refusal(statement, "returns what has no value")
+        if self.result is None or self._gives_nothing:
+            raise self._refusal(statement, "must return what other returns do, and that must have a value")
         value = self.body.like(node, value, self.result)
         if self._target is None:
             self.body.builder.ret(value.content)

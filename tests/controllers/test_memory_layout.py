@@ -6,8 +6,8 @@ import numba
 import numpy as np
 import pytest
 
+from controllers.compiled import compiled_in_place
 from controllers.memory_layout import Memory
-from tests.helpers.in_memory import run_in_memory
 
 
 class Inner(NamedTuple):
@@ -50,7 +50,7 @@ def read(value):
 
 def test_compiled_code_reads_what_was_laid_down():
     value = made()
-    found = run_in_memory(read, value)
+    found = compiled_in_place(read)(value)
     assert found == (value.first, value.inner, value.count, value.line, 2.0, 1.0, value.again, value.last)
     assert value.vector[0] == 9.0
 

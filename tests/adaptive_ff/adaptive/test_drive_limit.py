@@ -17,6 +17,7 @@ from adaptive_ff.adaptive.drive_limit import (
     given_torque,
     initial_drive_limit,
     is_impossible,
+    reassured,
 )
 from controllers import PI
 
@@ -62,6 +63,18 @@ def test_beside_a_limit_it_is_doubted_for_good_and_only_the_feedback_is_left():
     assert state.largest == pytest.approx(900.0, rel=1e-3)
     assert given_torque(state, 900.0, 0.0) == pytest.approx(GIVEN * 80.0, rel=1e-3)
     assert given_torque(state, -900.0, 100.0) == pytest.approx(100.0 - GIVEN * 80.0, rel=1e-3)
+
+
+def test_a_report_ends_the_doubt_in_the_time_in_which_it_came_and_leaves_what_is_proven():
+    state = pulled(following(), 900.0, seconds=5.0, plan=0.6)
+    told = reassured(state, PARAMETERS, PERIOD)
+    assert not told.unproven
+    assert told.given == 0.0
+    while told.doubt > 0.0:
+        told = reassured(told, PARAMETERS, PERIOD)
+    assert believed_share(told, FRICTION) == 1.0
+    assert told.proven == state.proven
+    assert reassured(told, PARAMETERS, PERIOD) is told
 
 
 def test_what_is_asked_for_within_reason_is_believed_at_once():

@@ -1,0 +1,305 @@
+"""Kernels of all that their language has; each is run as Python and as machine code by the tests."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from controllers.compiled import dispatched
+from controllers.kernel_language.indices import natural
+
+LEVEL = 2.5
+STEPS_OF = (1.5, -2.5, 4.0)
+COUNT = 3
+
+
+class Point(NamedTuple):
+    """A record of numbers."""
+
+    x: float
+    y: float = 0.5
+
+
+class Body(NamedTuple):
+    """A record of all kinds of values."""
+
+    moving: bool
+    at: Point
+    count: int
+    past: tuple[float, ...]
+    row: Any
+    table: Any
+    last: bool
+
+
+def arithmetic(a, b, n):
+    """Every operator on numbers."""
+    return a + b * 2 - a / b + n * 3 - n / 2 + (n - 4) * (n + 1) + a**2 + abs(a) ** b + -a + abs(n - 9)
+
+
+def mathematics(a):
+    """Every function of real numbers."""
+    first = math.exp(-a) + math.log(a + 2.0) + math.sqrt(a) + math.sin(a) + math.cos(a) + math.tan(a) + math.atan(a)
+    second = math.expm1(a) + math.log1p(a) + math.sinh(a) + math.cosh(a) + math.tanh(a) + math.asinh(a)
+    third = math.asin(0.5 * a) + math.acos(0.5 * a) + math.atan2(a, -1.0) + math.pow(a, 1.5) + math.fabs(-a)
+    return first, second, third + math.copysign(a, -1.0)
+
+
+def whole_numbers(a, n) -> tuple:
+    """Everything that makes integers."""
+    return math.floor(a), math.ceil(a), int(a), int(n), float(n), int(a > 0.0), abs(n)
+
+
+def divided(n, m):
+    """Quotients and rests of integers, of any sign."""
+    return n // m, n % m, (n + 9) % 4, abs(n) // 3
+
+
+def choices(a, b, n):
+    """Largest and smallest numbers, of both kinds."""
+    return max(a, b), min(a, b, LEVEL), max(n, 2), min(n, 1, 7), max(n, a)
+
+
+def tests(a, b) -> int:
+    """Every comparison and test, as the bits of a number."""
+    bits = 0
+    bits += 1 if a < b else 0
+    bits += 2 if a <= b else 0
+    bits += 4 if a > b else 0
+    bits += 8 if a >= b else 0
+    bits += 16 if a == b else 0
+    bits += 32 if a != b else 0
+    bits += 64 if math.isfinite(a) else 0
+    bits += 128 if math.isnan(b) else 0
+    bits += 256 if not (a < b) else 0
+    bits += 512 if np.isfinite(b) and not np.isnan(a) else 0
+    return bits
+
+
+def joined(a, b, flag):
+    """And and or, also with what is known beforehand, and chains of comparisons."""
+    one = a > 0.0 and b > 0.0 and flag
+    two = a > 0.0 or b > 0.0 or flag
+    three = True and a > 0.0
+    four = (b > 0.0 and False) or flag
+    five = -1.0 < a < b <= 2.0
+    return one, two, three, four, five, a > 0.0 or True, bool(flag)
+
+
+def first_of(row):
+    """Elements are asked for only where they are."""
+    return row.size > 5 and row[5] > 0.0
+
+
+def compared_last(row, a):
+    """Only the first comparison of a chain is always made."""
+    return 0.0 < a < row[int(a)]
+
+
+def branches(a, n):
+    """If and else, one within the other, with variables that get their value in them."""
+    if a > 1.0:
+        kind = 1
+        value = a
+    elif a > 0.0:
+        kind = 2
+        value = 2.0 * a
+    else:
+        kind = 3
+        if n > 2:
+            return -a
+        value = -1.0
+    if COUNT == 3:
+        value += 1.0
+    else:
+        value = math.nan
+    return value * kind
+
+
+def chosen(flag, body):
+    """A value, a record and an array, one or the other."""
+    point = body.at if flag else Point(1.0, 2.0)
+    row = body.row if flag else body.table[0]
+    return point.x + row[0] if not flag else point.y - row[1], 1 if flag else 0.5
+
+
+def sums(row, table):
+    """Loops over ranges in both directions, one in the other, that go on or break off."""
+    total = 0.0
+    for i in range(table.shape[0]):
+        for j in range(1, table.shape[1]):
+            if i == j:
+                continue
+            total += table[i, j] * row[j]
+    for i in range(row.size - 1, -1, -1):
+        if row[i] < 0.0:
+            break
+        total -= row[i]
+    for _ in range(COUNT):
+        total *= 1.5
+    return total
+
+
+def waiting(a):
+    """A loop that ends by a condition."""
+    count = 0
+    while a > 1.0 and count < 100:
+        a *= 0.5
+        if a < 0.001:
+            break
+        count += 1
+    return count, a
+
+
+def from_the_end(row, table, n):
+    """Indices that count from the end, known and computed."""
+    past = (row[0], row[1], row[2])
+    return row[-1], row[n], table[-1, n], table[n][-2], past[n], past[-3], table[-2][natural(1)]
+
+
+def changed(row, table, a):
+    """Write elements, rows' elements and whole arrays."""
+    row[0] = a
+    row[1] += 2.0
+    row[-1] *= a
+    table[1, 0] = row[0] + row[1]
+    line = table[0]
+    line[1] = -a
+    table[2][1] = 7
+    kept = row.size
+    row[:] = a if kept > 2 else 0.0
+    return table[0, 1] + row[2]
+
+
+def copied(row, other, table):
+    """Fill arrays with those of another one and with a number."""
+    row[:] = other
+    table[:, :] = 1
+    return row[0] + table.size
+
+
+def exchanged(a, b, body):
+    """Values that depend on each other, numbers and records."""
+    a, b = b, a
+    one, two = body.at, Point(a, b)
+    for _ in range(3):
+        one, two = two, Point(one.x + 1.0, two.y)
+    x, y = two
+    return a, b, one, x - y
+
+
+def kept_from_a_loop(row):
+    """A record of one turn of a loop, after the next ones."""
+    found = Point(0.0, 0.0)
+    for i in range(row.size):
+        point = Point(row[i], i)
+        if row[i] > 1.0:
+            found = point
+    return found
+
+
+def all_alike(a):
+    """Variables that get one value."""
+    x = y = Point(a, 2.0 * a)
+    z = w = a + 1.0
+    z += 1.0
+    return x.x + y.y, z, w
+
+
+def made(body, a):
+    """Records and tuples, with defaults, names, and values spread out."""
+    point = Point(*body.past[1:])
+    again = Point(y=a, x=1.0)
+    past = (*body.past[1:], a)
+    count = Body(not body.moving, again, body.count + 1, past, body.row, body.table, body.last)
+    return count, Point(a), point, (point, again)
+
+
+def scaled(point, factor=2.0, *, lift=0.0) -> Point:
+    """Called by others."""
+    return Point(point.x * factor, point.y * factor + lift)
+
+
+def length(point) -> float:
+    """Give a number, once an integer."""
+    if point.x == 0.0 and point.y == 0.0:
+        return 0
+    return math.sqrt(point.x**2 + point.y**2)
+
+
+def is_far(point) -> bool:
+    """Give a truth value."""
+    return length(point) > LEVEL
+
+
+def fill(row, a):
+    """Give nothing."""
+    if a < 0.0:
+        return
+    for i in range(row.size):
+        row[i] = a
+
+
+def calls(point, row, a):
+    """Call other kernels."""
+    fill(row, a)
+    fill(row, -1.0)
+    near = scaled(scaled(point, lift=a), factor=0.5)
+    return near, length(near), is_far(near), is_far(Point(0.0, 0.0)), length(Point(0.0, 0.0)), row[0]
+
+
+def items(body):
+    """Items by constant places, of records, tuples, shapes and constants."""
+    return body[1].x, body.past[0], body.table.shape[1], STEPS_OF[1], STEPS_OF[-1], body.at[-1], math.pi
+
+
+def shadowed(a):
+    """An argument that gets other values, among them an integer."""
+    if a > 2.0:
+        a = 2
+    a -= 0.5
+    return a
+
+
+SHAPES: dict = {}
+
+
+class Circle(NamedTuple):
+    """A class that has a kernel of its own."""
+
+    radius: float
+
+
+class Square(NamedTuple):
+    """Another one."""
+
+    side: float
+
+
+def _circle(shape, factor):
+    return factor * shape.radius
+
+
+def _square(shape, factor):
+    return factor * shape.side**2
+
+
+SHAPES[Circle], SHAPES[Square] = _circle, _square
+
+
+def _measure(shape, factor):
+    return SHAPES[type(shape)](shape, factor)
+
+
+measure = dispatched(SHAPES, _measure)
+
+
+def both(circle, square, a):
+    """Kernels that are chosen by the class of their first argument."""
+    return measure(circle, a) + measure(square, factor=a)
+
+
+def on_its_own(a):
+    """A string and nothing else stand for no statement."""
+    pass
+    return a
