@@ -133,6 +133,8 @@ class Body:
     def element(self, node: ast.AST, owner: Value, index: Value) -> Value:
         """Return an element of a tuple of one kind, at any place."""
         assert isinstance(owner.kind, Line)
+        if owner.kind.length == 1:
+            return self.member(owner, 0)  # a computed place would keep LLVM from making registers of all around it
         place = self._from_start(index, ir.Constant(WORD, owner.kind.length))
         return self.read(owner.kind.element, self.part(owner.content, place), owner.lasting)
 

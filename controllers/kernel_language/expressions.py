@@ -4,6 +4,7 @@ import ast
 import operator
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,10 @@ class Expressions:
     ----------
     variables : dict
         Variables by their names: where they lie, or the only value that they ever have.
+    stores : Counter
+        How many statements give each variable a value.
+    counted : Counter
+        How many of these are loops that count from zero.
     """
 
     def __init__(self, unit: "Unit", body: Body) -> None:
@@ -70,6 +75,7 @@ class Expressions:
         self.variables: dict[str, Variable | Value] = {}
         names = [node for node in ast.walk(self.kernel.tree) if isinstance(node, ast.Name)]
         self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
+        self.counted = _counted(self.kernel.tree)
 
     def translate(self, node: ast.expr) -> Value:
         """Return the value of an expression.
@@ -115,7 +121,7 @@ class Expressions:
     def _name(self, node: ast.Name) -> Value:
         found = self.variables.get(node.id)
         if isinstance(found, Variable):
-            return self.body.read(found.kind, found.place)
+            return replace(self.body.read(found.kind, found.place), natural=found.natural)
         if found is not None:
             return found
         if self.stores[node.id]:
@@ -373,3 +379,8 @@ class Expressions:
 
     def _call(self, node: ast.Call) -> Value:
         return translate_call(self, node)
+
+
+def _counted(tree: ast.FunctionDef) -> Counter[str]:
+    loops = [node for node in ast.walk(tree) if isinstance(node, ast.For) and isinstance(node.iter, ast.Call)]
+    return Counter(ast.unparse(loop.target) for loop in loops if len(loop.iter.args) == 1)  # type: ignore[attr-defined]

@@ -243,10 +243,13 @@ class Statements:
         known = self.expressions.variables.get(name)
         if known is None:
             held = value.lasting or not isinstance(value.kind, Line | Record)
-            if value.kind is None or (self.expressions.stores[name] == 1 and held and not self._is_passed_by):
+            once = self.expressions.stores[name] == 1
+            if value.kind is None or (once and held and not self._is_passed_by):
                 self.expressions.variables[name] = value
                 return
-            known = self.expressions.variables[name] = Variable(value.kind, self.body.room(value.kind))
+            natural = value.natural and (once or self.expressions.counted[name] == self.expressions.stores[name])
+            known = Variable(value.kind, self.body.room(value.kind), natural)
+            self.expressions.variables[name] = known
         if not isinstance(known, Variable):
             raise self.kernel.refusal(node, f"{name} gets a value once more, which has no translation")
         self.body.write(self.body.like(node, value, known.kind), known.place)

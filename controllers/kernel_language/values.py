@@ -44,10 +44,13 @@ class Variable:
         Kind of its values.
     place : object
         Where it lies.
+    natural : bool
+        Of integers: whether they are known not to be negative.
     """
 
     kind: Kind
     place: Any
+    natural: bool = False
 
 
 def constant(number: bool | int | float) -> Value:
