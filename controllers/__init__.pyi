@@ -24,7 +24,6 @@ from .design.systems import loop_systems as loop_systems
 from .interface import Controller as Controller
 from .interface import feedback_state as feedback_state
 from .kernel_language.indices import natural as natural
-from .kernel_language.machine_code import Translated as Translated
 from .kernels import ESTIMATES as ESTIMATES
 from .kernels import INLINED as INLINED
 from .kernels import MONITORS as MONITORS

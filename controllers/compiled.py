@@ -95,8 +95,6 @@ def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> F
     def choose(block: Any, *_: Any) -> Callable[..., Any] | None:
         return kernels.get(getattr(block, "instance_class", None))  # type: ignore[arg-type]
 
-    # Inlined, and so are all kernels that it calls, to which numba hands the option on: else parameters and state, a
-    # hundred numbers, go over the stack at each call, which can double the time.
-    overload(function, strict=False, jit_options={"forceinline": True})(choose)
+    overload(function, strict=False)(choose)
     DISPATCHED[function] = kernels
     return function

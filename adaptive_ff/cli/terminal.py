@@ -15,7 +15,7 @@ from rich.text import Text
 from adaptive_ff.cli.common import SETTINGS, TableForm
 from adaptive_ff.cli.printable import printable
 
-COMPILES = "First run on this machine: the controllers are compiled, once (up to a minute)."
+COMPILES = "First run on this machine: the controllers are compiled, once (some ten seconds)."
 
 LONGEST_LINE = 10_000
 """Characters of a line that no table comes to."""

@@ -7,7 +7,9 @@ and finds the same mathematics as what numba compiles.
 import ctypes
 import gc
 import hashlib
-from collections.abc import Callable, Iterator
+import pickle
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -30,6 +32,7 @@ from controllers.kernel_language.kinds import (
     Record,
     kind_of,
 )
+from controllers.kernel_language.sources import read_kernel
 from controllers.kernel_language.unit import Unit
 from controllers.kernel_sources import KERNEL_PACKAGES, package_root
 from controllers.memory_layout import Memory, structure
@@ -111,7 +114,8 @@ def address_of(kernel: Callable[..., Any], kinds: tuple[Kind, ...]) -> int:
 def _machine_code(kernel: Callable[..., Any], kinds: tuple[Kind, ...], form: Any) -> tuple[int, Any]:
     """Return where the machine code of a kernel lies, as a function of C, and a sample of what that gives."""
     generator = cpu_target.target_context.codegen()
-    key = f"{kernel.__module__}.{kernel.__qualname__} {form.__name__} {kinds} {generator.magic_tuple()}"
+    places = sorted(_foreign_files(kernel, kinds))
+    key = f"{kernel.__module__}.{kernel.__qualname__} {form.__name__} {kinds} {places} {generator.magic_tuple()}"
     name = f"entry_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
     file = _File(_folder(kernel), f"{kernel.__name__}-{name}")
     with global_compiler_lock, _without_collection():
@@ -126,6 +130,26 @@ def _machine_code(kernel: Callable[..., Any], kinds: tuple[Kind, ...], form: Any
             library = CodeLibrary.loaded(generator, name, code)
         _KEPT.append(library)
         return int(generator._engine.get_function_address(name)), sample
+
+
+def _foreign_files(kernel: Any, kinds: Iterable[Kind]) -> set[str]:
+    """Return the files, outside of the packages, of a kernel and of classes in the kinds of its arguments.
+
+    Two scripts may use the same names.
+    """
+    found = set() if _is_ours(kernel) else {str(read_kernel(kernel).file)}
+    for kind in kinds:
+        if isinstance(kind, Line):
+            found |= _foreign_files(kernel, [kind.element])
+        if isinstance(kind, Record):
+            found |= _foreign_files(kernel, kind.kinds)
+            if kind.origin is not None and not _is_ours(kind.origin):
+                found.add(str(getattr(sys.modules[kind.origin.__module__], "__file__", "")))
+    return found
+
+
+def _is_ours(thing: Any) -> bool:
+    return thing.__module__.partition(".")[0] in KERNEL_PACKAGES
 
 
 def _folder(kernel: Callable[..., Any]) -> Path:
@@ -157,7 +181,10 @@ class _File:
 
     def load(self) -> tuple[bytes, Any] | None:
         """Return the code and a sample of its result; none where there is none, or a source is another one now."""
-        found = self._file.load("code")
+        try:
+            found = self._file.load("code")
+        except (AttributeError, ImportError, EOFError, pickle.UnpicklingError):
+            return None  # cut off, or of a class that is no longer there
         if found is None or any(_content(path) != content for path, content in found[2].items()):
             return None
         return found[0], found[1]

@@ -237,3 +237,34 @@ def test_machine_code_is_loaded_until_a_source_outside_of_the_packages_changes(t
     assert found == ["False 6.0", "True 6.0", "True 10.0"]
     files = list((tmp_path / "cache").rglob("kernel-*.nbc"))
     assert len(files) == 1
+
+
+OWN_SCRIPT = """
+from typing import NamedTuple
+from controllers.compiled import compiled_in_place
+
+class Own(NamedTuple):
+    number: float
+
+def kernel(own):
+    return Own({} * own.number)
+
+print(compiled_in_place(kernel)(Own(2.0)).number)
+"""
+
+
+def test_two_scripts_may_use_the_same_names_and_a_damaged_file_is_made_anew(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
+    found = []
+    for name, factor in (("one", 3.0), ("two", 5.0), ("one", 3.0), ("two", 5.0)):
+        script = tmp_path / f"{name}.py"
+        script.write_text(OWN_SCRIPT.format(factor))
+        done = subprocess.run(
+            [sys.executable, str(script)], env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        found.append(float(done.stdout))
+        if len(found) == 2:
+            for file in (tmp_path / "cache").rglob("kernel-*.nbc"):
+                file.write_bytes(file.read_bytes()[:20])
+    assert found == [6.0, 10.0, 6.0, 10.0]
