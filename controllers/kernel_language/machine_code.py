@@ -9,6 +9,7 @@ import gc
 import hashlib
 import pickle
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -40,8 +41,11 @@ from controllers.memory_layout import Memory, structure
 SAMPLES: dict[Any, Any] = {REAL: 0.0, INTEGER: 0, BOOLEAN: False}
 TYPES = {element: kind for kind, element in ELEMENTS.items()}
 
-_KEPT: list[Any] = []
-"""Machine code goes with the library that holds it; none goes while the process runs."""
+_KEPT: dict[tuple[Any, ...], tuple[Any, int, Any]] = {}
+"""Library, address and sample of what has been made; code goes with its library, and none goes while a process runs."""
+
+_NAMES: Counter[str] = Counter()
+"""How often each name has been used: after a module is loaded anew, its functions are others of the same name."""
 
 
 class CodeLibrary(JITCodeLibrary):
@@ -113,23 +117,29 @@ def address_of(kernel: Callable[..., Any], kinds: tuple[Kind, ...]) -> int:
 
 def _machine_code(kernel: Callable[..., Any], kinds: tuple[Kind, ...], form: Any) -> tuple[int, Any]:
     """Return where the machine code of a kernel lies, as a function of C, and a sample of what that gives."""
+    if (form, kernel, *kinds) in _KEPT:
+        return _KEPT[form, kernel, *kinds][1:]
     generator = cpu_target.target_context.codegen()
     places = sorted(_foreign_files(kernel, kinds))
     key = f"{kernel.__module__}.{kernel.__qualname__} {form.__name__} {kinds} {places} {generator.magic_tuple()}"
     name = f"entry_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
-    file = _File(_folder(kernel), f"{kernel.__name__}-{name}")
     with global_compiler_lock, _without_collection():
-        found = file.load()
+        used, file = _NAMES[name], _File(_folder(kernel), f"{kernel.__name__}-{name}")
+        _NAMES[name] += 1
+        found = None if used else file.load()
         if found is None:
+            name = f"{name}_{used}"
             unit = Unit(name)
             sample = _sample(form(unit, kernel, kinds, name))
             library = CodeLibrary.made(generator, name, unit.module)
-            file.save(library._get_compiled_object(), sample, unit.files)
+            if not used:
+                file.save(library._get_compiled_object(), sample, unit.files)
         else:
-            code, sample = found
+            name, (code, sample) = f"{name}_0", found
             library = CodeLibrary.loaded(generator, name, code)
-        _KEPT.append(library)
-        return int(generator._engine.get_function_address(name)), sample
+        address = int(generator._engine.get_function_address(name))
+        _KEPT[form, kernel, *kinds] = library, address, sample
+        return address, sample
 
 
 def _foreign_files(kernel: Any, kinds: Iterable[Kind]) -> set[str]:

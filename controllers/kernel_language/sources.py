@@ -62,10 +62,14 @@ class Constant:
     doc: str
 
 
-@cache
 def module_tree(name: str) -> ast.Module:
     """Return the syntax of a module."""
-    return ast.parse(inspect.getsource(importlib.import_module(name)))
+    return _parsed(inspect.getsource(importlib.import_module(name)))
+
+
+@cache
+def _parsed(source: str) -> ast.Module:
+    return ast.parse(source)
 
 
 @cache

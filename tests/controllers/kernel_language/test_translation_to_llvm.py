@@ -3,6 +3,7 @@
 import copy
 import gc
 import importlib
+import linecache
 import math
 import os
 import subprocess
@@ -237,6 +238,21 @@ def test_machine_code_is_loaded_until_a_source_outside_of_the_packages_changes(t
     assert found == ["False 6.0", "True 6.0", "True 10.0"]
     files = list((tmp_path / "cache").rglob("kernel-*.nbc"))
     assert len(files) == 1
+
+
+def test_a_module_that_is_loaded_anew_has_its_new_code_at_once(tmp_path, monkeypatch):
+    source = tmp_path / "loaded_anew.py"
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    found = []
+    for factor in (2.0, 3.0):
+        source.write_text(f"def kernel(x):\n    return {factor} * x\n")
+        importlib.invalidate_caches()
+        linecache.clearcache()
+        kernel = importlib.import_module("loaded_anew").kernel
+        found += [compiled_in_place(kernel)(1.0), compiled_in_place(kernel)(1.0)]
+        sys.modules.pop("loaded_anew")
+    assert found == [2.0, 2.0, 3.0, 3.0]
 
 
 OWN_SCRIPT = """
