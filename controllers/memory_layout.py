@@ -40,10 +40,21 @@ class Memory:
     """
 
     def __init__(self, value: Any, kind: Hashable = None) -> None:
-        size, self._format = _form(value, structure(value) if kind is None else kind)
+        self._allocate(value, structure(value) if kind is None else kind)
+        self.value = value
+
+    @classmethod
+    def like(cls, sample: Any, kind: Hashable) -> "Memory":
+        """Return memory for a value like a sample, of a known :func:`structure`; it holds zeros."""
+        memory = cls.__new__(cls)
+        memory._allocate(sample, kind)
+        memory._template, memory._arrays = sample, {}
+        return memory
+
+    def _allocate(self, value: Any, kind: Hashable) -> None:
+        size, self._format = _form(value, kind)
         self._buffer: Any = np.zeros(max(size, 1) // 8 + 1)
         self.address = int(self._buffer.ctypes.data)
-        self.value = value
 
     @property
     def value(self) -> Any:
@@ -68,8 +79,7 @@ def structure(value: Any) -> Hashable:
     if isinstance(value, tuple):
         return (type(value), *map(structure, value))
     if isinstance(value, np.ndarray):
-        flags = value.flags
-        return (value.dtype.str, value.ndim, flags.writeable, flags.aligned, flags.c_contiguous, flags.f_contiguous)
+        return (value.dtype, value.ndim, value.flags.num)
     return (type(value),)
 
 

@@ -21,7 +21,7 @@ from adaptive_ff.model.feedforward import (
     step_feedforward,
 )
 from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.model.turning import turning_of
+from adaptive_ff.model.turning import Turning, turning_of
 from controllers import (
     ESTIMATES,
     INLINED,
@@ -52,6 +52,8 @@ class ModelBasedParameters(NamedTuple):
         The PI loop.
     model : TorqueModel
         The joint.
+    turning : Turning
+        When a reversed reference turns the friction of this model.
     times : ndarray, shape (changes,)
         When the model changes, s, ascending.
     models : ndarray, shape (changes * fields,)
@@ -68,6 +70,7 @@ class ModelBasedParameters(NamedTuple):
 
     feedback: PIParameters
     model: TorqueModel
+    turning: Turning
     times: NDArray[np.float64]
     models: NDArray[np.float64]
     gravity: float
@@ -143,11 +146,11 @@ def step_model_based(
         if block.velocity_lag > 0.0:
             seen = plan_as_measured(block.velocity_lag, state.seen, inputs.reference, inputs.dt)
     acting = time + block.feedback.delay * block.period
-    model = block.model
+    model, turning = block.model, block.turning
     for change in range(block.times.size):
         if acting >= block.times[change] - 0.5 * block.period:  # in force for most of the period to come
             model = model_in_row(block.models, change)
-    turning = turning_of(model, model.inertia, block.feedback.proportional, block.period)
+            turning = turning_of(model, model.inertia, block.feedback.proportional, block.period)
     torque, feedforward = step_feedforward(
         model,
         state.feedforward,
@@ -216,9 +219,11 @@ class ModelBased(Controller):
             raise ValueError(f"held = {held} is not allowed: it must be from 0 to 1")
         if not 0.0 <= velocity_lag < math.inf:
             raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
+        feedback, assumed = check_gains(proportional, integral, delay, period), TorqueModel(*map(float, model))
         parameters = ModelBasedParameters(
-            check_gains(proportional, integral, delay, period),
-            TorqueModel(*(float(value) for value in model)),
+            feedback,
+            assumed,
+            turning_of(assumed, assumed.inertia, feedback.proportional, float(period)),
             np.array([time for time, _ in changes], dtype=float),
             np.array([value for _, changed in changes for value in changed], dtype=float),
             float(gravity[0]),

@@ -10,7 +10,7 @@ import hashlib
 import pickle
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -229,7 +229,7 @@ class Translated:
 
     def __init__(self, kernel: Callable[..., Any]) -> None:
         self.py_func = kernel
-        self._known: dict[Any, tuple[Any, Any]] = {}
+        self._known: dict[Hashable, tuple[Any, Any, Hashable]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         """Return what the kernel returns; its arrays are those of the arguments.
@@ -244,12 +244,12 @@ class Translated:
         form = structure(arguments)
         if form not in self._known:
             self._known[form] = self._made(arguments)
-        function, sample = self._known[form]
+        function, sample, form_of_sample = self._known[form]
         taken = Memory(arguments, form)
         if sample is None:
             function(taken.address, None)
             return None
-        given = Memory(sample)
+        given = Memory.like(sample, form_of_sample)
         function(taken.address, given.address)
         return given.value_with_arrays_of(taken)
 
@@ -257,6 +257,7 @@ class Translated:
         """Tell whether there is machine code, for any kinds of arguments, in this process or on disk."""
         return bool(self._known) or any(_folder(self.py_func).glob(f"{self.py_func.__name__}-*.nbi"))
 
-    def _made(self, arguments: tuple[Any, ...]) -> tuple[Any, Any]:
+    def _made(self, arguments: tuple[Any, ...]) -> tuple[Any, Any, Hashable]:
         address, sample = _machine_code(self.py_func, tuple(map(kind_of, arguments)), Unit.entry)
-        return ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), sample
+        function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
+        return function, sample, structure(sample)
