@@ -3,14 +3,14 @@
 import ast
 import inspect
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Record, Type
 from adaptive_ff.export.values import UNARY, Value
-from controllers import ESTIMATES, STEPS, step, write_estimates
+from controllers.kernel_language.dispatch import DISPATCHED
 from controllers.kernel_language.sources import read_kernel, resolve
 
 if TYPE_CHECKING:
@@ -34,9 +34,6 @@ LIBRARY: dict[Any, str] = {
 TESTS: dict[Any, str] = {math.isfinite: "isfinite", np.isfinite: "isfinite", math.isnan: "isnan"}
 
 CHOICES: dict[Any, str] = {max: "larger", min: "smaller"}
-
-DISPATCHED: dict[Any, dict[type, Callable[..., Any]]] = {step: STEPS, write_estimates: ESTIMATES}
-"""Kernels that choose the one that does it by the class of their first argument."""
 
 
 class Calls:
