@@ -77,8 +77,8 @@ class AdaptiveBase(IdentifyingController):
             raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
         if not state.timing.seen >= 0.0:
             raise ValueError(f"state.timing.seen = {state.timing.seen} is not allowed: it must be zero or more")
-        if state.doubt.left < 0.0 or state.doubt.speed < 0.0:
-            raise ValueError("state.doubt is not allowed: left and speed must be zero or more")
+        if state.doubt.left < 0.0 or state.doubt.speed < 0.0 or state.doubt.aside < 0:
+            raise ValueError("state.doubt is not allowed: left, speed and aside must be zero or more")
 
     @property
     def feedforward_enabled(self) -> bool:

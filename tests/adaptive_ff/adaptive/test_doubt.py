@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.doubt import CONSISTENT
 from controllers import PI
 
 PERIOD, INERTIA = 0.004, 1.0
@@ -54,3 +55,32 @@ def test_a_step_of_the_plan_is_tracked_no_worse_than_by_the_loop_alone(stribeck_
     begin = round(late / PERIOD)
     assert rms(own[begin : begin + 1250]) <= 1.05 * rms(base[begin : begin + 1250])
     assert np.max(np.abs(torques)) <= 1.1 * np.max(np.abs(asked))
+
+
+def along_a_sine(controller, wrong):
+    """Torques along a plan that is told for when the torque acts; at some samples it is told wrong."""
+    plan, torques = 0.5 * np.sin(0.02 * np.arange(303)), []
+    for k in range(300):
+        start, end = wrong.get(k, (plan[k + 1], plan[k + 2]))
+        acting = {"acting_reference": start, "next_acting_reference": end}
+        torques.append(controller.step(plan[k], plan[k], next_reference=plan[k + 1], dt=PERIOD, **acting))
+    return np.array(torques)
+
+
+def test_a_coming_plan_that_does_not_go_on_where_it_said_is_not_used_until_it_has_done_so_for_some_samples():
+    controller, unknown = make(0.02), (None, None)
+    found = along_a_sine(controller, {200: (0.2, 0.2), 201: (-0.2, -0.2)})
+    assert controller.state.doubt.aside == 0
+    expected = along_a_sine(make(0.02), dict.fromkeys(range(200, 202 + CONSISTENT), unknown))
+    assert found[:203].tolist() == expected[:203].tolist()
+    assert found[206] == pytest.approx(expected[206], rel=1e-6)
+    assert found[250] == pytest.approx(expected[250], rel=1e-3)
+
+
+def test_a_coming_plan_that_goes_on_is_used_at_once():
+    controller = make(0.02)
+    along_a_sine(controller, {})
+    assert controller.state.doubt.aside == 0
+    told = along_a_sine(make(0.02), {})
+    untold = along_a_sine(make(0.02), dict.fromkeys(range(300), (None, None)))
+    assert told[1] != untold[1]

@@ -38,6 +38,12 @@ WRONG_PLAN = [
 ]
 """Bad values that made short bristles of a lag, for good: the plan is said to come to rest at every other sample."""
 
+COMING = [
+    ("acting_reference", 177, 3, [-3.239994046607081e118, -6400299447278157.0, 0.0]),
+    ("next_acting_reference", 53, 200, [0.0, 1277.6899704385896, -0.4388204927874766]),
+]
+"""A plan for when torques act, half of it wrong: it threw the joint, and the friction lag was lost for minutes."""
+
 HALF_TOLD = [("realised_torque", 150, 50, [0.0, math.nan, math.nan])]
 """A drive that reports wrongly, and now and then only: the doubt about it stayed for good, with less friction fed."""
 
@@ -90,6 +96,7 @@ def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
 @example(bursts=[("reference", 79, 200, [1e-9]), ("next_reference", 79, 1, [1e-9])])
 @example(bursts=WRONG_PLAN)
 @example(bursts=HALF_TOLD)
+@example(bursts=COMING)
 @example(bursts=[("next_reference", 102, 3, [9.6e-283]), ("realised_torque", 169, 1, [1.2e294])])
 def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
     """Examples: what a joint does while its plan stands still for 2 s, or is not known ahead, looks like bristles."""
