@@ -6,7 +6,7 @@ on which compiled code depends, so stale code cannot be found; where the package
 clone or an installed copy of the same sources compiles nothing.
 
 Kernels themselves are plain functions: called from Python they run as Python, called from an entry point they are
-compiled. Those that numba meets, too, are marked ``numba.extending.register_jitable``.
+compiled. Marked ``numba.extending.register_jitable``, they can be called by functions that numba compiles, too.
 """
 
 from collections.abc import Callable

@@ -35,7 +35,7 @@ from controllers.kernel_language.kinds import (
 )
 from controllers.kernel_language.sources import read_kernel
 from controllers.kernel_language.unit import Unit
-from controllers.kernel_sources import KERNEL_PACKAGES, package_root
+from controllers.kernel_sources import KERNEL_PACKAGES, kernel_sources, package_root
 from controllers.memory_layout import Memory, structure
 
 SAMPLES: dict[Any, Any] = {REAL: 0.0, INTEGER: 0, BOOLEAN: False}
@@ -181,8 +181,8 @@ def _sample(kind: Kind | None) -> Any:
 class _File:
     """Machine code of one kernel on disk.
 
-    What depends on the sources of the packages alone lies in a directory that is named after their content. Of other
-    files that kernels stand in, the content is noted beside the code.
+    It lies in a directory that is named after the content of the sources on which compiled code is known to depend. Of
+    other files that kernels stand in, the content is noted beside the code.
     """
 
     def __init__(self, folder: Path, base: str) -> None:
@@ -201,9 +201,8 @@ class _File:
 
     def save(self, code: bytes, sample: Any, sources: set[Path]) -> None:
         """Keep the code of kernels that stand in some files."""
-        own = [package_root() / package for package in KERNEL_PACKAGES]
-        others = {str(path) for path in sources if not any(path.is_relative_to(folder) for folder in own)}
-        self._file.save("code", (code, sample, {path: _content(path) for path in others}))
+        known = {package_root() / path for path in kernel_sources()}
+        self._file.save("code", (code, sample, {str(path): _content(str(path)) for path in sources - known}))
 
 
 def _content(path: str) -> str | None:
