@@ -12,6 +12,7 @@ from adaptive_ff.adaptive.drive_limit import (
     BELIEVED,
     GIVEN,
     IMPOSSIBLE,
+    PATIENCE,
     advance_drive_limit,
     believed_share,
     given_torque,
@@ -63,6 +64,25 @@ def test_beside_a_limit_it_is_doubted_for_good_and_only_the_feedback_is_left():
     assert state.largest == pytest.approx(900.0, rel=1e-3)
     assert given_torque(state, 900.0, 0.0) == pytest.approx(GIVEN * 80.0, rel=1e-3)
     assert given_torque(state, -900.0, 100.0) == pytest.approx(100.0 - GIVEN * 80.0, rel=1e-3)
+
+
+def test_a_drive_that_has_been_doubted_for_long_is_given_another_chance_and_the_next_one_later():
+    state = pulled(following(), 900.0, seconds=5.0, plan=0.6)
+    assert state.established
+    again = pulled(state, 900.0, seconds=0.9 * PATIENCE * TIME - 5.0, plan=0.6)
+    assert (again.established, again.patience) == (True, PATIENCE)
+    while again.established:
+        again = pulled(again, 900.0, seconds=PERIOD, plan=0.6)
+    assert believed_share(again, FRICTION) == 1.0
+    assert again.patience == 2.0 * PATIENCE
+    assert again.proven == pytest.approx(state.proven, rel=0.2)
+    doubted = pulled(again, 900.0, seconds=5.0, plan=0.6)
+    assert (doubted.established, believed_share(doubted, FRICTION)) == (True, 0.0)
+
+
+def test_a_joint_that_is_at_rest_waits_for_nothing():
+    state = pulled(following(), 900.0, seconds=5.0, plan=0.6)
+    assert pulled(state, 900.0, seconds=5.0, plan=0.0, velocity=0.0).waited == state.waited
 
 
 def test_a_report_ends_the_doubt_in_the_time_in_which_it_came_and_leaves_what_is_proven():
