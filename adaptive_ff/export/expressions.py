@@ -28,6 +28,7 @@ ARITHMETIC: dict[type, tuple[str, int]] = {
     ast.Add: ("+", SUM),
     ast.Sub: ("-", SUM),
 }
+ROUNDED: dict[type, str] = {ast.Mod: "floored_rest", ast.FloorDiv: "floored_quotient"}
 COMPARISONS: dict[type, tuple[str, int]] = {
     ast.Lt: ("<", ORDER),
     ast.Gt: (">", ORDER),
@@ -231,10 +232,13 @@ class Expressions:
     def _binop(self, node: ast.BinOp) -> Value:
         if isinstance(node.op, ast.Pow):
             return self._power(node)
-        if type(node.op) not in ARITHMETIC:
-            raise self.kernel.refusal(node, f"{ast.unparse(node)}: there are + - * / and **; use math on reals")
-        operator, rank = ARITHMETIC[type(node.op)]
         left, right = self.translate(node.left), self.translate(node.right)
+        if type(node.op) in ROUNDED and left.type == right.type == INTEGER:
+            return Value(self.unit.helper(ROUNDED[type(node.op)], left.text, right.text), INTEGER)
+        if type(node.op) not in ARITHMETIC:
+            allowed = "+ - * / and **, and // and % of integers; use math on reals"
+            raise self.kernel.refusal(node, f"{ast.unparse(node)}: there are {allowed}")
+        operator, rank = ARITHMETIC[type(node.op)]
         if left.type == right.type == INTEGER and operator != "/":
             text = f"{left.within(rank)} {operator} {right.within(rank + 1)}"
             if left.constant is None or right.constant is None:

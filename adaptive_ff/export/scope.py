@@ -85,6 +85,8 @@ RESERVED = frozenset(
         "square",
         "larger",
         "smaller",
+        "floored_rest",
+        "floored_quotient",
     ]
 )
 """Names that are taken in C, or in C++, which reads the header."""

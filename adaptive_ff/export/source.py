@@ -28,11 +28,25 @@ CHOICE = """static {kind} {name}({kind} first, {kind} second)
 """
 """Of equal values, and beside what is not a number, the first one is taken, as in Python."""
 
-HELPERS = {
+HELPERS = {  # rest and quotient of integers are rounded down as in Python
     "square": "static {real} square({real} value)\n{{\n    return value * value;\n}}\n",
     "larger": CHOICE.format(kind="{real}", name="larger", sign=">"),
     "smaller": CHOICE.format(kind="{real}", name="smaller", sign="<"),
     "larger_integer": CHOICE.format(kind="int64_t", name="larger_integer", sign=">"),
+    "floored_rest": """static int64_t floored_rest(int64_t value, int64_t divisor)
+{{
+    int64_t rest = divisor == 0 ? 0 : value % divisor;
+    return rest != 0 && (rest < 0) != (divisor < 0) ? rest + divisor : rest;
+}}
+""",
+    "floored_quotient": """static int64_t floored_quotient(int64_t value, int64_t divisor)
+{{
+    if (divisor == 0) {{
+        return 0;
+    }}
+    return value / divisor - (value % divisor != 0 && (value < 0) != (divisor < 0));
+}}
+""",
     "smaller_integer": CHOICE.format(kind="int64_t", name="smaller_integer", sign="<"),
 }
 

@@ -13,6 +13,7 @@ from adaptive_ff import run_in_c
 from adaptive_ff.errors import InputError
 from adaptive_ff.export import compiler as c_compiler
 from adaptive_ff.export.buffer import HEADER, state_from_bytes, state_to_bytes
+from adaptive_ff.rivals.repetitive import Repetitive
 
 pytest.importorskip("cffi", reason="cffi is not installed")
 pytestmark = needs_gcc
@@ -28,6 +29,7 @@ MADE = {
     "canudas_measured": lambda: made("canudas_measured", DELAYED),
     "feedback_error": lambda: made("feedback_error"),
     "radial_basis": lambda: made("radial_basis"),
+    "repetitive over 40 samples": lambda: Repetitive(2000.0, 5000.0, 0.01, inertia=20.0, cycle=40, lead=2),
     "lugre_gradient": lambda: made("lugre_gradient"),
     "friction_observer": lambda: made("friction_observer", DELAYED),
     "lee_tomizuka": lambda: made("lee_tomizuka", DELAYED),

@@ -157,6 +157,11 @@ def test_values_that_depend_on_each_other_are_exchanged_as_in_python(tmp_path, m
     assert "b = value2;" in text
 
 
+def test_rests_and_quotients_of_integers_are_those_of_python(tmp_path, monkeypatch):
+    text = "def kernel(n, m):\n    return n % m + n // m\n"
+    assert "return floored_rest(n, m) + floored_quotient(n, m);" in translated(text, tmp_path, monkeypatch, 7, -2)
+
+
 def test_types_come_from_samples():
     kind = type_of(made("pi").state, "state")
     assert isinstance(kind, Record)
