@@ -8,7 +8,8 @@ four of the loop's integral times. What resists the torque beyond the inertia, l
 
     R = +-(u - u_known - J a) - 0.3 |J a|     (along the torque; 0.3 for an inertia that is told wrong)
 
-is compared with the largest one ``R_p`` proven so far:
+is compared with the largest one ``R_p`` proven so far (of the time in which the joint followed the mean, or the last
+if that is larger):
 
     R > 1.3 R_p                 nothing is learnt from such torque,
     |u| > J a + 2 R_p           and the drive is taken to have given no more than that;
@@ -144,6 +145,8 @@ class DriveLimit(NamedTuple):
         How long the joint has moved since then, s.
     patience : float
         After how long it is given another chance, integral times.
+    shown : float
+        Mean resistance for the time that ``follows`` counts, N m.
     """
 
     torque: float
@@ -165,12 +168,13 @@ class DriveLimit(NamedTuple):
     established: bool
     waited: float
     patience: float
+    shown: float
 
 
 def initial_drive_limit() -> DriveLimit:
     """Return the state before any motion."""
     return DriveLimit(
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, False, 0.0, 0.0, False, False, 0.0, PATIENCE
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, False, 0.0, 0.0, False, False, 0.0, PATIENCE, 0.0
     )
 
 
@@ -259,6 +263,7 @@ def advance_drive_limit(
     follows = gain * abs(error) < max(gain * noise, largest_lack(state, gain, resists, plan))
     moves = direction * velocity > max(MOVES * abs(plan), slowest)
     proven, usual, moving, following = state.proven, state.usual, state.moving, state.follows
+    shown = state.shown
     if moves:
         if proven == 0.0:
             usual = smooth(usual, resists, duration / (duration + min(moving, MEAN * time)))
@@ -267,10 +272,12 @@ def advance_drive_limit(
             following = max(0.0, following - duration)
         elif resists > proven:
             following += duration
+            shown = smooth(shown, resists, duration / following)
         elif resists > 0.0:
             proven = smooth(proven, resists, duration / SETTLES)
     if following > (PROVES_AGAIN if state.established else PROVES) * time:
-        proven = resists if proven == 0.0 else min(resists, GROWS * proven)
+        shown = max(shown, resists)
+        proven = shown if proven == 0.0 else min(shown, GROWS * proven)
         following = 0.0
     stuck = state.stuck + duration if abs(velocity) <= slowest else 0.0
     broke = state.broke * math.exp(-duration / (BROKEN * time))
@@ -318,6 +325,7 @@ def advance_drive_limit(
         established,
         waited,
         patience,
+        shown,
     )
 
 
@@ -347,6 +355,7 @@ def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> Dri
         state.established,
         state.waited,
         state.patience,
+        state.shown,
     )
 
 
