@@ -72,8 +72,10 @@ def compiles() -> bool:
 
 
 def is_cached(entry: Any) -> bool:
-    """Tell whether an entry point has been compiled in place, in this process or an earlier one."""
-    return entry.is_made() if compiles() else True  # there is nothing to wait for
+    """Tell whether an entry point has been compiled for any arguments, in this process or an earlier one."""
+    if not compiles():
+        return True  # there is nothing to wait for
+    return entry.is_made() if isinstance(entry, Translated) else bool(entry.signatures) or entry._cache.is_filled()
 
 
 def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> Function:

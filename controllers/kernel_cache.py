@@ -2,6 +2,7 @@
 
 import glob
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -35,9 +36,14 @@ class EntryCache(FunctionCache):
             # Numba's locator goes by the place and the time of the file; here the directory stands for its content.
             self._impl._locator = _ByContent(function, directory)
             self._cache_path = self._impl.locator.get_cache_path()
-        self._cache_file = _FilesBySignature(
+        self._by_signature = _FilesBySignature(
             self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
         )
+        self._cache_file = self._by_signature
+
+    def is_filled(self) -> bool:
+        """Tell whether there is machine code on disk, for any signature."""
+        return self._by_signature.is_filled()
 
 
 def _is_ours(function: Any) -> bool:
@@ -85,5 +91,11 @@ class _FilesBySignature(IndexDataCacheFile):
         return self._of(key).load(key)
 
     def flush(self) -> None:
-        for path in Path(self._folder).glob(f"{glob.escape(self._base)}-*"):
+        for path in self._files():
             path.unlink(missing_ok=True)
+
+    def is_filled(self) -> bool:
+        return any(True for _ in self._files())
+
+    def _files(self) -> Iterator[Path]:
+        return Path(self._folder).glob(f"{glob.escape(self._base)}-*")

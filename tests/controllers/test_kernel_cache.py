@@ -5,6 +5,7 @@ import numba
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
+from controllers import is_cached
 from controllers.kernel_cache import EntryCache, _FilesBySignature
 
 SOURCE = "def twice(value):\n    return 2 * value\n"
@@ -48,10 +49,17 @@ def test_edited_function_of_a_user_is_compiled_anew(load):
     assert hits(edited) == 0
 
 
+def test_it_is_told_whether_anything_is_compiled(load):
+    assert not is_cached(load())
+    load()(2)
+    assert is_cached(load())
+
+
 def test_flushed_function_is_compiled_anew(load):
     first = load()
     first(2)
     first._cache.flush()
+    assert not is_cached(load())
     again = load()
     again(2)
     assert hits(again) == 0

@@ -134,7 +134,8 @@ def test_a_drive_that_saturates_from_the_first_motion_on_is_learnt_from_once_the
         forgotten = forgotten or state.anew
     assert forgotten
     assert not state.suspect
-    assert state.proven == pytest.approx(80.0, rel=0.01)
+    assert state.proven == pytest.approx(80.0, rel=0.15)  # a mean, which holds some of the torque before
+    assert pulled(state, 80.0, seconds=30.0).proven == pytest.approx(80.0, rel=0.01)
 
 
 def test_noise_is_no_resistance():
