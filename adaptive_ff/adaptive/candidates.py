@@ -164,11 +164,14 @@ def advance_candidates_one_way_in_place(
 
 @register_jitable
 def follow_candidates_in_place(
-    estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float
+    estimator: EstimatorParameters, candidates: CandidateState, start: float, end: float, duration: float, learns: bool
 ) -> None:
-    """Advance the filters over the motion of the reference from a velocity to another (rad/s) in a duration (s)."""
+    """Advance the filters over the motion of the reference from a velocity to another (rad/s) in a duration (s).
+
+    ``learns`` tells whether a reversal is noted: how alike they are decides what the estimates are read as.
+    """
     if estimator.candidates.size > 0 and duration > 0.0:
-        if start * end <= 0.0 and start != end:
+        if learns and start * end <= 0.0 and start != end:
             note_reversal_in_place(candidates.reversals, abs(end - start) / duration)
         if start * end < 0.0:
             turn = duration * start / (start - end)

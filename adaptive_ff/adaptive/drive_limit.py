@@ -4,7 +4,7 @@ A drive that saturates moves the joint with less torque than is asked for. The i
 friction learnt from torque that never acted would be fed on top of it; so would the disturbance that is observed. A
 limit is not seen from one sample: a load looks the same. But with a load the joint follows its plan again once the loop
 has answered, beside a limit it does not. So **a torque is proven once the joint has followed its plan with it** for
-four of the loop's integral times. What resists the torque beyond the inertia, low-passed,
+three of the loop's integral times. What resists the torque beyond the inertia, low-passed,
 
     R = +-(u - u_known - J a) - 0.3 |J a|     (along the torque; 0.3 for an inertia that is told wrong)
 
@@ -14,9 +14,11 @@ if that is larger):
     R > 1.3 R_p                 nothing is learnt from such torque,
     |u| > J a + 2 R_p           and the drive is taken to have given no more than that;
 
-where that lasts, friction and observer fade, so that the feedback is alone, and proof is asked to be better. Before
-anything is proven, the mean of ``R`` stands for ``R_p`` (half as much again is believed while the joint does not lag);
-where even so the doubt lasts, all that was learnt is forgotten once the joint follows. A drive that has been doubted
+where that lasts, friction and observer fade, so that the feedback is alone, and proof is asked to be better. Of what
+fades the integral takes over no more than acted. Before anything is proven, the mean of ``R`` stands for ``R_p`` (half
+as much again is believed while the joint does not lag), and of friction and observer no more is fed than a quarter
+above what the feedback has asked for itself; where even so the doubt lasts, all that was learnt is forgotten once the
+joint follows. A drive that has been doubted
 for long is given another chance, after twice the time the next: what was proven may have been little, and the feedback
 alone never follows closely enough to prove more.
 
@@ -40,7 +42,7 @@ TOLD_WRONG = 0.3
 QUICKEST = 0.07
 """Least integral time ``Kp/Ki`` that is reckoned with, s: a plan does not change faster because the loop is faster."""
 
-PROVES = 4.0
+PROVES = 3.0
 """Time for which a joint must follow for a torque to be proven, integral times."""
 
 PROVES_AGAIN = 8.0
@@ -96,6 +98,20 @@ BROKEN = 4.0
 DOUBTED = 2.0
 """Doubt lasts for so many integral times before what is fed begins to fade; after twice that nothing is fed."""
 
+ANSWERED = 1.25
+"""Friction, and observed torque, that are fed at most before anything is proven, over what the feedback has asked for.
+
+What is fed beside a limit winds up on top of the feedback, and that on top of it. Of 1600 drives that saturate (seeds
+101, 201, 301 and 401) 41 were below 0.95 of PI before this bound and :func:`without_never_given`, and 18 are with
+them. Where drives do not saturate, the first seconds have 1.01 to 1.12 times the error that they had (400 of them).
+"""
+
+LOOSENS = 60.0
+"""Time constant with which that bound grows while nothing is doubted, integral times.
+
+A joint that it keeps from following would never prove anything: one of 400 that do not saturate (seeds 301 and 401) was
+4.2 times better than PI instead of 58.
+"""
 
 PATIENCE = 60.0
 """Motion after which a drive that has seemed to saturate is given another chance, integral times; doubled each time.
@@ -147,6 +163,10 @@ class DriveLimit(NamedTuple):
         After how long it is given another chance, integral times.
     shown : float
         Mean resistance for the time that ``follows`` counts, N m.
+    answered : float
+        Largest torque that the feedback has asked for, growing slowly, N m.
+    bounded : bool
+        Whether that bounds what is fed: until the drive has reported its torque once, and where no model was given.
     """
 
     torque: float
@@ -169,12 +189,35 @@ class DriveLimit(NamedTuple):
     waited: float
     patience: float
     shown: float
+    answered: float
+    bounded: bool
 
 
-def initial_drive_limit() -> DriveLimit:
-    """Return the state before any motion."""
+def initial_drive_limit(*, model_given: bool = False) -> DriveLimit:
+    """Return the state before any motion, where a model of the joint was given or not."""
     return DriveLimit(
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, False, 0.0, 0.0, False, False, 0.0, PATIENCE, 0.0
+        torque=0.0,
+        moved=0.0,
+        error=0.0,
+        velocity=0.0,
+        proven=0.0,
+        usual=0.0,
+        moving=0.0,
+        follows=0.0,
+        stuck=0.0,
+        broke=0.0,
+        doubt=0.0,
+        suspect=False,
+        unproven=False,
+        given=0.0,
+        largest=0.0,
+        anew=False,
+        established=False,
+        waited=0.0,
+        patience=PATIENCE,
+        shown=0.0,
+        answered=0.0,
+        bounded=not model_given,
     )
 
 
@@ -199,6 +242,24 @@ def given_torque(state: DriveLimit, torque: float, known: float) -> float:
     if state.given == 0.0:
         return torque
     return known + min(max(torque - known, -state.given), state.given)
+
+
+@register_jitable
+def answered_share(state: DriveLimit, torque: float) -> float:
+    """Return the share of friction, or of observed torque (N m), that is fed before anything is proven."""
+    bound = ANSWERED * state.answered
+    if state.bounded and state.proven == 0.0 and 0.0 < bound < abs(torque):
+        return bound / abs(torque)
+    return 1.0
+
+
+@register_jitable
+def without_never_given(state: DriveLimit, leaves: float, integral: float) -> float:
+    """Return what leaves the integral (N m) when it takes over nothing that the drive is believed not to have given."""
+    if not state.unproven or leaves * integral >= 0.0:
+        return leaves
+    never_given = max(0.0, abs(state.torque) - BELIEVED / GIVEN * state.given)
+    return math.copysign(max(0.0, abs(leaves) - never_given), leaves)
 
 
 @register_jitable
@@ -229,6 +290,7 @@ def advance_drive_limit(
     velocity: float,
     slowest: float,
     variance: float,
+    answer: float,
     duration: float,
 ) -> DriveLimit:
     """Return the state after a period.
@@ -249,6 +311,8 @@ def advance_drive_limit(
         Speed below which the joint may stick, rad/s.
     variance : float
         Variance of the measured velocity, rad^2/s^2.
+    answer : float
+        Torque that the feedback asks for now, N m.
     duration : float
         Length of the period, s.
     """
@@ -304,6 +368,9 @@ def advance_drive_limit(
         waited = 0.0
     if waited > patience * time:
         established, doubt, following, waited, patience = False, 0.0, 0.0, 0.0, 2.0 * patience
+    answered = max(state.answered, abs(answer))
+    if moves and doubt == 0.0:
+        answered *= 1.0 + duration / (LOOSENS * time)
     largest = max(state.largest, abs(asked)) if moves and unproven else state.largest
     return DriveLimit(
         asked,
@@ -326,13 +393,15 @@ def advance_drive_limit(
         waited,
         patience,
         shown,
+        answered,
+        state.bounded,
     )
 
 
 @register_jitable
 def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> DriveLimit:
     """Return the state after a period (s) whose torque the drive reports: doubt goes, what is proven stays."""
-    if state.doubt == 0.0 and not state.unproven:
+    if state.doubt == 0.0 and not (state.unproven or state.bounded):
         return state
     doubt = max(0.0, state.doubt - duration / (DOUBTED * answers_in(feedback)))
     return DriveLimit(
@@ -356,6 +425,8 @@ def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> Dri
         state.waited,
         state.patience,
         state.shown,
+        state.answered,
+        False,
     )
 
 
@@ -367,15 +438,17 @@ def watch_drive(block: Any, state: Any, inputs: Inputs) -> tuple[DriveLimit, Inp
     if state.feedback.samples == 0 or not math.isfinite(inputs.velocity):
         return state.drive, inputs
     asked, known = asked_torque(block.feedback, state.feedback), delayed(state.known_torques, block.feedback.delay)
+    plan = inputs.reference + inputs.correction
     drive = advance_drive_limit(
         state.drive,
         block.feedback,
         block.observer.inertia,
         float(asked - known),
-        inputs.reference + inputs.correction,
+        plan,
         inputs.velocity,
         float(gate_speed(block, state.estimator)),
         state.observer.noise.variance,
+        block.feedback.proportional * (plan - inputs.velocity) + state.feedback.integral,
         inputs.dt,
     )
     return drive, with_realised_torque(inputs, given_torque(drive, asked, known))

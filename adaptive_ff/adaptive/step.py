@@ -216,7 +216,7 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
     measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
     follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
-    follow_candidates_in_place(block.estimator, candidates, model.velocity, inputs.reference, inputs.dt)
+    follow_candidates_in_place(block.estimator, candidates, model.velocity, inputs.reference, inputs.dt, state.enabled)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     slowest, steady = gate_speed(block, state.estimator), valid and clear
     sliding = sliding_time(state.sliding, velocity, inputs.reference, steady, slowest, inputs.dt)

@@ -19,7 +19,15 @@ from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
-from adaptive_ff.adaptive.drive_limit import DriveLimit, believed_share, initial_drive_limit, is_impossible, watch_drive
+from adaptive_ff.adaptive.drive_limit import (
+    DriveLimit,
+    answered_share,
+    believed_share,
+    initial_drive_limit,
+    is_impossible,
+    watch_drive,
+    without_never_given,
+)
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, begin_anew_in_place, load_count
 from adaptive_ff.adaptive.held_friction import HeldFriction, feedforward_at_rest, friction_shown, initial_held_friction
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
@@ -204,7 +212,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_held_integral(),
         initial_outer_loop(),
         initial_held_friction(),
-        initial_drive_limit(),
+        initial_drive_limit(model_given=block.estimator.given),
     )
 
 
@@ -347,12 +355,12 @@ def step_supervised(
     bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
     bound = min(bound, soft_bound(trust, block.feedback.proportional, breakaway(estimator), time))
     bound = min(bound, believed_share(drive, breakaway(estimator)))
-    share = min(trust.trust, bound)
+    share = min(trust.trust, min(bound, answered_share(drive, fed.friction)))
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
     if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
         gain = 1.0  # something is missed now, whichever the cause is
-    gain = command.share * observer.effect.share * min(gain, bound)
+    gain = command.share * observer.effect.share * min(gain, bound) * answered_share(drive, observer.disturbance)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
@@ -361,7 +369,7 @@ def step_supervised(
     observer, leaves = hand_over_to_observer(
         observer, change, gain, torque + inputs.feedforward, state.feedback.integral - taken
     )
-    leaves += taken
+    leaves = without_never_given(drive, leaves, state.feedback.integral) + taken
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
     rests = plan_rests(state, checked.reference)
@@ -378,7 +386,7 @@ def step_supervised(
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned, learnt = max(share, LEAST_TRUST), fed.estimator
-    if drive.anew or is_impossible(state.drive, drive, breakaway(estimator)):
+    if state.enabled and (drive.anew or is_impossible(state.drive, drive, breakaway(estimator))):
         learnt = begin_anew_in_place(block.estimator, learnt)
     return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
         feedback,
