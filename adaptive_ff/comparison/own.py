@@ -84,6 +84,10 @@ Own = OwnController | Callable[..., Any] | str
 """An own controller: an object (copied for each run), a class or a factory, or ``FILE.py:NAME`` of one of these."""
 
 
+GIVEN = tuple(name for name in Inputs._fields if name not in ("reference", "velocity"))
+"""Arguments that a step may take, by name, beside reference and velocity."""
+
+
 class Foreign(NamedTuple):
     """A user's own controller, as parameters of the loop in plain Python.
 
@@ -103,17 +107,32 @@ class Foreign(NamedTuple):
 
 
 def own_controller(controller: Any) -> Foreign:
-    """Return a user's controller with what the loop needs to know of it."""
+    """Return a user's controller with what the loop needs to know of it.
+
+    Raises
+    ------
+    InputError
+        Its ``step`` cannot be called with reference, velocity and what it names beside them.
+    """
     names = tuple(getattr(controller, "estimates", None) or ())
     try:
-        parameters = signature(controller.step).parameters.values()
+        taken = signature(controller.step)
     except (TypeError, ValueError):  # written in another language
-        return Foreign(controller, frozenset(Inputs._fields), names)
-    if any(parameter.kind is Parameter.VAR_KEYWORD for parameter in parameters):
-        return Foreign(controller, frozenset(Inputs._fields), names)
+        return Foreign(controller, frozenset(GIVEN), names)
+    parameters = taken.parameters.values()
     named = (Parameter.KEYWORD_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
-    accepted = frozenset(parameter.name for parameter in parameters if parameter.kind in named)
-    return Foreign(controller, accepted, names)
+    accepted = {parameter.name for parameter in parameters if parameter.kind in named}
+    if any(parameter.kind is Parameter.VAR_KEYWORD for parameter in parameters):
+        accepted = {*GIVEN}
+    found = Foreign(controller, frozenset(GIVEN) & accepted, names)
+    try:
+        taken.bind(None, None, **dict.fromkeys(found.accepted))
+    except TypeError as error:
+        raise InputError(
+            f"{_name(found)} has step{taken} ({error}); it is called with reference and velocity, and by name with "
+            f"those that it has of {', '.join(GIVEN)}"
+        ) from error
+    return found
 
 
 def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, None]:
@@ -189,11 +208,12 @@ def make_own(name: str, own: Own, scenario: Scenario) -> Any:
     Raises
     ------
     InputError
-        It cannot be loaded or made, or has no method ``step``.
+        It cannot be loaded or made, or has no method ``step`` that can be called as the loop does.
     """
     if isinstance(own, str):
         own = load_own(own)
     if not isinstance(own, type) and callable(getattr(own, "step", None)):
+        own_controller(own)
         try:
             return copy.deepcopy(own)
         except Exception as error:
@@ -203,6 +223,7 @@ def make_own(name: str, own: Own, scenario: Scenario) -> Any:
     made = own(**_arguments(name, own, scenario))
     if not callable(getattr(made, "step", None)):
         raise InputError(f"own controller {name!r} made {made!r}, which has no method step")
+    own_controller(made)
     return made
 
 

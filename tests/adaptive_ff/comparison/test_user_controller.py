@@ -227,6 +227,24 @@ def test_what_is_no_controller_is_refused(own, said):
         compare(SHORT, own={"mine": own})
 
 
+@pytest.mark.parametrize(
+    ("step", "reason"),
+    [
+        (lambda self, error: 0.0, r"step\(error\) \(too many positional arguments\)"),
+        (lambda self, reference, velocity, gain: 0.0, r"step\(reference, velocity, gain\) \(missing .*'gain'\)"),
+        (lambda self, dt, velocity: 0.0, r"step\(dt, velocity\) \(multiple values for argument 'dt'\)"),
+    ],
+)
+def test_step_that_cannot_be_called_is_refused_before_anything_runs(step, reason):
+    mine = type("Mine", (), {"step": step})
+    said = rf"the own controller Mine has {reason}; it is called with reference and velocity, and by name .* of next_"
+    for own in (mine, mine(), lambda scenario: mine()):
+        with pytest.raises(InputError, match=said):
+            make_own("mine", own, SHORT)
+    with pytest.raises(InputError, match=said):
+        simulate(SHORT, mine())
+
+
 def test_estimate_that_is_not_finite_is_refused():
     class Lost(Learner):
         def step(self, reference, velocity):
