@@ -68,6 +68,8 @@ def _sentence(finding: Mapping[str, Any], model: type[BaseModel]) -> str:
         return f"{name}.kind = {_shown(finding['ctx']['tag'])} is not allowed: it must be {_alternatives(kinds)}"
     if kind == "value_error":
         return f"{name}: {message}" if name else message
+    if kind == "list_type" and kinds:
+        return f"{name} = {value} is not allowed: it must be a list of tables; in a file write [[{name}]]"
     return f"{name} = {value} is not allowed: {_rule(kind, message)}"
 
 

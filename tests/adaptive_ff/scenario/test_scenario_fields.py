@@ -298,7 +298,8 @@ def test_value_that_is_no_text_is_refused(tmp_path, path, value):
 @pytest.mark.parametrize("value", ["a", 1.0, True, {"a": 1}])
 def test_value_that_is_no_list_is_refused(tmp_path, path, value):
     message = refusal(tmp_path, changed(complete(path), path, value))
-    assert message == f"{path} = {value!r} is not allowed: it must be a valid list"
+    allowed = "a list of tables; in a file write [[change]]" if path == "change" else "a valid list"
+    assert message == f"{path} = {value!r} is not allowed: it must be {allowed}"
 
 
 @pytest.mark.parametrize("path", ["controllers", "reference.frequencies", "reference.amplitudes"])
