@@ -7,6 +7,11 @@ class InputError(ValueError):
     """A scenario, a file or an option is wrong; the message is one line that names what and what is allowed."""
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with a noun: ``1 sample``, ``2 samples``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def read_text(path: Path, wrong: str, encoding: str = "utf-8") -> str:
     """Return the text of a file.
 

@@ -109,7 +109,7 @@ def identify_command(
             validation=other,
             torque_delay=torque_delay,
             linear=linear,
-            is_current=torque_constant is None and is_current(columns["torque"]) and not scales,
+            is_current=is_current(columns["torque"]) and columns["torque"] not in scales,
             model=model,
             position_periods=known_periods(position_period, gear_ratio),
             position_hats=position_hats,

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from adaptive_ff.errors import counted
 from adaptive_ff.identify.prediction import Prediction
 from adaptive_ff.logs.defects import runs
 from adaptive_ff.logs.derivatives import Array
@@ -71,7 +72,7 @@ def friction_curve(
         try:
             fit = fit_stribeck(points.velocity, points.torque, points.standard_error, confidence=confidence)
         except ValueError as error:
-            reason = f"{count} points at constant speed are no Stribeck curve: {error}"
+            reason = f"there is no Stribeck curve through {counted(count, 'point')} at constant speed: {error}"
             return FrictionCurve(points, None, reason)
     if caught:
         return FrictionCurve(points, fit, f"{count} points at constant speed: {caught[0].message}")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, counted
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
@@ -138,8 +138,8 @@ def identify_log(
     )
     if found.validation is not None and found.validation.rms_error > WORSE * found.fit.rms_error:
         found = replace(found, carries_over=carries_over(problem, held, selection, confidence))
-    check_plausible(found)
-    return replace(found, verdict=verdict(found), cautions=[*prepared.said, *cautions(found)])
+    check_plausible(found, log)
+    return replace(found, verdict=verdict(found), cautions=[*prepared.said, *cautions(found, log)])
 
 
 class Used(NamedTuple):
@@ -243,8 +243,8 @@ def _select(log: Log, problem: Problem, *, family: str, rotary: bool, confidence
     rows = sum(int(np.count_nonzero(piece.slides)) for piece in problem.pieces)
     if rows < FEWEST_ROWS:
         raise InputError(
-            f"{log.name}: the joint slides in {rows} rows (five for each cycle of the band) only; there must "
-            f"be at least {FEWEST_ROWS}"
+            f"{log.name}: the joint slides in {counted(rows, 'row')} (five for each cycle of the band) only; there "
+            f"must be at least {FEWEST_ROWS}"
         )
     try:
         return select_terms(

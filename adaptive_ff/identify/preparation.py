@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, counted
 from adaptive_ff.identify.filtering import Rest, find_rest, shortest_piece, uniform, wide_velocity
 from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth, wide_corner
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
@@ -68,7 +68,8 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
         The log is too short, does not move, has a constant torque, or the band is not allowed.
     """
     if log.time.size < FEWEST_SAMPLES:
-        raise InputError(f"{log.name}: {log.time.size} samples are not enough; there must be at least {FEWEST_SAMPLES}")
+        few = counted(log.time.size, "sample")
+        raise InputError(f"{log.name}: the log has {few}; there must be at least {FEWEST_SAMPLES}")
     _check_sizes(log, median_step(log))
     log, said, jumps = look_through(log, linear=linear)
     period = median_step(log)

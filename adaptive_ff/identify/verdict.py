@@ -18,6 +18,7 @@ from adaptive_ff.identify.map_words import map_words, mapped_word
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.units import ROTARY
+from adaptive_ff.logs.log import Log
 
 WELL, POORLY = 0.1, 0.4
 """Relative errors of the torque up to which the model is said to explain it, and from which it is said not to."""
@@ -32,7 +33,7 @@ FASTEST = 100.0
 """Speed, rad/s, from which degrees are suspected."""
 
 
-def check_plausible(found: LogIdentification) -> None:
+def check_plausible(found: LogIdentification, log: Log) -> None:
     """Refuse a log whose friction drives the joint.
 
     Raises
@@ -55,11 +56,11 @@ def check_plausible(found: LogIdentification) -> None:
             )
         raise InputError(
             f"{found.name}: friction would drive the joint ({shown}); the torque or the motion has the wrong sign, or "
-            "their columns are exchanged: scale one of them by -1, or name the others"
+            f"their columns are exchanged: {log.scaling('torque', '-1')}, or name the others"
         )
 
 
-def cautions(found: LogIdentification) -> list[str]:
+def cautions(found: LogIdentification, log: Log) -> list[str]:
     """Return what is probably wrong with a log, a sentence each."""
     said = []
     inertia = found.parameters["inertia"].estimate
@@ -74,7 +75,9 @@ def cautions(found: LogIdentification) -> list[str]:
             said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
     peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
     if peak > FASTEST and found.units["velocity"] == ROTARY["velocity"]:
-        said.append(f"the joint reaches {peak:.3g} rad/s: is the motion in degrees? Then scale it by pi/180")
+        said.append(
+            f"the joint reaches {peak:.3g} rad/s: is the motion in degrees? Then {log.scaling('motion', 'pi/180')}"
+        )
     error = found.fit.relative_error
     if error > POORLY:
         said.append(

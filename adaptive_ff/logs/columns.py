@@ -12,7 +12,7 @@ USUAL = {
     "time": ("time", "t"),
     "position": ("position", "q"),
     "velocity": ("measured", "velocity", "w"),
-    "torque": ("torque", "u"),
+    "torque": ("torque", "u", "current"),
 }
 """Names that columns have where none are given."""
 

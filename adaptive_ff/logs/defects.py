@@ -8,12 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, counted
 from adaptive_ff.logs.log import Array, Log
 
 GAP = 5.5
 """A step of the clock longer than this many median steps is a gap: nothing is known of what was between."""
 
+
+BACK_SHARE = 0.1
+"""Share of the steps of a clock that go back from which on the samples are not in order."""
 
 MANY = 1_000_000
 """Samples of a long log that are looked at together."""
@@ -45,15 +48,31 @@ def median_step(log: Log) -> float:
     Raises
     ------
     InputError
-        The clock never goes forward.
+        There is one sample only, or the clock does not go forward in nearly all steps that move it.
     """
+    if log.time.size < 2:
+        raise InputError(f"{log.name}: {counted(log.time.size, 'sample')} cannot be used; there must be 2 at least")
     every = max(1, math.ceil(log.time.size / MANY))
     with np.errstate(invalid="ignore", over="ignore"):
         steps = log.time[1::every] - log.time[:-1:every]
         forward = steps[(steps > 0.0) & (steps < np.inf)]
-    if forward.size == 0:
-        raise InputError(f"{log.name}: the time never goes forward; it must ascend")
+        back = int(np.count_nonzero(steps < 0.0))
+    if forward.size == 0 or back > BACK_SHARE * (back + forward.size):
+        raise InputError(f"{log.name}: {_first_step_back(log)}; times must increase from sample to sample")
     return float(np.median(forward))
+
+
+def _first_step_back(log: Log) -> str:
+    """Say where the clock first does not go forward."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.diff(log.time)
+    wrong = np.flatnonzero(~(steps > 0.0))
+    place = int(wrong[0])
+    before, after = log.time[place : place + 2]
+    return (
+        f"the time does not go forward in {wrong.size} of {counted(steps.size, 'step')}, first from {before:.6g} s in "
+        f"sample {place} to {after:.6g} s in sample {place + 1}"
+    )
 
 
 def usable_pieces(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) -> tuple[list[Piece], list[Skipped]]:
@@ -78,7 +97,7 @@ def usable_pieces(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) ->
     Raises
     ------
     InputError
-        The clock never goes forward.
+        As :func:`median_step`.
     """
     step = median_step(log)
     finite = np.ones(log.time.size, dtype=np.bool_)
@@ -108,7 +127,9 @@ def usable_pieces(log: Log, shortest: int = 2, jumps: Sequence[Skipped] = ()) ->
             if end - begin >= shortest:
                 pieces.append(Piece(begin, end))
             else:
-                skipped.append(Skipped(begin, end, f"a piece of {end - begin} samples; {shortest} are needed"))
+                skipped.append(
+                    Skipped(begin, end, f"a piece of {counted(end - begin, 'sample')}; {shortest} are needed")
+                )
     return pieces, sorted(skipped)
 
 

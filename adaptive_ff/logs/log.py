@@ -8,7 +8,7 @@ of MAT files and groups of HDF5 files.
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +43,10 @@ class Log:
     extra : dict of ndarray, shape (n,)
         Further series by the name the caller gave them, such as a recorded feedforward; under ``KNOWN`` the torque
         that was taken from the drive's.
+    columns : dict of str
+        Column of the file that each series comes from, by its role (``time``, ``torque``, ...), for messages.
+    factors : dict of float
+        Factor by column that its values were multiplied by, for messages.
     """
 
     name: str
@@ -51,6 +55,8 @@ class Log:
     position: Array | None = None
     velocity: Array | None = None
     extra: dict[str, Array] = field(default_factory=dict)
+    columns: dict[str, str] = field(default_factory=dict)
+    factors: dict[str, float] = field(default_factory=dict)
 
     @property
     def motion(self) -> Array:
@@ -58,6 +64,31 @@ class Log:
         series = self.velocity if self.position is None else self.position
         assert series is not None
         return series
+
+    def part(self, chosen: slice | NDArray[np.bool_]) -> "Log":
+        """Return the log of some of the samples."""
+
+        def cut(series: Array | None) -> Array | None:
+            return None if series is None else series[chosen]
+
+        return replace(
+            self,
+            time=self.time[chosen],
+            torque=self.torque[chosen],
+            position=cut(self.position),
+            velocity=cut(self.velocity),
+            extra={name: series[chosen] for name, series in self.extra.items()},
+        )
+
+    def scaling(self, role: str, *factors: str) -> str:
+        """Say how to scale a series, or the motion, by one of some factors."""
+        if role == "motion":
+            role = "velocity" if self.position is None else "position"
+        column = self.columns.get(role)
+        if column is None:
+            return f"scale the {role} by {' or '.join(factors)}"
+        given = f"{self.factors[column]:.9g}*" if column in self.factors else ""
+        return "give " + " or ".join(f"--scale {column}={given}{factor}" for factor in factors)
 
 
 def read_log(
@@ -119,8 +150,9 @@ def read_log(
         raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
     chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
-    columns.update({f"extra {name}": column for name, column in (extra or {}).items()})
     factors = dict(scale or {})
+    _check_apart(file, columns)
+    columns.update({f"extra {name}": column for name, column in (extra or {}).items()})
     _check_factors(file, factors, columns)
     bases = [match["name"] for column in columns.values() if (match := PICKED.fullmatch(column))]
     content = read_content(file, dict.fromkeys([*columns.values(), *bases]))
@@ -133,7 +165,18 @@ def read_log(
     named = {name: series[f"extra {name}"] for name in extra or {}}
     if KNOWN in series:
         named[KNOWN] = series[KNOWN]
-    return Log(str(file), series["time"], series["torque"], series.get("position"), series.get("velocity"), named)
+    motion = series.get("position"), series.get("velocity")
+    return Log(str(file), series["time"], series["torque"], *motion, named, columns, factors)
+
+
+def _check_apart(file: Path, columns: Mapping[str, str]) -> None:
+    roles: dict[str, str] = {}
+    for role, column in columns.items():
+        if column in roles:
+            raise InputError(
+                f"{file}: the column {column} is given as {roles[column]} and as {role}; each must have its own"
+            )
+        roles[column] = role
 
 
 def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[str, str]) -> None:
@@ -159,7 +202,7 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
     """Return a column as numbers, scaled; without a copy where that is possible."""
     match = PICKED.fullmatch(column)
     if column in content.arrays:
-        array = np.squeeze(content.arrays[column])
+        array = np.atleast_1d(np.squeeze(content.arrays[column]))
         if array.ndim != 1:
             raise InputError(
                 f"{file}: {column} has shape {content.shapes[column]}; to pick a series of it write {column}[0]"

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, counted
 from adaptive_ff.logs.defects import Skipped, median_step, runs
 from adaptive_ff.logs.log import Array, Log
 
@@ -63,12 +63,12 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
     said: list[str] = []
     log, repeated = without_repeated_rows(log)
     if repeated:
-        said.append(f"{repeated} rows repeat the one before, with its time; they are left out")
+        said.append(f"{counted(repeated, 'row')} left out: the same as the one before, time included")
     step = median_step(log)
     if step >= SLOWEST:
         raise InputError(
             f"{log.name}: the sample time is {step:.4g} s; it must be less than {SLOWEST:g} s: is the time in "
-            "milliseconds or microseconds? Then scale its column by 1e-3 or 1e-6"
+            f"milliseconds or microseconds? Then {log.scaling('time', '1e-3', '1e-6')}"
         )
     jumps: list[Skipped] = []
     if log.position is not None:
@@ -76,12 +76,16 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
         if not linear:
             position, wraps = without_wraps(position)
             if wraps:
-                said.append(f"the position wraps {wraps} times by a turn; that is undone")
+                said.append(f"the position wraps {_times(wraps)} by a turn; that is undone")
         jumps = find_jumps(position)
         if jumps:
-            said.append(f"the position jumps {len(jumps)} times within one sample; the log is cut there")
+            said.append(f"the position jumps {_times(len(jumps))} within one sample; the log is cut there")
         log = replace(log, position=position)
     return Sound(log, said, jumps)
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def is_in_degrees(column: str) -> bool:
@@ -96,14 +100,7 @@ def without_repeated_rows(log: Log) -> tuple[Log, int]:
     if log.time.size > 1:
         same[1:] = np.all([values[1:] == values[:-1] for values in series if values is not None], axis=0)
     count = int(np.count_nonzero(same))
-    if count == 0:
-        return log, 0
-
-    def kept(values: Array | None) -> Array | None:
-        return None if values is None else values[~same]
-
-    extra = {name: values[~same] for name, values in log.extra.items()}
-    return Log(log.name, log.time[~same], log.torque[~same], kept(log.position), kept(log.velocity), extra), count
+    return (log.part(~same) if count else log), count
 
 
 def without_wraps(position: Array) -> tuple[Array, int]:

@@ -19,6 +19,9 @@ SEPARATORS = ",;\t"
 COMMENT = "#"
 """Lines that begin with it are comments; the last one before the numbers may be the header."""
 
+UNKNOWN = ("", "nan", "-nan", "+nan")
+"""Cells, in small letters, that say that there is no value."""
+
 NO_TEXT = "cannot be read: it is no text in UTF-8; save it as such"
 """What is said of a table that is no text."""
 
@@ -46,6 +49,8 @@ class Layout(NamedTuple):
 
 def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str, NDArray[np.float64]]]:
     """Read columns of a text file; cells without a number become NaN, ISO times become seconds from the first one.
+
+    The first cell that holds words, where one does, is told with a warning.
 
     Parameters
     ----------
@@ -205,13 +210,23 @@ def _read_quickly(path: Path, layout: Layout, places: list[int]) -> NDArray[np.f
 
 def _read_cells(path: Path, layout: Layout, places: list[int]) -> NDArray[np.float64]:
     values, clock = array("d"), Clock()  # a list of numbers would take eight times the memory
+    words, first = 0, ""
     with path.open(newline="", encoding="utf-8-sig") as stream:
         for _ in range(layout.skipped):
             next(stream)
-        for number, row in enumerate(_rows(stream, layout.separator), layout.skipped + 1):
+        for number, row in enumerate(_rows(stream, layout.separator), 1):
             if any("\n" in cell for cell in row):
-                raise InputError(f"{path}: a quote that begins in or after line {number} is not closed in that line")
-            values.extend(_number(row[place] if place < len(row) else "", layout.comma, clock) for place in places)
+                line = number + layout.skipped
+                raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
+            for place in places:
+                cell = row[place] if place < len(row) else ""
+                values.append(_number(cell, layout.comma, clock))
+                if math.isnan(values[-1]) and cell.strip().lower() not in UNKNOWN:
+                    words += 1
+                    first = first or f"{layout.names[place]} = {cell[:40]!r} in row {number}"
+    if words:
+        others = f", nor are {words - 1} more" if words > 1 else ""
+        warnings.warn(f"{path}: {first} is no number{others}; such samples are left out", stacklevel=2)
     return np.frombuffer(values, dtype=np.float64).reshape(-1, len(places)).copy()
 
 

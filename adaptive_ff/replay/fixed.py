@@ -1,10 +1,12 @@
 """The fixed model that a replay is compared with: batch identification of the first half of the log."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.logs.log import Array, Log
+from adaptive_ff.logs.log import Log
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.further_torque import FurtherTorque, further_torque
 
@@ -15,12 +17,7 @@ MOST = 500_000
 def first_half(log: Log) -> Log:
     """Return the first half of a log, or the end of it where it is long."""
     stop = log.time.size // 2
-    part = slice(max(0, stop - MOST), stop)
-
-    def cut(series: Array | None) -> Array | None:
-        return None if series is None else series[part]
-
-    return Log(log.name, log.time[part], log.torque[part], cut(log.position), cut(log.velocity))
+    return replace(log.part(slice(max(0, stop - MOST), stop)), extra={})
 
 
 def fit_fixed(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, stats
 
+from adaptive_ff.errors import counted
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.stribeck.problem import BEND, FLAT, Array, Points, exponent, make_problem, solve_linear
 from adaptive_ff.stribeck.profile import Estimated, interval_end, search
@@ -243,8 +244,8 @@ def _check_points(
     fewest = FEWEST_SPEEDS + 1 + with_offset
     if speeds.size < fewest or different < FEWEST_SPEEDS:
         raise ValueError(
-            f"velocity has {speeds.size} points at {different} different speeds; there must be at least {fewest} "
-            f"points at {FEWEST_SPEEDS} speeds"
+            f"velocity has {counted(speeds.size, 'point')} at {counted(different, 'different speed')}; there must be "
+            f"at least {fewest} points at {FEWEST_SPEEDS} speeds"
         )
     forward, backward = torques[speeds > 0.0], torques[speeds < 0.0]
     rise = float(np.mean(forward) - np.mean(backward)) if with_offset else float(np.mean(np.sign(speeds) * torques))

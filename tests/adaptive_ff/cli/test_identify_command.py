@@ -113,6 +113,16 @@ def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
     assert (found["inertia"]["unit"], found["viscous"]["unit"]) == ("kg", "N s/m")
 
 
+def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled(tmp_path):
+    log = make_log(noise=0.05)
+    write_csv(tmp_path / "log.csv", {"time": log.time, "q": np.degrees(log.position), "current": log.torque})
+    scaled = ["--scale", "q=pi/180", "--out", tmp_path / "out"]
+    assert run_command_line("identify", tmp_path / "log.csv", *scaled).status == 0
+    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
+    assert found["inertia"]["unit"] == "A s²/rad"
+
+
 def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
     log = make_log(noise=0.05)
     np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))
@@ -160,6 +170,9 @@ REFUSALS = [
     (["--scale", "torque=2", "--scale", "torque=3"], "--scale torque=3 is not allowed: torque has a factor already"),
     (["--scale", "u=2"], "scale: u is no column that is used; these are torque, time, position"),
     (["--scale", "torque=-1"], "friction would drive the joint"),
+    (["--scale", "torque=-1"], "are exchanged: give --scale torque=-1*-1, or name the others"),
+    (["--scale", "time=1e3"], "Then give --scale time=1000*1e-3 or --scale time=1000*1e-6"),
+    (["--torque", "position"], "the column position is given as torque and as position; each must have its own"),
     (["--bandwidth", "100"], "bandwidth = 100 Hz is not allowed"),
     (["--held-out", "1"], "held_out = 1 is not allowed"),
     (["--validate", "missing.csv"], "missing.csv: cannot be read: No such file"),
@@ -179,7 +192,7 @@ def test_bad_options_are_answered_with_one_line_and_leave_nothing(options, messa
     [
         ("stamp,position,torque", "--time must name a column, as none is called time or t; there are stamp, position"),
         ("time,angle,torque", "--position or --velocity must name a column, as none is called position or q or"),
-        ("time,position,amps", "--torque must name a column, as none is called torque or u"),
+        ("time,position,amps", "--torque must name a column, as none is called torque or u or current"),
     ],
 )
 def test_column_without_a_usual_name_must_be_named(columns, message, tmp_path):

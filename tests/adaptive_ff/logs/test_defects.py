@@ -63,8 +63,18 @@ def test_short_piece_is_skipped_with_its_length():
 def test_clock_that_never_goes_forward_is_refused():
     log = make_log()
     log.time[:] = 5.0
-    with pytest.raises(InputError, match="log: the time never goes forward"):
+    with pytest.raises(InputError, match=f"log: the time does not go forward in {SIZE - 1} of {SIZE - 1} steps, first"):
         usable_pieces(log)
+
+
+@pytest.mark.parametrize("order", [slice(None, None, -1), np.random.default_rng(3).permutation(SIZE)])
+def test_samples_out_of_order_are_refused_with_the_first(order):
+    log = make_log()
+    mixed = Log("log", log.time[order], log.torque[order], log.position[order])
+    place = int(np.argmax(np.diff(mixed.time) < 0.0))
+    said = rf"first from [\d.]+ s in sample {place} to [\d.]+ s in sample {place + 1}; times must increase"
+    with pytest.raises(InputError, match=said):
+        usable_pieces(mixed)
 
 
 @given(

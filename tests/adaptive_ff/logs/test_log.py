@@ -11,7 +11,8 @@ from pyarrow import parquet
 from scipy import io
 
 from adaptive_ff import InputError
-from adaptive_ff.logs.log import read_log
+from adaptive_ff.logs.columns import read_scales
+from adaptive_ff.logs.log import Log, read_log
 
 TIME = 0.01 * np.arange(7)
 POSITION = np.array([0.0, 1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
@@ -112,10 +113,33 @@ def test_column_whose_own_name_has_brackets_is_found(tmp_path):
 
 def test_cells_without_a_number_become_nan_and_others_stay(tmp_path):
     (tmp_path / "log.csv").write_text('t,q,"u"\n0,1,5\n1,,6\n2,x,"7"\n3,4\n', encoding="utf-8")
-    log = read_log(tmp_path / "log.csv", time="t", position="q", torque="u")
+    with pytest.warns(UserWarning, match="log.csv: q = 'x' in row 3 is no number; such samples are left out"):
+        log = read_log(tmp_path / "log.csv", time="t", position="q", torque="u")
     assert np.array_equal(log.time, [0.0, 1.0, 2.0, 3.0])
     assert np.array_equal(log.position, [1.0, np.nan, np.nan, 4.0], equal_nan=True)
     assert np.array_equal(log.torque, [5.0, 6.0, 7.0, np.nan], equal_nan=True)
+
+
+def test_one_row_is_a_log_of_one_sample(tmp_path):
+    (tmp_path / "log.csv").write_text("t,q,u\n0,1,5\n", encoding="utf-8")
+    assert read_log(tmp_path / "log.csv", **GOOD).torque.tolist() == [5.0]
+
+
+@pytest.mark.parametrize("known", ["known_torque", "position", "time"])
+def test_column_of_two_roles_is_refused(known, tmp_path):
+    (tmp_path / "log.csv").write_text("t,q,u\n0,1,5\n1,2,6\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"the column u is given as torque and as \w[\w ]+; each must have its own"):
+        read_log(tmp_path / "log.csv", **{**GOOD, known: "u"})
+
+
+def test_scaling_names_the_column_and_what_it_is_scaled_by_already(tmp_path):
+    (tmp_path / "log.csv").write_text("t,q,u\n0,1,5\n1,2,6\n", encoding="utf-8")
+    log = read_log(tmp_path / "log.csv", **GOOD, scale={"u": -48.0})
+    assert log.scaling("time", "1e-3", "1e-6") == "give --scale t=1e-3 or --scale t=1e-6"
+    assert log.scaling("motion", "pi/180") == "give --scale q=pi/180"
+    assert log.scaling("torque", "-1") == "give --scale u=-48*-1"
+    assert read_scales(["u=-48*-1"]) == {"u": 48.0}
+    assert Log("log", log.time, log.torque, velocity=log.torque).scaling("motion", "2") == "scale the velocity by 2"
 
 
 def test_arrays_that_are_not_wanted_are_not_read(tmp_path):
@@ -172,7 +196,10 @@ def test_wrong_choice_of_columns_is_refused_with_what_there_is(arguments, messag
 
 def test_column_of_words_is_refused(tmp_path):
     (tmp_path / "log.csv").write_text("t,q,u\n0,a,1\n1,b,2\n", encoding="utf-8")
-    with pytest.raises(InputError, match="q holds no finite number"):
+    with (
+        pytest.warns(UserWarning, match="q = 'a' in row 1 is no number, nor are 1 more"),
+        pytest.raises(InputError, match="q holds no finite number"),
+    ):
         read_log(tmp_path / "log.csv", **GOOD)
 
 

@@ -45,6 +45,11 @@ def test_log_is_cut_where_the_position_jumps():
     assert [skip.start for skip in found.skipped] == [5000, 9000]
     for name, true in JOINT.items():
         assert found.value(name) == pytest.approx(true, rel=0.05)
+    position[9000:] += 0.9
+    assert (
+        "the position jumps once within one sample; the log is cut there"
+        in look_through(with_position(log, position)).said
+    )
 
 
 def test_repeated_rows_are_left_out():
@@ -52,7 +57,7 @@ def test_repeated_rows_are_left_out():
     twice = Log("log", np.repeat(log.time, 2), np.repeat(log.torque, 2), position=np.repeat(log.position, 2))
     sound = look_through(twice)
     assert np.array_equal(sound.log.time, log.time)
-    assert sound.said == ["15000 rows repeat the one before, with its time; they are left out"]
+    assert sound.said == ["15000 rows left out: the same as the one before, time included"]
 
 
 def test_sound_log_is_left_as_it_is():
