@@ -1,5 +1,6 @@
 """Columns of a recorded log, chosen on the command line."""
 
+import math
 import re
 import warnings
 from collections.abc import Mapping
@@ -24,14 +25,18 @@ def chosen_columns(
     velocity: str | None,
     torque: str | None,
     known_torque: str | None = None,
+    ending: str = "",
 ) -> dict[str, str]:
-    """Return the column of each role; where none is named, the one of a usual name."""
+    """Return the column of each role; where none is named, the one of a usual name.
+
+    The ending is that of the options that name them, for messages.
+    """
     from adaptive_ff.logs.columns import column_names, usual_column
 
     if time is not None and period is not None:
         raise InputError("--time and --period are both given; give one of them")
     if position is not None and velocity is not None:
-        raise InputError("--position and --velocity are both given; give one of them")
+        raise InputError(f"--position{ending} and --velocity{ending} are both given; give one of them")
     chosen = {"time": time, "position": position, "velocity": velocity, "torque": torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
     names: list[str] | None = None
@@ -39,7 +44,7 @@ def chosen_columns(
         if any(role in columns for role in roles) or (roles == ("time",) and period is not None):
             continue
         names = column_names(log) if names is None else names
-        role, column = usual_column(log, names, roles)
+        role, column = usual_column(log, names, roles, ending)
         columns[role] = column
     return columns if known_torque is None else {**columns, "known_torque": known_torque}
 
@@ -47,6 +52,17 @@ def chosen_columns(
 def columns_taken(columns: Mapping[str, str]) -> str:
     """Return a sentence that says which columns were taken."""
     return "Columns: " + ", ".join(f"{role.replace('_', ' ')} {column}" for role, column in columns.items()) + "."
+
+
+def with_torque_constant(
+    scales: Mapping[str, float], columns: Mapping[str, str], torque_constant: float | None
+) -> dict[str, float]:
+    """Return the factors by column with that of a current, N m/A (N/A), in that of the torque."""
+    if torque_constant is None:
+        return dict(scales)
+    if not math.isfinite(torque_constant) or torque_constant == 0.0:
+        raise InputError(f"--torque-constant = {torque_constant:g} is not allowed: it must be finite and not zero")
+    return {**scales, columns["torque"]: torque_constant * scales.get(columns["torque"], 1.0)}
 
 
 def is_current(column: str) -> bool:

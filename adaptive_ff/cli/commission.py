@@ -6,20 +6,44 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from adaptive_ff.cli.options import Formats, JsonCopy, Report, ScenarioFile, picture_formats
+from adaptive_ff.cli.columns import chosen_columns, is_current, read_columns, warn_of_degrees, with_torque_constant
+from adaptive_ff.cli.options import (
+    Formats,
+    JsonCopy,
+    KnownTorque,
+    Report,
+    Scale,
+    ScenarioFile,
+    TorqueConstant,
+    picture_formats,
+)
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
+from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
     from adaptive_ff.design_studies.commissioning import Gain
+    from adaptive_ff.logs.log import Log
 
 
 def commission_command(
     scenario: ScenarioFile = None,
     log: Annotated[
         Path | None,
-        typer.Option(help="Log of a real joint (CSV: time, velocity, torque) instead of a simulated recording."),
+        typer.Option(
+            help="Log of a real joint (CSV, NPZ, MAT, HDF5 or Parquet: time, position or velocity, torque or current) "
+            "instead of a simulated recording."
+        ),
     ] = None,
+    time_column: Annotated[str | None, typer.Option(help="Column of the log's time, s.")] = None,
+    position_column: Annotated[str | None, typer.Option(help="Column of its position, rad.")] = None,
+    velocity_column: Annotated[
+        str | None, typer.Option(help="Column of its velocity, rad/s, instead of a position.")
+    ] = None,
+    torque_column: Annotated[str | None, typer.Option(help="Column of its drive's torque, N m.")] = None,
+    known_torque: KnownTorque = None,
+    scale: Scale = None,
+    torque_constant: TorqueConstant = None,
     period: Annotated[float, typer.Option(help="Period of the exciting motion, s.")] = 10.0,
     position: Annotated[float | None, typer.Option(help="Largest distance of the motion from its start, rad.")] = None,
     velocity: Annotated[float | None, typer.Option(help="Largest velocity, rad/s; chosen if not given.")] = None,
@@ -48,11 +72,13 @@ def commission_command(
     drawn, errors = picture_formats(formats), error_console()
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
     linear = loaded.joint.axis == "linear"
+    columns = time_column, position_column, velocity_column, torque_column, known_torque
+    given = _given(log, columns, scale or [], torque_constant)
     with places(out, json) as (stage, beside):
         announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
             pictures, gain = {}, None
-            if log is None:
+            if given is None:
                 task = progress.add_task("motion", total=1.0)
                 limits = default_limits(
                     loaded, position=position, velocity=velocity, acceleration=acceleration, torque=torque
@@ -65,8 +91,7 @@ def commission_command(
                 (stage / "excitation.toml").write_text(table, encoding="utf-8")
                 pictures["excitation"] = plot_excitation(recorded.motion, linear=linear)
                 write_csv(stage / "log.csv", recorded.columns)
-            file = stage / "log.csv" if log is None else log
-            given = read_log(file, time="time", velocity="velocity", torque="torque")
+                given = read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque")
             found = identify_log(given, torque_delay=0.5 * loaded.sampling.period, linear=linear)
             work = progress.add_task("bandwidth", total=2.0)
             shares: dict[str, float] = {}
@@ -97,6 +122,27 @@ def commission_command(
     console = Printer()
     console.show(shown)
     console.say(f"scenario.toml, ready for compare and export, commission.json and the pictures are in {out}")
+
+
+def _given(
+    log: Path | None, columns: tuple[str | None, ...], scale: list[str], torque_constant: float | None
+) -> "Log | None":
+    """Read the log that is given, if one is; columns of time, position, velocity, torque and known torque."""
+    from adaptive_ff.logs.columns import read_scales
+
+    if log is None:
+        if any(columns) or scale or torque_constant is not None:
+            raise InputError("columns, --scale and --torque-constant are those of a --log; give one")
+        return None
+    time, position, velocity, torque, known = columns
+    chosen = chosen_columns(log, time, None, position, velocity, torque, known, ending="-column")
+    scales = with_torque_constant(read_scales(scale), chosen, torque_constant)
+    if is_current(chosen["torque"]) and chosen["torque"] not in scales:
+        raise InputError(
+            f"{log}: the column {chosen['torque']} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
+        )
+    warn_of_degrees(chosen, scales)
+    return read_columns(log, chosen, None, scales)
 
 
 def _said(gain: "Gain | None") -> list[str]:

@@ -1,6 +1,5 @@
 """Command ``adaptive-ff identify``."""
 
-import math
 import os
 import warnings
 from pathlib import Path
@@ -8,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_current, read_columns, warn_of_degrees
+from adaptive_ff.cli.columns import (
+    chosen_columns,
+    columns_taken,
+    is_current,
+    read_columns,
+    warn_of_degrees,
+    with_torque_constant,
+)
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -26,6 +32,7 @@ from adaptive_ff.cli.options import (
     Scale,
     Time,
     Torque,
+    TorqueConstant,
     Velocity,
     known_periods,
     picture_formats,
@@ -63,10 +70,7 @@ def identify_command(
     torque_delay: Annotated[
         float, typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held.")
     ] = 0.0,
-    torque_constant: Annotated[
-        float | None,
-        typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
-    ] = None,
+    torque_constant: TorqueConstant = None,
     model: Annotated[
         str,
         typer.Option(
@@ -92,12 +96,8 @@ def identify_command(
     from adaptive_ff.report.html_page import NAME, write_report
 
     drawn = picture_formats(formats)
-    scales = read_scales(scale or [])
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
-    if torque_constant is not None:
-        if not math.isfinite(torque_constant) or torque_constant == 0.0:
-            raise InputError(f"--torque-constant = {torque_constant:g} is not allowed: it must be finite and not zero")
-        scales[columns["torque"]] = torque_constant * scales.get(columns["torque"], 1.0)
+    scales = with_torque_constant(read_scales(scale or []), columns, torque_constant)
     warn_of_degrees(columns, scales)
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)

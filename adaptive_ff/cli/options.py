@@ -61,6 +61,10 @@ Period = Annotated[float | None, typer.Option(help="Constant sample time, s, ins
 Position = Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")]
 Velocity = Annotated[str | None, typer.Option(help="Column of the velocity, rad/s, instead of a position.")]
 Torque = Annotated[str | None, typer.Option(help="Column of the drive's torque, N m.")]
+TorqueConstant = Annotated[
+    float | None,
+    typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
+]
 KnownTorque = Annotated[
     str | None, typer.Option(help="Column of a torque that is known (gravity, coupling), N m; it is subtracted.")
 ]

@@ -17,7 +17,7 @@ USUAL = {
 """Names that columns have where none are given."""
 
 
-def usual_column(path: Path, names: Sequence[str], roles: Sequence[str]) -> tuple[str, str]:
+def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending: str = "") -> tuple[str, str]:
     """Find a column by its usual name.
 
     Parameters
@@ -28,6 +28,8 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str]) -> tupl
         Columns of the log.
     roles : sequence of str
         What is looked for, in this order: keys of ``USUAL``.
+    ending : str, optional
+        Ending of the options that name columns, for messages.
 
     Returns
     -------
@@ -43,7 +45,7 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str]) -> tupl
         for name in USUAL[role]:
             if name in names:
                 return role, name
-    options = " or ".join(f"--{role}" for role in roles)
+    options = " or ".join(f"--{role}{ending}" for role in roles)
     usual = " or ".join(name for role in roles for name in USUAL[role])
     raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {', '.join(names)}")
 

@@ -3,6 +3,7 @@
 import functools
 import json
 
+import numpy as np
 import pytest
 from command_line import refusal, run_command_line
 from scenario_files import built_in, write_scenario
@@ -10,6 +11,7 @@ from scenario_files import built_in, write_scenario
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.design_studies import exciting_motion
 from adaptive_ff.design_studies.excitation import find_excitations, polished
+from adaptive_ff.files import write_csv
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +74,31 @@ def test_log_takes_the_place_of_the_recording(commissioned, tmp_path):
     assert not (tmp_path / "again" / "excitation.csv").exists()
     again, first = (load_scenario(path / "scenario.toml") for path in (tmp_path / "again", folder))
     assert again == first
+
+
+def read_table(path):
+    names, *rows = path.read_text(encoding="utf-8").splitlines()
+    return dict(zip(names.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
+
+
+def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path):
+    folder, _, scenario = commissioned
+    series = read_table(folder / "log.csv")
+    changed = {"ms": 1e3 * series["time"], "w": np.degrees(series["velocity"]), "i_q": series["torque"] / 8.0}
+    write_csv(tmp_path / "log.csv", changed)
+    named = ["--time-column", "ms", "--velocity-column", "w", "--torque-column", "i_q"]
+    scaled = ["--scale", "ms=1e-3", "--scale", "w=pi/180", "--torque-constant", "8"]
+    again = ["commission", scenario, "--log", tmp_path / "log.csv", "--out", tmp_path / "again"]
+    assert run_command_line(*again, *named, *scaled).status == 0
+    found, first = (load_scenario(path / "scenario.toml") for path in (tmp_path / "again", folder))
+    assert found.joint.coulomb == pytest.approx(first.joint.coulomb, rel=1e-4)
+    assert found.feedback.bandwidth == pytest.approx(first.feedback.bandwidth, rel=1e-3)
+    assert "the column i_q seems to be a current in A; give --torque-constant" in refusal(*again, *named, *scaled[:4])
+    assert "--torque-column must name a column, as none is called torque" in refusal(*again, *named[:4])
+
+
+def test_columns_without_a_log_are_refused(commissioned):
+    assert "are those of a --log; give one" in refusal("commission", commissioned[2], "--torque-column", "u")
 
 
 def test_log_that_tells_nothing_is_refused(commissioned, tmp_path):
