@@ -1,10 +1,18 @@
 """The error that a user's input causes, as one sentence, and the text of files that may cause it."""
 
+import reprlib
 from pathlib import Path
+from typing import Any
 
 
 class InputError(ValueError):
     """A scenario, a file or an option is wrong; the message is one line that names what and what is allowed."""
+
+
+def check_kind(name: str, value: Any, kinds: type | tuple[type, ...], rule: str) -> None:
+    """Raise a TypeError for an argument that is of no such kind; the rule says what it must be."""
+    if not isinstance(value, kinds):
+        raise TypeError(f"{name} = {reprlib.repr(value)} is not allowed: it must be {rule}")
 
 
 def counted(number: int, noun: str) -> str:

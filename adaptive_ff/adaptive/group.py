@@ -14,7 +14,7 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links, link_angles, regressor_count
-from adaptive_ff.errors import read_text
+from adaptive_ff.errors import check_kind, read_text
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
@@ -69,6 +69,8 @@ class JointGroup:
 
     Raises
     ------
+    TypeError
+        The joints are not given by name.
     ValueError
         There is no joint, periods differ, a name is unknown or precedes itself, or a joint was made for fewer
         regressors than those that follow make, two for each, or would need more than 20.
@@ -88,6 +90,7 @@ class JointGroup:
     def __init__(
         self, joints: Mapping[str, AdaptiveController], preceding: Mapping[str, Sequence[str]] | None = None
     ) -> None:
+        check_kind("joints", joints, Mapping, "controllers by name, such as {'elbow': controller}")
         if not joints:
             raise ValueError("joints = {} is not allowed: there must be one at least")
         self.joints = dict(joints)

@@ -9,6 +9,7 @@ from adaptive_ff.comparison.own import Own, check_own_names
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of, make_controller
 from adaptive_ff.comparison.run import Run, simulate
 from adaptive_ff.files import write_result
+from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
 
@@ -19,7 +20,7 @@ BASELINE = "pi"
 """The controller that improvement is measured against."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """Runs of several controllers on the same scenario.
 
@@ -142,9 +143,12 @@ def compare(
     ------
     InputError
         The scenario names a controller that there is not, or an own one has the name of one that there is.
+    TypeError
+        The scenario or ``own`` is of another kind.
     """
     scenario = load_scenario() if scenario is None else scenario
-    own = own or {}
+    check_scenario(scenario)
+    own = {} if own is None else own
     check_own_names(own, CONTROLLERS)
     names = dict.fromkeys([*scenario.controllers, *own])
     loops = {name: loop_of(scenario, name, own) for name in names}

@@ -17,6 +17,7 @@ from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
 from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.series import largest_size
 from adaptive_ff.simulation.experiment import lay_course
@@ -206,6 +207,7 @@ def sweep(
     InputError
         The scenario leaves the bandwidth open, or there is no controller of a name.
     """
+    check_scenario(scenario)
     if runs < 1:
         raise ValueError(f"runs = {runs} is not allowed: it must be at least 1")
     if scenario.feedback.is_auto:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 from numpy.typing import NDArray
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.scenario.scenario import Scenario
 from controllers import ESTIMATES, STEPS, Inputs, Output
 
@@ -311,7 +311,10 @@ def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
     ------
     InputError
         A name is taken or empty.
+    TypeError
+        They are not given by name.
     """
+    check_kind("own", own, Mapping, "controllers by name, such as {'mine': Mine}")
     for name in own:
         if name in taken or not name:
             raise InputError(f"own = {name!r} is not allowed: that is the name of a controller of this package")

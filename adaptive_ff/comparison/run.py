@@ -14,6 +14,7 @@ from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import drive_over
 from adaptive_ff.comparison.thinning import Thinned, drive_thinned
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, lay_course
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
@@ -30,7 +31,7 @@ MARKS = 120
 """Times in a run at which the uncertainty of the estimates is noted."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Run:
     """A run and its time series.
 
@@ -175,11 +176,14 @@ def simulate(
     ------
     InputError
         The name is not known.
+    TypeError
+        The scenario is none.
     ValueError
         ``thin`` is less than one.
     ArithmeticError
         The run did not stay finite.
     """
+    check_scenario(scenario)
     if thin is not None and thin < 1:
         raise ValueError(f"thin = {thin} is not allowed: it must be at least 1")
     if isinstance(controller, str):

@@ -30,7 +30,7 @@ REPORTED_SEEDS = tuple(range(1, 6))
 """Seeds of the errors that are reported; none of them takes part in the choice."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BandwidthStudy:
     """Errors over the bandwidth.
 

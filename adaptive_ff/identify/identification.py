@@ -28,7 +28,7 @@ from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.identify.verdict import WORSE, cautions, check_plausible, verdict
 from adaptive_ff.logs.defects import Piece, Skipped
 from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.log import Log, check_log
 
 HELD_OUT = 0.25
 """Share of the log that is held out by default."""
@@ -108,7 +108,12 @@ def identify_log(
     ------
     InputError
         The log does not determine a joint, or an argument is out of range.
+    TypeError
+        The log is none.
     """
+    check_log("log", log)
+    if validation is not None:
+        check_log("validation", validation)
     _check_arguments(held_out, torque_delay, confidence)
     asked = MapAsked(tuple(position_periods), position_hats, load_friction)
     check_asked(asked, log)

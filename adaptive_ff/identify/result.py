@@ -45,7 +45,7 @@ class Reported(NamedTuple):
     confounded: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LogIdentification:
     """A joint identified from a log.
 
@@ -125,6 +125,15 @@ class LogIdentification:
     position_map: IdentifiedMap | None
     verdict: list[str] = field(default_factory=list)
     cautions: list[str] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        """Return what the log determines and what is left of the torque in one line."""
+        known = "".join(
+            f"{name} {reported.estimate.value:.4g} {self.units[name]}, "
+            for name, reported in self.parameters.items()
+            if reported.identifiable and reported.used
+        )
+        return f"LogIdentification({self.name!r}: {known}{100.0 * self.fit.relative_error:.3g} % of the torque left)"
 
     def value(self, name: str) -> float:
         """Return a parameter of the model as it is used: zero where the log does not determine it."""

@@ -35,7 +35,7 @@ from adaptive_ff.identify.open_loop_mean import Validated, held_out_squares, mea
 from adaptive_ff.identify.open_loop_slopes import Training
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.logs.derivatives import Array, lowpass
-from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.log import Log, check_log
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -188,6 +188,8 @@ def score_log(
     InputError
         A log has no position, a defect, or does not determine a joint.
     """
+    check_log("train", train)
+    check_log("test", test)
     check_asked(MapAsked(tuple(position_periods), position_hats), train)
     records = [_record(log, linear=linear) for log in (train, test)]
     found = identify_log(train, held_out=0.0, linear=linear, model="offset")

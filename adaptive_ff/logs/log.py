@@ -10,10 +10,11 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.logs.formats import Content, read_content
 from controllers.arrays import NDArray
 
@@ -177,6 +178,11 @@ def _check_apart(file: Path, columns: Mapping[str, str]) -> None:
                 f"{file}: the column {column} is given as {roles[column]} and as {role}; each must have its own"
             )
         roles[column] = role
+
+
+def check_log(name: str, log: Any) -> None:
+    """Raise a TypeError for what is no log, such as the path of one."""
+    check_kind(name, log, Log, "a Log: read_log(path, time=..., position=..., torque=...) reads a file")
 
 
 def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[str, str]) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.defects import median_step, usable_pieces
-from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
@@ -94,6 +94,7 @@ def replay_log(
     InputError
         The log cannot be used, or an argument is out of range.
     """
+    check_log("log", log)
     check_names(given)
     _check_arguments(log, band, given.get("motion_lead"))
     log, said, jumps = look_through(log, linear=linear)

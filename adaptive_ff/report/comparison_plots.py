@@ -27,7 +27,8 @@ from adaptive_ff.report.drawing import (
     label_above,
     make_panels,
     stamp,
-    write_figure,
+    write_asked,
+    write_into,
 )
 from adaptive_ff.report.estimates_picture import draw_estimates
 from adaptive_ff.report.framing import frame, make_logarithmic, peak_of, plain_name, typical_peak
@@ -104,8 +105,7 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
         torque.set(xlabel="time (s)", xlim=(0.0, run.solver_time[-1]))
         explain_looks(figure, keys)
         stamp([figure], origin(run.scenario))
-        if path is not None:
-            write_figure(figure, Path(path))
+        write_asked(figure, path)
     return figure
 
 
@@ -155,9 +155,7 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
         if maps:
             figures["friction_map"] = draw_friction_map(maps, looks, comparison.scenario.variation)
         stamp(figures.values(), origin(comparison.scenario))
-        if folder is not None:
-            for name, figure in figures.items():
-                write_figure(figure, Path(folder) / f"{name}.png")
+        write_into(figures, folder)
     return figures
 
 

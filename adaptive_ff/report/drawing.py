@@ -18,6 +18,7 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from adaptive_ff import __version__
+from adaptive_ff.errors import InputError, check_kind
 
 Series = NDArray[np.float64]
 Look = Mapping[str, Any]
@@ -104,6 +105,45 @@ def write_stamped(figures: Mapping[str, Figure], folder: Path, formats: Sequence
     """Write pictures as :func:`write_figures` does, each with a line that says where it comes from."""
     stamp(figures.values(), source)
     write_figures(figures, folder, formats)
+
+
+def write_asked(figure: Figure, path: str | Path | None) -> None:
+    """Write a picture where a path is given.
+
+    Parameters
+    ----------
+    figure : Figure
+        The picture.
+    path : str or Path, or None
+        Where to write it: PNG, or what its ending says.
+
+    Raises
+    ------
+    InputError
+        There are no pictures of that ending, or the file cannot be written.
+    TypeError
+        The path is none.
+    """
+    if path is None:
+        return
+    check_kind("path", path, (str, os.PathLike), "a path")
+    place = Path(path)
+    known = figure.canvas.get_supported_filetypes()
+    if place.suffix and place.suffix[1:].lower() not in known:
+        raise InputError(f"path = {str(path)!r} is not allowed: it must end in one of {', '.join(known)}")
+    try:
+        write_figure(figure, place)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def write_into(figures: Mapping[str, Figure], folder: str | Path | None) -> None:
+    """Write pictures as ``NAME.png`` into a folder, where one is given; it raises what :func:`write_asked` does."""
+    if folder is None:
+        return
+    check_kind("folder", folder, (str, os.PathLike), "a path")
+    for name, figure in figures.items():
+        write_asked(figure, Path(folder) / f"{name}.png")
 
 
 def _plain(text: str) -> str:

@@ -23,7 +23,7 @@ from adaptive_ff.report.drawing import (
     label_above,
     make_panels,
     stamp,
-    write_figure,
+    write_into,
 )
 from adaptive_ff.report.identified_map_picture import draw_identified_map
 
@@ -67,9 +67,7 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
         if learnt is not None:
             figures["friction_map"] = learnt
         stamp(figures.values(), found.name)
-        if folder is not None:
-            for name, figure in figures.items():
-                write_figure(figure, Path(folder) / f"{name}.png")
+        write_into(figures, folder)
     return figures
 
 

@@ -20,7 +20,7 @@ from adaptive_ff.report.drawing import (
     label_above,
     make_panels,
     stamp,
-    write_figure,
+    write_into,
 )
 
 NEEDED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "torque that was needed"}
@@ -55,9 +55,7 @@ def plot_replay(replay: Replay, folder: str | Path | None = None) -> dict[str, F
     with rc_context(STYLE):
         figures = {"replay": _torques(replay), "estimates": _estimates(replay)}
         stamp(figures.values(), replay.name)
-        if folder is not None:
-            for name, figure in figures.items():
-                write_figure(figure, Path(folder) / f"{name}.png")
+        write_into(figures, folder)
     return figures
 
 

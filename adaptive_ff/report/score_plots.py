@@ -14,7 +14,7 @@ from adaptive_ff.report.drawing import (
     label_above,
     make_panels,
     stamp,
-    write_figure,
+    write_into,
 )
 
 MEASURED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "measured"}
@@ -36,6 +36,5 @@ def plot_score(score: Score, folder: str | Path | None = None) -> dict[str, Figu
         error.set_xlabel("time (s)")
         explain_looks(figure, [MEASURED, SIMULATED, ERROR])
         stamp([figure], f"{score.tested}, trained on {score.trained}")
-        if folder is not None:
-            write_figure(figure, Path(folder) / "score.png")
+        write_into({"score": figure}, folder)
     return {"score": figure}

@@ -1,6 +1,7 @@
 """Scenarios: what is simulated, and what each controller assumes of it."""
 
 import math
+import os
 import tomllib
 from functools import cached_property
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from adaptive_ff.errors import InputError, read_text
+from adaptive_ff.errors import InputError, check_kind, read_text
 from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
@@ -433,7 +434,10 @@ def load_scenario(path: str | Path | None = None, reference: str | Path | None =
     ------
     InputError
         The file cannot be read, or a field is wrong.
+    TypeError
+        The path is none.
     """
+    check_kind("path", path, (str, os.PathLike, type(None)), "a path; parse_scenario(tables, name) takes tables")
     file = BUILT_IN if path is None else Path(path)
     text = read_text(file, "is not valid TOML", "utf-8-sig")
     try:

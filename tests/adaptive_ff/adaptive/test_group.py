@@ -156,6 +156,11 @@ def test_what_is_no_group_is_refused_in_one_line(table, message):
     assert "\n" not in str(raised.value)
 
 
+def test_joints_without_names_are_refused():
+    with pytest.raises(TypeError, match=r"^joints = \[0, 1\] is not allowed: it must be controllers by name, such as"):
+        JointGroup([0, 1])
+
+
 def test_wrong_inputs_step_no_joint():
     group = pair()
     before = group.state_to_json()

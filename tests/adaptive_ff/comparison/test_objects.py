@@ -1,11 +1,13 @@
 """What a comparison looks like in a console, a notebook, pandas and xarray."""
 
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
-from adaptive_ff import compare, load_scenario
+from adaptive_ff import InputError, compare, load_scenario, simulate
+from adaptive_ff.comparison.drawn_joints import sweep
 
 
 @pytest.fixture(scope="module")
@@ -18,6 +20,55 @@ def test_short_texts(comparison):
     shown = f"pi {settled['pi']:.3g}, adaptive {settled['adaptive']:.3g}"
     assert repr(comparison) == f"Comparison(settled rms error, rad/s: {shown})"
     assert repr(comparison.runs["pi"]) == f"Run('pi', 6 s, settled rms error {settled['pi']:.3g} rad/s)"
+
+
+def test_a_comparison_and_a_run_are_equal_to_themselves_alone(comparison):
+    run = comparison.runs["pi"]
+    assert len({comparison, replace(comparison), run, replace(run)}) == 4
+    assert comparison == comparison
+    assert run != replace(run)
+
+
+@pytest.mark.parametrize("call", [compare, simulate, lambda given: sweep(given, 1)])
+@pytest.mark.parametrize("given", ["joint.toml", {"duration": 1.0}])
+def test_what_is_no_scenario_is_refused_with_what_makes_one(call, given):
+    with pytest.raises(TypeError) as refused:
+        call(given)
+    assert str(refused.value) == (
+        f"scenario = {given!r} is not allowed: it must be a Scenario: load_scenario(path) reads a file, "
+        "parse_scenario(tables, name) takes tables"
+    )
+
+
+@pytest.mark.parametrize("own", [[1], "mine.py:Mine"])
+def test_own_controllers_without_names_are_refused(own, comparison):
+    with pytest.raises(TypeError, match=r"own = .* is not allowed: it must be controllers by name, such as"):
+        compare(comparison.scenario, own=own)
+
+
+def test_tables_in_the_place_of_a_file_are_refused():
+    with pytest.raises(
+        TypeError, match=r"path = \{'duration': 1.0\} is not allowed: it must be a path; parse_scenario"
+    ):
+        load_scenario({"duration": 1.0})
+
+
+@pytest.mark.parametrize("place", [5, ["pi"], b"pictures"])
+def test_pictures_need_a_path(place, comparison):
+    with pytest.raises(TypeError, match=r"folder = .* is not allowed: it must be a path"):
+        comparison.plot(place)
+    with pytest.raises(TypeError, match=r"path = .* is not allowed: it must be a path"):
+        comparison.runs["pi"].plot(place)
+
+
+def test_places_that_take_no_pictures_are_refused(comparison, tmp_path):
+    file = tmp_path / "result.json"
+    file.write_text("{}")
+    with pytest.raises(InputError, match=r"result.json/tracking.png: cannot be written: "):
+        comparison.plot(file)
+    with pytest.raises(InputError, match=r"path = .*result.json' is not allowed: it must end in one of .*png"):
+        comparison.runs["pi"].plot(file)
+    assert file.read_text() == "{}"
 
 
 def test_notebook_shows_tables_and_a_picture(comparison):

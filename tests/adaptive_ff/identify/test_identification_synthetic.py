@@ -22,6 +22,10 @@ def test_noise_free_log_gives_the_joint(as_position):
     assert found.fit.relative_error < 2e-3
     assert found.validation.relative_error < 2e-3
     assert found.samples == found.used == 15000
+    assert repr(found).startswith(
+        "LogIdentification('log': inertia 2 kg m², coulomb 3 N m, viscous 4 N m s/rad, offset -0.5"
+    )
+    assert repr(found).endswith(f" N m, {100.0 * found.fit.relative_error:.3g} % of the torque left)")
 
 
 def test_jittered_clock_is_undone():

@@ -6,7 +6,9 @@ from synthetic_logs import JOINT, make_log
 
 from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.score import score_log
 from adaptive_ff.logs.log import Log
+from adaptive_ff.replay.replay import replay_log
 
 
 def spoiled(log, **series):
@@ -64,6 +66,20 @@ def test_useless_column_is_refused(change, message):
     with pytest.raises(InputError) as refused:
         identify_log(spoiled(make_log(), **change))
     assert message in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (identify_log, "log"),
+        (lambda given: identify_log(make_log(), validation=given), "validation"),
+        (replay_log, "log"),
+        (lambda given: score_log(make_log(), given), "test"),
+    ],
+)
+def test_path_in_the_place_of_a_log_is_refused_with_what_reads_one(call, name):
+    with pytest.raises(TypeError, match=rf"^{name} = 'log.csv' is not allowed: it must be a Log: read_log\(path, "):
+        call("log.csv")
 
 
 def test_ten_samples_are_refused():
