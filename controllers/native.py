@@ -153,6 +153,32 @@ def _step_at(
     inertia: float,
     dt: float,
 ) -> float:
+    """Do one sample of a controller in memory; what is not known is not a number, as in :class:`controllers.Inputs`.
+
+    The plan over the period in which the torque acts is taken from what is exchanged, where it may have been written.
+
+    Parameters
+    ----------
+    address, parameters, state : int
+        Addresses of the step's machine code, and of the controller's parameters and state.
+    exchange : ndarray, shape (13,)
+        Takes inputs and output of the step.
+    reference, velocity, next_reference, correction : float
+        Planned and measured velocity, the plan at the next sample, and what an outer loop adds to it, rad/s.
+    position : float
+        Measured position, rad.
+    realised_torque, feedforward : float
+        Mean torque of the drive over the last period, and torque known from elsewhere, N m.
+    inertia : float
+        Inertia of the present configuration, kg m^2.
+    dt : float
+        Time since the last sample, s.
+
+    Returns
+    -------
+    float
+        The commanded torque, N m.
+    """
     exchange[0], exchange[1], exchange[2] = reference, velocity, next_reference
     exchange[3], exchange[4], exchange[5] = correction, position, realised_torque
     exchange[6], exchange[7], exchange[8] = feedforward, inertia, dt
@@ -162,10 +188,6 @@ def _step_at(
 
 
 step_at = compiled(_step_at, allocates=False)
-"""Do one sample of a controller in memory: its addresses, what is exchanged, the inputs; return the torque, N m.
-
-The plan over the period in which the torque acts is taken from what is exchanged, where it may have been written.
-"""
 
 
 def empty_exchange() -> MutableArray:

@@ -32,5 +32,12 @@ def test_every_lazy_name_can_be_loaded(stub):
     assert [name for name in package.__all__ if getattr(package, name, None) is None] == []
 
 
+@pytest.mark.parametrize("package", ["adaptive_ff", "controllers"])
+def test_every_public_function_and_class_says_what_it_is(package):
+    face = importlib.import_module(package)
+    public = {name: getattr(face, name) for name in face.__all__}
+    assert [name for name, value in public.items() if callable(value) and not (value.__doc__ or "").strip()] == []
+
+
 def test_both_public_faces_are_lazy():
     assert {ROOT / "adaptive_ff" / "__init__.pyi", ROOT / "controllers" / "__init__.pyi"} <= set(STUBS)

@@ -22,12 +22,28 @@ INITIAL_VELOCITY_STATES: dict[type, Callable[..., Any]] = {}
 
 
 def _estimate_velocity(block: Any, state: Any, measurement: float, dt: float) -> Any:
+    """Do one sample of any velocity estimator, compiled or not.
+
+    Parameters
+    ----------
+    block, state : NamedTuple
+        The estimator, of a class that ``VELOCITY_ESTIMATORS`` knows, and its state.
+    measurement : float
+        Measured position, rad, or velocity, rad/s, as the estimator takes it.
+    dt : float
+        Time since the last sample, s.
+
+    Returns
+    -------
+    velocity : float
+        Estimated velocity, rad/s.
+    state : NamedTuple
+        The new state.
+    """
     return VELOCITY_ESTIMATORS[type(block)](block, state, measurement, dt)
 
 
 estimate_velocity = dispatched(VELOCITY_ESTIMATORS, _estimate_velocity)
-"""One sample of any velocity estimator, compiled or not: velocity (rad/s) and new state from a measurement and the time
-(s) since the last sample."""
 
 
 def initial_velocity_state(block: Any, position: float, velocity: float = 0.0) -> Any:
