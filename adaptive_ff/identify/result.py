@@ -44,6 +44,16 @@ class Reported(NamedTuple):
     used: bool
     confounded: tuple[str, ...] = ()
 
+    @property
+    def holds_zero(self) -> bool:
+        """Whether zero lies in the interval."""
+        return self.estimate.lower <= 0.0 <= self.estimate.upper
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the log determines it by itself."""
+        return self.identifiable and self.used and not self.confounded and not self.holds_zero
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LogIdentification:
@@ -131,7 +141,7 @@ class LogIdentification:
         known = "".join(
             f"{name} {reported.estimate.value:.4g} {self.units[name]}, "
             for name, reported in self.parameters.items()
-            if reported.identifiable and reported.used
+            if reported.is_known
         )
         return f"LogIdentification({self.name!r}: {known}{100.0 * self.fit.relative_error:.3g} % of the torque left)"
 

@@ -9,6 +9,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
+from adaptive_ff.identify.unattributed import unattributed
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
@@ -61,11 +62,13 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     Raises
     ------
     InputError
-        The inertia is not identifiable, or friction is negative: there is no joint to simulate.
+        The inertia is not identifiable, or the log does not say which friction it shows: there is no joint to simulate.
     """
     inertia, coulomb = found.value("inertia"), found.value("coulomb")
     if inertia <= 0.0:
         raise InputError(f"{found.name}: the inertia is not identifiable, so there is no scenario")
+    if vague := unattributed(found):
+        raise InputError(f"{found.name}: {vague}; so there is no scenario")
     stiction, bend, shape, _, remark = known_stiction(found, coulomb)
     known = remark or _interval(found, "stiction")
     bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
@@ -172,8 +175,9 @@ def _interval(found: LogIdentification, name: str) -> str:
     """Say how well a parameter is known."""
     if not _identifiable(found, name):
         return "not identifiable from the log"
-    estimate = found.parameters[name].estimate
-    return f"{100.0 * found.confidence:g} % interval {estimate.lower:.4g} to {estimate.upper:.4g}"
+    estimate, confounded = found.parameters[name].estimate, found.parameters[name].confounded
+    end = f", confounded with {', '.join(confounded).replace('_', ' ')}" if confounded else ""
+    return f"{100.0 * found.confidence:g} % interval {estimate.lower:.4g} to {estimate.upper:.4g}{end}"
 
 
 def _rounded(value: float) -> float:

@@ -17,6 +17,7 @@ from adaptive_ff.identify.families import (
 from adaptive_ff.identify.map_words import map_words, mapped_word
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.unattributed import unattributed
 from adaptive_ff.identify.units import ROTARY
 from adaptive_ff.logs.log import Log
 
@@ -78,6 +79,8 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
         said.append(
             f"the joint reaches {peak:.3g} rad/s: is the motion in degrees? Then {log.scaling('motion', 'pi/180')}"
         )
+    if vague := unattributed(found):
+        said.append(vague)
     error = found.fit.relative_error
     if error > POORLY:
         said.append(
@@ -99,8 +102,10 @@ def verdict(found: LogIdentification) -> list[str]:
         sentences.append(_of_validation(found))
     else:
         sentences.append("Nothing was held out: how well the model says other torques is not known.")
-    known = [name for name, reported in found.parameters.items() if reported.identifiable and reported.used]
-    sentences.append(f"Identifiable from the log: {_listed(known)}." if known else "No parameter is identifiable.")
+    known = [name for name, reported in found.parameters.items() if reported.is_known]
+    sentences.append(
+        f"Identifiable from the log: {_listed(known)}." if known else "No parameter is identifiable by itself."
+    )
     sentences += _of_confounding(found) + _of_lag(found) + _of_missing(found) + _of_asymmetry(found)
     sentences += map_words(found.position_map, found.map_asked, found.units)
     sentences.append(found.curve.remark[0].upper() + found.curve.remark[1:] + ".")

@@ -24,10 +24,11 @@ def parameters_table(found: LogIdentification) -> Table:
     table.add_column(f"{100.0 * found.confidence:g} % from", justify="right", no_wrap=True)
     table.add_column("to", justify="right", no_wrap=True)
     table.add_column("")
-    for name, (estimate, identifiable, used, confounded) in found.parameters.items():
+    for name, reported in found.parameters.items():
+        estimate, identifiable, used, confounded = reported
         if not used and name not in ALWAYS:
             continue
-        remark = "" if identifiable and used else "not identifiable" if not used else "not apart from zero"
+        remark = "" if reported.is_known else "not apart from zero" if used else "not identifiable"
         if confounded:
             remark = f"confounded with {', '.join(name.replace('_', ' ') for name in confounded)}"
         ends = (f"{end:.3g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
