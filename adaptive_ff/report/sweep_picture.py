@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from adaptive_ff.comparison.drawn_joints import CONTROLLERS, HUNTING
@@ -70,6 +71,7 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3, path: P
         for axes, line in ((settled, settled.axvline), (whole, whole.axvline), (cases, cases.axhline)):
             line(1.0, **SAME)
             _ratios(axes, "y" if axes is cases else "x")
+        _make_room(cases, places)
         cases.axvline(HUNTING, color=QUIET, linewidth=1.0, linestyle=":")
         cases.set_xscale("symlog", linthresh=HUNTING)
         cases.set_xlim(-0.1, 2.0 * max(HUNTING, *(outcome.fall for outcome in run)))
@@ -89,6 +91,15 @@ def plot_sweep(outcomes: Sequence[Outcome], source: str, worst: int = 3, path: P
     return figure
 
 
+def _make_room(axes: Axes, places: Mapping[str, tuple[float, float]]) -> None:
+    """Raise the upper limit so far that the names of the places, one above the other, stay below it."""
+    low, high = axes.get_ylim()
+    room = (NAME_ABOVE + NAME_HEIGHT * (len(places) + 1)) * axes.figure.dpi / 72.0 / axes.get_window_extent().height
+    axes.set_ylim(
+        top=max(high, max((up for _, up in places.values()), default=low) * (high / low) ** (room / (1.0 - room)))
+    )
+
+
 def _name(axes: Axes, places: Mapping[str, tuple[float, float]]) -> None:
     """Write names above their places, given in data; where two would overlap, the later one goes further up."""
     written: list[tuple[float, float]] = []
@@ -98,7 +109,8 @@ def _name(axes: Axes, places: Mapping[str, tuple[float, float]]) -> None:
         while any(abs(across - x) < NAME_WIDTH and abs(up + above - y) < NAME_HEIGHT for x, y in written):
             above += 1.0
         written.append((across, up + above))
-        axes.annotate(name, place, (0.0, above), textcoords="offset points", size=8.0, ha="center")
+        text = axes.annotate(name, place, (0.0, above), textcoords="offset points", size=8.0, ha="center")
+        text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
 
 
 def _share(axes: Axes, values: Sequence[float], look: Look) -> None:

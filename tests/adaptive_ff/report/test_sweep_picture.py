@@ -46,5 +46,13 @@ def test_names_of_worst_cases_that_lie_together_do_not_overlap():
     assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
 
 
+def test_names_of_worst_cases_stay_in_their_panel():
+    outcomes = [dataclasses.replace(outcome(draw, 0.1 + 0.3 * (draw % 9)), fall=0.01 * draw) for draw in range(36)]
+    figure = plot_sweep(outcomes, "seed 7", 3)
+    figure.draw_without_rendering()
+    panel = figure.axes[2].get_window_extent()
+    assert all(name.get_window_extent().y1 <= panel.y1 for name in figure.axes[2].texts)
+
+
 def test_nothing_is_drawn_where_no_joint_ran():
     assert plot_sweep([Outcome(0, {}, "refused")], "seed 1") is None
