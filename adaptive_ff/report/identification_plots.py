@@ -25,6 +25,7 @@ from adaptive_ff.report.drawing import (
     stamp,
     write_into,
 )
+from adaptive_ff.report.framing import name_those_beyond
 from adaptive_ff.report.identified_map_picture import draw_identified_map
 
 MEASURED: Look = {"color": "#a6a6a6", "linewidth": 2.0, "label": "measured"}
@@ -88,9 +89,9 @@ def _torque(found: LogIdentification) -> Figure:
         keys.append(HELD_OUT)
     unit = found.units["torque"]
     near.set_xlim(*_close_up(found, parts))
-    label_above(whole, f"{Path(found.name).name}: torque ({unit}), rows at rest without model")
-    label_above(near, f"torque ({unit}), close-up around a reversal")
-    label_above(left, f"residual ({unit}), band {found.bandwidth:.3g} Hz")
+    label_above(whole, f"{Path(found.name).name}: torque ({unit}) in a band of {found.bandwidth:.3g} Hz")
+    label_above(near, f"torque ({unit}), close-up around a reversal; rows at rest are without model")
+    label_above(left, f"residual ({unit})")
     for axes in (whole, left):
         axes.set_xlim(float(parts[0][1][0]), end)
     left.set_xlabel(_time_label(found))
@@ -135,7 +136,7 @@ def _friction(found: LogIdentification) -> Figure:
     for axes, values in ((curve, friction), (left, residual)):
         axes.plot(velocity[::every], values[::every], **ROWS)
         _draw_means(axes, velocity, values)
-    _draw_curve(curve, found, float(np.max(np.abs(velocity))))
+    drawn = _draw_curve(curve, found, velocity)
     keys = [ROWS, MEANS, MODEL]
     points = found.curve.points
     if points is not None:
@@ -145,7 +146,9 @@ def _friction(found: LogIdentification) -> Figure:
         keys.append(POINTS)
     left.axhline(0.0, **MODEL)
     low, high = np.quantile(friction, (0.002, 0.998))
-    curve.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
+    margin = 0.15 * (high - low)
+    curve.set_ylim(low - margin, high + margin)
+    name_those_beyond(curve, {"the identified curve": drawn}, max(abs(low - margin), abs(high + margin)))
     label_above(
         curve,
         f"{Path(found.name).name}: torque without inertia ({found.units['torque']}), while sliding, offset included",
@@ -166,10 +169,22 @@ def _draw_means(axes: Axes, velocity: Series, values: Series) -> None:
     axes.plot(centre, np.bincount(place, values, BINS)[shown] / count[shown], **MEANS)
 
 
-def _draw_curve(axes: Axes, found: LogIdentification, fastest: float) -> None:
-    """Draw the friction curve of the model in both directions."""
+def _draw_curve(axes: Axes, found: LogIdentification, velocity: Series) -> Series:
+    """Draw the friction curve of the model over the velocities of the log, in each direction; return its values."""
+    drawn = []
+    for side in (-1.0, 1.0):
+        seen = side * velocity[side * velocity > 0.0]
+        if seen.size:
+            slowest, fastest = float(np.min(seen)), float(np.max(seen))
+            speeds = slowest + (fastest - slowest) * np.linspace(0.0, 1.0, 400) ** 2
+            drawn.append(_curve(found, speeds, side))
+            axes.plot(side * speeds, drawn[-1], **{**MODEL, "zorder": 2.6})
+    return np.concatenate(drawn)
+
+
+def _curve(found: LogIdentification, speeds: Series, side: float) -> Series:
+    """Return the friction of the model over the speed in one direction, with the offset."""
     values = found.selection.chosen.values
-    speeds = fastest * np.linspace(1e-4, 1.0, 400) ** 2
     excess = values.get("stiction_excess", 0.0)
     saturated = np.zeros_like(speeds)
     for shape in SATURATIONS:
@@ -178,8 +193,8 @@ def _draw_curve(axes: Axes, found: LogIdentification, fastest: float) -> None:
     share = np.exp(-speeds / values.get("stribeck_velocity", np.inf))
     friction = values["coulomb"] + values["viscous"] * speeds + excess * share + saturated
     level = values.get("offset", 0.0) + values.get("viscous_asymmetry", 0.0) * speeds
-    for side in (-1.0, 1.0):
-        axes.plot(side * speeds, level + side * friction, **{**MODEL, "zorder": 2.6})
+    curve: Series = level + side * friction
+    return curve
 
 
 def _lag(found: LogIdentification) -> Figure:

@@ -5,6 +5,8 @@ import pytest
 from synthetic_logs import make_log
 
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.logs.log import Log
+from adaptive_ff.report import identification_plots
 
 NAMES = ["torque", "friction", "lag"]
 
@@ -52,9 +54,30 @@ def test_friction_curve_is_the_identified_one(found, figures):
     curve = figures["friction"].axes[0]
     backward, forward = (line for line in curve.get_lines() if line.get_xdata().size == 400)
     values = found.selection.chosen.values
-    speeds = forward.get_xdata()
-    assert forward.get_ydata() == pytest.approx(values["offset"] + values["coulomb"] + values["viscous"] * speeds)
-    assert backward.get_ydata() == pytest.approx(values["offset"] - values["coulomb"] - values["viscous"] * speeds)
+    velocity = np.concatenate([rows.velocity[rows.slides] for rows in found.rows])
+    for line, side, farthest in ((backward, -1.0, np.min(velocity)), (forward, 1.0, np.max(velocity))):
+        expected = values["offset"] + side * values["coulomb"] + values["viscous"] * line.get_xdata()
+        assert line.get_ydata() == pytest.approx(expected)
+        assert line.get_xdata()[-1] == pytest.approx(farthest, rel=1e-12)
+
+
+def test_friction_of_a_joint_that_moves_one_way_has_one_branch_over_its_velocities():
+    time = 0.005 * np.arange(8000)
+    velocity = 1.0 + 0.5 * np.sin(2.0 * np.pi * 0.5 * time)
+    torque = 2.0 * np.gradient(velocity, time) + 6.0 + 3.0 * velocity
+    torque += np.random.default_rng(2).standard_normal(time.size)
+    curve = identify_log(Log("log", time, torque, velocity=velocity)).plot()["friction"].axes[0]
+    (forward,) = (line for line in curve.get_lines() if line.get_xdata().size == 400)
+    assert forward.get_xdata()[[0, -1]] == pytest.approx([0.5, 1.5], abs=0.01)
+    low, high = curve.get_ylim()
+    assert low < np.min(forward.get_ydata()) < np.max(forward.get_ydata()) < high
+
+
+def test_friction_that_leaves_its_panel_is_named_above_it(found, figures, monkeypatch):
+    assert [text.get_text() for text in figures["friction"].axes[0].texts] == [""]
+    monkeypatch.setattr(identification_plots, "_curve", lambda _, speeds, side: side * (1.0 + 1e3 * (speeds < 0.01)))
+    texts = found.plot()["friction"].axes[0].texts
+    assert [text.get_text() for text in texts] == ["the identified curve reaches 1,001"]
 
 
 def test_residual_is_shown_over_the_velocity(found, figures):
