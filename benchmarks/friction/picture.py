@@ -57,11 +57,11 @@ def draw(record: PreslidingRecord, fits: list[Fit]) -> Figure:
     part = slice(record.force.size // 2, record.force.size // 2 + DRAWN)
     position = 1e3 * record.position[part]
     for axes, fit in zip(lower, fits, strict=False):
-        axes.plot(position, record.force[part], color="0.6", linewidth=3.0, label="measured")
-        axes.plot(position, fit.force[part], linewidth=1.0, label="fitted")
+        axes.plot(position, record.force[part], color="0.6", linewidth=3.0, label="measured (below)")
+        axes.plot(position, fit.force[part], linewidth=1.0, label="fitted to it")
         axes.set_title(f"{fit.law}: {fit.tested:.2g} N rms", fontsize="medium")
         axes.set(xlabel="displacement, mm", ylabel="friction force, N")
-    lower[0].legend(loc="lower right", fontsize="small")
+    figure.legend(*lower[0].get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small")
     return figure
 
 
