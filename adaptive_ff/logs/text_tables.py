@@ -12,7 +12,7 @@ from typing import NamedTuple, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, counted
 
 SEPARATORS = ",;\t"
 
@@ -225,7 +225,7 @@ def _read_cells(path: Path, layout: Layout, places: list[int]) -> NDArray[np.flo
                     words += 1
                     first = first or f"{layout.names[place]} = {cell[:40]!r} in row {number}"
     if words:
-        others = f", nor are {words - 1} more" if words > 1 else ""
+        others = f" (and so {counted(words - 1, 'other cell')})" if words > 1 else ""
         warnings.warn(f"{path}: {first} is no number{others}; such samples are left out", stacklevel=2)
     return np.frombuffer(values, dtype=np.float64).reshape(-1, len(places)).copy()
 

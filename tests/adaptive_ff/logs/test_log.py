@@ -197,7 +197,7 @@ def test_wrong_choice_of_columns_is_refused_with_what_there_is(arguments, messag
 def test_column_of_words_is_refused(tmp_path):
     (tmp_path / "log.csv").write_text("t,q,u\n0,a,1\n1,b,2\n", encoding="utf-8")
     with (
-        pytest.warns(UserWarning, match="q = 'a' in row 1 is no number, nor are 1 more"),
+        pytest.warns(UserWarning, match=r"q = 'a' in row 1 is no number \(and so 1 other cell\); such samples"),
         pytest.raises(InputError, match="q holds no finite number"),
     ):
         read_log(tmp_path / "log.csv", **GOOD)
