@@ -6,7 +6,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from adaptive_ff import Comparison, __version__, compare, load_scenario, simulate
+from adaptive_ff import Comparison, InputError, __version__, compare, load_scenario, simulate
 from adaptive_ff.model.friction import model_friction
 from adaptive_ff.report import drawing
 from adaptive_ff.report.comparison_plots import plot_comparison, plot_run
@@ -118,7 +118,7 @@ def test_failed_writing_leaves_neither_the_picture_nor_a_part_of_it(comparison, 
         raise OSError("disk full")
 
     monkeypatch.setattr(drawing.os, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(InputError, match=r"tracking\.png: cannot be written: disk full"):
         plot_comparison(comparison, tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["tracking.png"]
     assert (tmp_path / "tracking.png").read_bytes() == b"older"
