@@ -99,7 +99,7 @@ def torque_model(found: LogIdentification, torque_constant: float | None = None)
         coulomb=scale * sliding.coulomb,
         stiction=scale * slow.stiction,
         viscous=scale * sliding.viscous,
-        friction_lag=ASSUMED_LAG if lag is None else max(lag.value, 0.0),
+        friction_lag=ASSUMED_LAG if lag is None else _first_lag(lag),
         stribeck_velocity=slow.velocity,
         stribeck_shape=slow.shape,
         offset=scale * found.value("offset"),
@@ -177,6 +177,12 @@ def _lag(found: LogIdentification) -> Estimate | None:
         return None
     bounded = first < reported.estimate.lower and reported.estimate.upper < last
     return reported.estimate if bounded else None
+
+
+def _first_lag(lag: Estimate) -> float:
+    """Return the lag to begin with, s: where zero is possible, the assumed one as far as the interval allows."""
+    possible = min(ASSUMED_LAG, lag.upper) if lag.lower <= 0.0 else 0.0
+    return max(lag.value, possible, 0.0)
 
 
 def _identified(found: LogIdentification) -> tuple[str, ...]:

@@ -194,6 +194,18 @@ def test_a_lag_that_the_log_does_not_bound_is_assumed(found, ends):
     assert "friction_lag" not in first.deviation
 
 
+@pytest.mark.parametrize(
+    ("ends", "first"), [((-0.02, 0.006), 0.006), ((-0.02, 0.03), ASSUMED_LAG), ((0.002, 0.03), 0.004)]
+)
+def test_of_a_lag_that_may_be_zero_the_assumed_one_is_taken_as_far_as_it_may_be(found, ends, first):
+    reported = found.parameters["friction_lag"]
+    known = reported._replace(estimate=reported.estimate._replace(value=0.004, lower=ends[0], upper=ends[1]))
+    assert (
+        replace(found, parameters={**found.parameters, "friction_lag": known}).first_estimate().model["friction_lag"]
+        == first
+    )
+
+
 @pytest.mark.parametrize("lag", [0.0, 0.02, 0.05])
 def test_first_seconds_are_better_than_without_a_model(lag):
     base = load_scenario().modified(joint={"friction_lag": lag})
