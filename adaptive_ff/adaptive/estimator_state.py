@@ -1,5 +1,6 @@
 """Parameters and state of the estimator; see :mod:`adaptive_ff.adaptive.estimator`."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -296,6 +297,17 @@ def form_in_use(estimator: EstimatorParameters, state: EstimatorState) -> Torque
     """Return the regression with the Stribeck velocity that is in use."""
     form = estimator.form
     return TorqueForm(form.pole, state.candidates.stribeck_velocity, form.stribeck_shape, state.candidates.presliding)
+
+
+@register_jitable
+def lag_deviation(estimator: EstimatorParameters, state: EstimatorState, period: float) -> float:
+    """Return the standard deviation of the identified friction lag, s, were the other parameters known.
+
+    It is the unit of the lag at most: from there on nothing tells of it (:mod:`adaptive_ff.adaptive.uncertainty`).
+    """
+    unit, data = estimator.scale[FRICTION_LAG], 2.0 * estimator.memory * state.agreement[FRICTION_LAG, 0]
+    variance = state.levels.squared_error * period
+    return float(unit * math.sqrt(variance / data) if variance < data else unit)
 
 
 @register_jitable

@@ -16,7 +16,8 @@ comes from the reference alone, so noise does not bias the fit. Friction that de
 observer takes part of the error away, ``e`` is the error without it (``supervised_step.unobserved_error``).
 
 ``L`` is the least-squares fit over a fading memory, an equation counting the more, the smaller the errors are around
-it, with the identified lag as prior, whose standard deviation is a share of the period.
+it, with the identified lag as prior, whose standard deviation is its own, and a share of the period at least. In a fast
+loop noise hides the lag from the identification, which then wanders off, in minutes to 0.1 s on a joint without a lag.
 
 Until the errors have told something, the feedforward is late on purpose, by 10 ms at most. Before the first reversals
 the identified lag is a guess, and a joint whose friction is turned ``dt`` too early is thrown by ``2 Fc dt/J``; too
@@ -37,7 +38,7 @@ from adaptive_ff.adaptive.loop_response import LoopResponse, advance_loop_respon
 from controllers import PIParameters, delay_line, delayed, remember
 
 PRIOR_DEVIATION = 0.3
-"""How far the best lag is expected from the identified one, in sampling periods, as a standard deviation."""
+"""How far the best lag is expected from a lag that is known, in sampling periods, as a standard deviation."""
 
 LATE = 0.010
 """Time by which the feedforward is late on purpose at most, while no error has told of the lag, s ..."""
@@ -264,19 +265,19 @@ def drop_stale_evidence(state: TimingState, identified: float, period: float, yo
 
 
 @register_jitable
-def best_lag(state: TimingState, identified: float, largest: float, period: float) -> float:
+def best_lag(state: TimingState, identified: float, unsure: float, largest: float, period: float) -> float:
     """Return the lag of the feedforward that the errors so far ask for, s.
 
     Parameters
     ----------
     state : TimingState
         The state; it is left as it is.
-    identified, largest : float
-        Identified friction lag, the prior of the fit, and the largest possible one, s.
+    identified, unsure, largest : float
+        Identified friction lag, the prior of the fit, its standard deviation, and the largest possible one, s.
     period : float
         Sampling period, s.
     """
-    deviation = PRIOR_DEVIATION * period
+    deviation = max(PRIOR_DEVIATION * period, unsure)
     prior = 1.0 / (deviation * deviation)
     evidence = state.evidence
     # a difference, not a weighted mean of the two: without evidence the identified lag must come out bit for bit

@@ -13,13 +13,6 @@ EXCITED = 1e-3
 What is left of it then is the model's own change, which follows the noise: over an hour it would move the parameter.
 """
 
-CONTRARY = -1.0
-"""``E z x / E z^2`` below which the measured gradient contradicts the model's: correcting along that leads away.
-
-With an assumed friction lag that is too long the model's friction still rises after a reversal where the joint's falls
-again, as Stribeck friction does. In the fast loop of a joint without a lag it grew to its bound of 0.1 s in minutes.
-"""
-
 
 @register_jitable
 def fade_agreement_in_place(
@@ -68,14 +61,14 @@ def choose_instrument_in_place(
     unexcited : float
         Floor of the information: means below it are no excitation.
     instrument : ndarray, shape (n,)
-        Filled with the instrument; zero where the model's gradient does not excite a parameter, or is contradicted.
+        Filled with the instrument; zero where the model's gradient does not excite a parameter.
     """
     fade_agreement_in_place(agreement, model, measured, keep)
     alike = gradients_agree(agreement, unexcited)
     for i in range(model.size):
         if not alike:
             instrument[i] = measured[i]  # plain least squares: biased by noise, but bounded whatever the model does
-        elif agreement[i, 0] < EXCITED * unexcited or agreement[i, 1] < CONTRARY * agreement[i, 0]:
+        elif agreement[i, 0] < EXCITED * unexcited:
             instrument[i] = 0.0
         else:
             instrument[i] = model[i]
