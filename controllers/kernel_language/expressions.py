@@ -26,6 +26,7 @@ from controllers.kernel_language.kinds import (
     array_of,
     tuple_of,
 )
+from controllers.kernel_language.meanings import meaning
 from controllers.kernel_language.sources import Constant, resolve
 from controllers.kernel_language.values import Value, Variable, constant
 
@@ -126,7 +127,14 @@ class Expressions:
             return found
         if self.stores[node.id]:
             raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
-        return self.known(node, resolve(self.kernel, node))
+        return self.known(node, self.resolved(node))
+
+    def resolved(self, node: ast.expr) -> Any:
+        """Return what a global name stands for; the machine code holds for no other meaning of it."""
+        found = resolve(self.kernel, node)
+        function, name = self.kernel.function, ast.unparse(node)
+        self.unit.meanings[function.__module__, name] = meaning(function.__globals__, name)
+        return found
 
     def is_global(self, node: ast.expr) -> bool:
         """Tell whether a name, or what a field is asked of, is no variable."""
@@ -136,7 +144,7 @@ class Expressions:
 
     def _attribute(self, node: ast.Attribute) -> Value:
         if self.is_global(node):
-            return self.known(node, resolve(self.kernel, node))
+            return self.known(node, self.resolved(node))
         if node.attr == "data" and isinstance(node.value, ast.Attribute) and node.value.attr == "ctypes":
             return self._start(node.value)
         owner = self.translate(node.value)
@@ -191,7 +199,7 @@ class Expressions:
         """Return an item of a record, a shape or a tuple of constants, whose place must be known."""
         items: Any = owner.kind.kinds if isinstance(owner.kind, Record) else ()
         if owner.kind is None:
-            items = owner.content or owner.constant
+            items = owner.content or owner.constant or ()
         place = indices[0].constant
         if place is None or len(indices) != 1 or not -len(items) <= place < len(items):
             raise self.refusal(node, f"{ast.unparse(node)} must have one constant place, within what there is")
@@ -226,7 +234,9 @@ class Expressions:
         """Return quotient or rest of integers, rounded down as in Python; of a division by zero, zero."""
         builder, zero = self.body.builder, ir.Constant(WORD, 0)
         by_zero = builder.icmp_signed("==", right.content, zero)
-        divisor = builder.select(by_zero, ir.Constant(WORD, 1), right.content)
+        least = builder.icmp_signed("==", left.content, ir.Constant(WORD, -(2**63)))
+        too_large = builder.and_(least, builder.icmp_signed("==", right.content, ir.Constant(WORD, -1)))
+        divisor = builder.select(builder.or_(by_zero, too_large), ir.Constant(WORD, 1), right.content)
         quotient, rest = builder.sdiv(left.content, divisor), builder.srem(left.content, divisor)
         if not (left.natural and right.natural):  # rounded towards zero so far
             signs = builder.icmp_signed("<", builder.xor(rest, divisor), zero)
@@ -240,7 +250,7 @@ class Expressions:
     def _power(self, node: ast.AST, base: Value, exponent: Value) -> Value:
         if exponent.kind is REAL:
             base = self.body.real(node, base)
-            return Value(REAL, self.unit.mathematics(self.body, "llvm.pow.f64", base.content, exponent.content))
+            return Value(REAL, self.unit.mathematics(self.body, "pow", base.content, exponent.content))
         if base.kind is not REAL or exponent.constant != 2:
             raise self.refusal(node, f"{ast.unparse(node)}: write out powers other than the second as products")
         return Value(REAL, self.body.builder.fmul(base.content, base.content))
@@ -314,7 +324,8 @@ class Expressions:
             raise self.refusal(node, f"{ast.unparse(node)} compares what are no numbers")
         if left.constant is not None and right.constant is not None:
             return constant(compare(left.constant, right.constant))
-        return Value(BOOLEAN, builder.icmp_signed(sign, left.content, right.content))
+        compare_bits = builder.icmp_unsigned if left.kind is BOOLEAN else builder.icmp_signed  # a bit has no sign
+        return Value(BOOLEAN, compare_bits(sign, left.content, right.content))
 
     def _ifexp(self, node: ast.IfExp) -> Value:
         test = self.condition(node.test)
@@ -382,5 +393,9 @@ class Expressions:
 
 
 def _counted(tree: ast.FunctionDef) -> Counter[str]:
-    loops = [node for node in ast.walk(tree) if isinstance(node, ast.For) and isinstance(node.iter, ast.Call)]
-    return Counter(ast.unparse(loop.target) for loop in loops if len(loop.iter.args) == 1)  # type: ignore[attr-defined]
+    loops = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
+    return Counter(ast.unparse(loop.target) for loop in loops if _has_one_end(loop.iter))
+
+
+def _has_one_end(node: ast.expr) -> bool:
+    return isinstance(node, ast.Call) and len(node.args) == 1 and not isinstance(node.args[0], ast.Starred)

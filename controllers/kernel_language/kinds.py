@@ -115,8 +115,10 @@ class Record(Kind):
         self.memory = ir.LiteralStructType([kind.memory for kind in kinds])
 
     def __repr__(self) -> str:
-        name = f"{self.origin.__module__}.{self.origin.__qualname__}" if self.origin else ""
-        return f"{name}({', '.join(map(repr, self.kinds))})"
+        if not self.origin:
+            return f"({', '.join(map(repr, self.kinds))})"
+        fields = ", ".join(f"{name}: {kind!r}" for name, kind in zip(self.origin._fields, self.kinds, strict=True))
+        return f"{self.origin.__module__}.{self.origin.__qualname__}({fields})"
 
 
 pointer_to = cache(Pointer)

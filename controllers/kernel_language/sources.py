@@ -3,6 +3,7 @@
 import ast
 import builtins
 import importlib
+import importlib.util
 import inspect
 import io
 import tokenize
@@ -92,6 +93,8 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
     NotTranslatable
         There is no source, or it is no plain function.
     """
+    if hasattr(function, "__wrapped__"):
+        raise NotTranslatable(f"{function!r} cannot be translated: a decorator has put another function around it")
     try:
         path = inspect.getsourcefile(function)
         lines, first = inspect.getsourcelines(function)
@@ -152,15 +155,24 @@ def _assigned(node: ast.stmt) -> set[str]:
     return {leaf.id for target in targets for leaf in ast.walk(target) if isinstance(leaf, ast.Name)}
 
 
+def _imported_from(module: str, node: ast.ImportFrom, name: str) -> tuple[str, str]:
+    package = importlib.import_module(module).__package__
+    home = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+    try:
+        return _definition(home, name)
+    except (OSError, TypeError):  # a module of C, as math is
+        return module, name
+
+
 @cache
 def _definition(module: str, name: str) -> tuple[str, str]:
     for node in module_tree(module).body:
         if name in _assigned(node):
             return module, name
-        if isinstance(node, ast.ImportFrom) and node.module:
+        if isinstance(node, ast.ImportFrom):
             for alias in node.names:
                 if name == (alias.asname or alias.name):
-                    return _definition(node.module, alias.name)
+                    return _imported_from(module, node, alias.name)
     if Path(importlib.import_module(module).__file__ or "").name == "__init__.py":  # names come lazily from a stub
         for node in ast.parse(Path(str(importlib.import_module(module).__file__) + "i").read_text()).body:
             if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):

@@ -135,14 +135,18 @@ class Statements:
 
     def _range(self, statement: ast.For) -> tuple[Value, Value, int]:
         call = statement.iter
-        over_range = isinstance(call, ast.Call) and ast.unparse(call.func) == "range" and not call.keywords
-        if not isinstance(call, ast.Call) or not over_range or not isinstance(statement.target, ast.Name):
+        if not isinstance(call, ast.Call) or not self._is_range(call) or not isinstance(statement.target, ast.Name):
             raise self._refusal(statement, "has no translation; write for i in range(...)")
         ends = self.expressions.spread(call.args)
         stride = ends[2].constant if len(ends) == 3 else 1
-        if stride not in (1, -1) or statement.orelse or any(end.kind is not INTEGER for end in ends):
+        are_integers = 1 <= len(ends) <= 3 and all(end.kind is INTEGER for end in ends)
+        if not are_integers or stride not in (1, -1) or statement.orelse:
             raise self._refusal(statement, "has no translation; a range must be of integers, by 1 or -1, without else")
         return (ends[0] if len(ends) > 1 else constant(0)), ends[min(len(ends) - 1, 1)], stride
+
+    def _is_range(self, call: ast.Call) -> bool:
+        is_global = not call.keywords and self.expressions.is_global(call.func)
+        return is_global and self.expressions.resolved(call.func) is range
 
     def _while(self, statement: ast.While) -> None:
         if statement.orelse:
@@ -208,8 +212,8 @@ class Statements:
             self._bind(statement.target.id, self.expressions.combined(statement, statement.op, old, value), statement)
             return
         place, kind = self._place(statement.target)
-        value = self.expressions.translate(statement.value)
-        new = self.expressions.combined(statement, statement.op, self.body.read(kind, place), value)
+        old = self.body.read(kind, place)
+        new = self.expressions.combined(statement, statement.op, old, self.expressions.translate(statement.value))
         self.body.write(self.body.like(statement, new, kind), place)
 
     def _fill(self, target: ast.Subscript, node: ast.expr) -> None:
