@@ -65,6 +65,8 @@ class Expressions:
     ----------
     variables : dict
         Variables by their names: where they lie, or the only value that they ever have.
+    given : set of str
+        Variables that have a value at the present place, by whatever way it is reached.
     stores : Counter
         How many statements give each variable a value.
     counted : Counter
@@ -74,6 +76,7 @@ class Expressions:
     def __init__(self, unit: "Unit", body: Body) -> None:
         self.unit, self.body, self.kernel = unit, body, body.kernel
         self.variables: dict[str, Variable | Value] = {}
+        self.given: set[str] = set()
         names = [node for node in ast.walk(self.kernel.tree) if isinstance(node, ast.Name)]
         self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
         self.counted = _counted(self.kernel.tree)
@@ -120,13 +123,13 @@ class Expressions:
         return self.known(node, node.value)
 
     def _name(self, node: ast.Name) -> Value:
+        if self.stores[node.id] and node.id not in self.given:
+            raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
         found = self.variables.get(node.id)
         if isinstance(found, Variable):
             return replace(self.body.read(found.kind, found.place), natural=found.natural)
         if found is not None:
             return found
-        if self.stores[node.id]:
-            raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
         return self.known(node, self.resolved(node))
 
     def resolved(self, node: ast.expr) -> Any:

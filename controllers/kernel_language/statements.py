@@ -1,6 +1,7 @@
 """Statements of kernels."""
 
 import ast
+from dataclasses import dataclass, field
 from typing import Any
 
 from llvmlite import ir
@@ -8,6 +9,24 @@ from llvmlite import ir
 from controllers.kernel_language.expressions import Expressions
 from controllers.kernel_language.kinds import INTEGER, WORD, Array, Kind, Line, Record
 from controllers.kernel_language.values import Value, Variable, constant
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A loop around what is translated now.
+
+    Attributes
+    ----------
+    following, end : object
+        Blocks that a turn goes on to, and that it may break off to.
+    turns, breaks : list of set of str
+        Variables that have a value where it does the one or the other.
+    """
+
+    following: Any
+    end: Any
+    turns: list[set[str]] = field(default_factory=list)
+    breaks: list[set[str]] = field(default_factory=list)
 
 
 class Statements:
@@ -31,7 +50,7 @@ class Statements:
     def __init__(self, expressions: Expressions, result: Kind | None, place: Any) -> None:
         self.expressions, self.body, self.kernel = expressions, expressions.body, expressions.kernel
         self.result, self._target = result, place
-        self._loops: list[tuple[Any, Any]] = []
+        self._loops: list[Loop] = []
         self._within = 0
         self._gives_nothing = False
 
@@ -73,9 +92,11 @@ class Statements:
             case ast.Expr(value=ast.Call() as call):
                 self.expressions.translate(call)
             case ast.Break() if self._loops:
-                self.body.builder.branch(self._loops[-1][1])
+                self._loops[-1].breaks.append(self.expressions.given)
+                self.body.builder.branch(self._loops[-1].end)
             case ast.Continue() if self._loops:
-                self.body.builder.branch(self._loops[-1][0])
+                self._loops[-1].turns.append(self.expressions.given)
+                self.body.builder.branch(self._loops[-1].following)
             case ast.Pass():
                 pass
             case _:
@@ -94,16 +115,20 @@ class Statements:
         then = body.block()
         other = body.block() if statement.orelse else (end := body.block())
         body.builder.cbranch(test.content, then, other)
-        ends = []
+        ends, before, given = [], self.expressions.given, []
         self._within += 1
         for statements, block in ((statement.body, then), (statement.orelse, other)):
             if not statements:
+                given.append(before)
                 continue
             body.continue_in(block)
+            self.expressions.given = set(before)
             self._block(statements)
             if not body.ended:
                 ends.append(body.builder.block)
+                given.append(self.expressions.given)
         self._within -= 1
+        self.expressions.given = set.intersection(*given) if given else before
         if end is None and ends:
             end = body.block()
         for block in ends:
@@ -126,12 +151,16 @@ class Statements:
             body.builder.icmp_signed("<" if stride > 0 else ">", now.content, stop.content), inner, end
         )
         body.continue_in(inner)
-        self._repeat(statement.body, following, end, {target.id: now})
+        before, loop = set(self.expressions.given), Loop(following, end)
+        self._repeat(statement.body, loop, {target.id: now})
         body.continue_in(following)
         step = ir.Constant(WORD, stride)
         body.builder.store(body.builder.add(body.builder.load(counter), step, flags=["nsw"]), counter)
         body.builder.branch(head)
         body.continue_in(end)
+        known = start.constant is not None and stop.constant is not None
+        begins = known and (stop.constant - start.constant) * stride > 0
+        self._leave(before, [*(loop.turns if begins and loop.turns else [before]), *loop.breaks])
 
     def _range(self, statement: ast.For) -> tuple[Value, Value, int]:
         call = statement.iter
@@ -160,19 +189,34 @@ class Statements:
         body.repeated -= 1
         body.builder.cbranch(test.content, inner, end)
         body.continue_in(inner)
-        self._repeat(statement.body, head, end, {})
+        before, loop = set(self.expressions.given), Loop(head, end)
+        self._repeat(statement.body, loop, {})
         body.continue_in(end)
+        if test.constant is not True:
+            self._leave(before, [before, *loop.breaks])
+        elif loop.breaks:
+            self._leave(before, loop.breaks)
+        else:
+            body.builder.unreachable()
 
-    def _repeat(self, statements: list[ast.stmt], following: Any, end: Any, counters: dict[str, Value]) -> None:
-        """Translate the statements of a loop, which go on to a block, and may break off to another one."""
-        self._loops.append((following, end))
+    def _repeat(self, statements: list[ast.stmt], loop: Loop, counters: dict[str, Value]) -> None:
+        """Translate the statements of a loop."""
+        self._loops.append(loop)
         self.body.repeated += 1
         for name, value in counters.items():
             self._bind(name, value, statements[0])
         self._block(statements)
-        self.body.go_on_to(following)
+        if not self.body.ended:
+            loop.turns.append(self.expressions.given)
+        self.body.go_on_to(loop.following)
         self.body.repeated -= 1
         self._loops.pop()
+
+    def _leave(self, before: set[str], ways: list[set[str]]) -> None:
+        """Forget the variables that a loop gives no value on one of the ways out of it, or none that outlasts it."""
+        places = self.expressions.variables
+        given = {name for name in set.intersection(*ways) if isinstance(places[name], Variable)}
+        self.expressions.given = before | given
 
     def _assign(self, target: ast.expr, node: ast.expr) -> None:
         if isinstance(target, ast.Subscript) and _is_full_slice(target.slice):
@@ -207,7 +251,7 @@ class Statements:
 
     def _augmented(self, statement: ast.AugAssign) -> None:
         if isinstance(statement.target, ast.Name):
-            old = self.expressions.translate(ast.Name(statement.target.id, ast.Load()))
+            old = self.expressions.translate(ast.copy_location(ast.Name(statement.target.id, ast.Load()), statement))
             value = self.expressions.translate(statement.value)
             self._bind(statement.target.id, self.expressions.combined(statement, statement.op, old, value), statement)
             return
@@ -244,6 +288,7 @@ class Statements:
         """Give a variable a value; what has only one ever, from here to the end, needs no place in memory."""
         if name == "_":
             return
+        self.expressions.given.add(name)
         known = self.expressions.variables.get(name)
         if known is None:
             held = value.lasting or not isinstance(value.kind, Line | Record)

@@ -138,6 +138,7 @@ class Unit:
             if isinstance(kind, Record | Line):
                 value.content.attributes.add("noalias")
             expressions.variables[name] = value
+            expressions.given.add(name)
             if expressions.stores[name]:
                 variable = Variable(kind, expressions.body.room(kind))
                 expressions.body.write(value, variable.place)
