@@ -7,7 +7,8 @@ from typing import Any
 from llvmlite import ir
 
 from controllers.kernel_language.expressions import Expressions
-from controllers.kernel_language.kinds import INTEGER, WORD, Array, Kind, Line, Record
+from controllers.kernel_language.filling import fill
+from controllers.kernel_language.kinds import INTEGER, WORD, Kind, Line, Record
 from controllers.kernel_language.values import Value, Variable, constant
 
 
@@ -220,7 +221,8 @@ class Statements:
 
     def _assign(self, target: ast.expr, node: ast.expr) -> None:
         if isinstance(target, ast.Subscript) and _is_full_slice(target.slice):
-            self._fill(target, node)
+            value = self.expressions.translate(node)
+            fill(self.body, target, self.expressions.translate(target.value), node, value)
         elif not isinstance(target, ast.Tuple):
             self._store(target, self.expressions.translate(node))
         else:
@@ -259,30 +261,6 @@ class Statements:
         old = self.body.read(kind, place)
         new = self.expressions.combined(statement, statement.op, old, self.expressions.translate(statement.value))
         self.body.write(self.body.like(statement, new, kind), place)
-
-    def _fill(self, target: ast.Subscript, node: ast.expr) -> None:
-        """Assign to all elements of an array: a number, or those of another array of its shape."""
-        body, builder = self.body, self.body.builder
-        array, value = self.expressions.translate(target.value), self.expressions.translate(node)
-        whole = isinstance(value.kind, Array)
-        if not isinstance(array.kind, Array) or (whole and value.kind is not array.kind):
-            raise self.kernel.refusal(target, f"{ast.unparse(target)} must be given a number or an array like it")
-        count, counter = array.content[1], body.room(INTEGER)
-        for size in array.content[2:]:
-            count = builder.mul(count, size)
-        body.write(constant(0), counter)
-        head, inner, end = (body.block() for _ in range(3))
-        builder.branch(head)
-        body.continue_in(head)
-        now = builder.load(counter)
-        builder.cbranch(builder.icmp_signed("<", now, count), inner, end)
-        body.continue_in(inner)
-        element = array.kind.element
-        item = body.read(element, builder.gep(value.content[0], [now])) if whole else body.like(node, value, element)
-        body.write(item, builder.gep(array.content[0], [now]))
-        builder.store(builder.add(now, ir.Constant(WORD, 1), flags=["nsw"]), counter)
-        builder.branch(head)
-        body.continue_in(end)
 
     def _bind(self, name: str, value: Value, node: ast.AST) -> None:
         """Give a variable a value; what has only one ever, from here to the end, needs no place in memory."""
