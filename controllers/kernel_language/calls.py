@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import ir
 
 from controllers.kernel_language.dispatch import DISPATCHED
-from controllers.kernel_language.kinds import ADDRESS, INTEGER, Array, Record, record_of
+from controllers.kernel_language.kinds import ADDRESS, INTEGER, Array, Record, makes_itself, record_of
 from controllers.kernel_language.operations import MATHEMATICS, OPERATIONS, operation
+from controllers.kernel_language.sources import INSTEAD
 from controllers.kernel_language.values import Value
 
 if TYPE_CHECKING:
@@ -51,6 +52,9 @@ def _bound(expressions: "Expressions", node: ast.Call, signature: inspect.Signat
 
 
 def _record(expressions: "Expressions", node: ast.Call, origin: Any) -> Value:
+    if makes_itself(origin):
+        problem = f"{origin.__name__} has a __new__ of its own; write a kernel that makes a plain named tuple"
+        raise expressions.refusal(node, problem)
     values = _bound(expressions, node, inspect.signature(origin), expressions.spread(node.args))
     for place, name in enumerate(origin._fields):  # integers given for real fields become real
         if values[place].kind is INTEGER and origin.__annotations__.get(name) in (float, "float"):
@@ -68,7 +72,8 @@ def _kernel(expressions: "Expressions", node: ast.Call, function: Any) -> Value:
             raise expressions.refusal(node, f"{ast.unparse(node)}: no kernel is registered for its first argument")
         function = chosen
     if not inspect.isfunction(function):
-        raise expressions.refusal(node, f"{ast.unparse(node.func)} has no translation; call mathematics or kernels")
+        instead = INSTEAD.get(function, "call mathematics or kernels")
+        raise expressions.refusal(node, f"{ast.unparse(node.func)} has no translation; {instead}")
     values = _bound(expressions, node, inspect.signature(function), given)
     made = expressions.unit.function(function, tuple(value.kind for value in values), (expressions.kernel, node))
     arguments: list[Any] = []

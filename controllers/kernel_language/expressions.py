@@ -24,6 +24,7 @@ from controllers.kernel_language.kinds import (
     Record,
     Scalar,
     array_of,
+    is_within_word,
     tuple_of,
 )
 from controllers.kernel_language.meanings import meaning
@@ -117,12 +118,19 @@ class Expressions:
             return Value(None, constant=number)
         if not isinstance(number, bool | int | float):
             raise self.refusal(node, f"{ast.unparse(node)} is no number; pass it as an argument")
+        return self._folded(node, number)
+
+    def _folded(self, node: ast.AST, number: bool | int | float) -> Value:
+        if isinstance(number, int) and not is_within_word(number):
+            raise self.refusal(node, f"{ast.unparse(node)} is beyond the 64 bits of integers; write a real number")
         return constant(number)
 
     def _constant(self, node: ast.Constant) -> Value:
         return self.known(node, node.value)
 
     def _name(self, node: ast.Name) -> Value:
+        if self.stores[node.id] and node.id == "_":
+            raise self.refusal(node, "_ keeps no value; give the variable a name")
         if self.stores[node.id] and node.id not in self.given:
             raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
         found = self.variables.get(node.id)
@@ -195,7 +203,7 @@ class Expressions:
         """Return where an element of an array lies."""
         count = owner.kind.ndim if isinstance(owner.kind, Array) else 1 if isinstance(owner.kind, Pointer) else None
         if len(indices) != count:
-            raise self.refusal(node, f"{ast.unparse(node)} is no number of an array")
+            raise self.refusal(node, f"{ast.unparse(node)} is no number of an array; give an index for each dimension")
         return self.body.address(owner, indices)
 
     def _item(self, node: ast.Subscript, owner: Value, indices: list[Value]) -> Value:
@@ -223,7 +231,7 @@ class Expressions:
         if both and type(operation) in ON_INTEGERS:
             name, fold = ON_INTEGERS[type(operation)]
             if left.constant is not None and right.constant is not None:
-                return constant(fold(left.constant, right.constant))
+                return self._folded(node, fold(left.constant, right.constant))
             natural = left.natural and right.natural and not isinstance(operation, ast.Sub)
             return Value(INTEGER, getattr(builder, name)(left.content, right.content), natural=natural)
         if both and isinstance(operation, ast.FloorDiv | ast.Mod):
@@ -265,11 +273,14 @@ class Expressions:
             return (
                 Value(BOOLEAN, builder.not_(value.content)) if value.constant is None else constant(not value.constant)
             )
+        if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant) and type(node.operand.value) is int:
+            return self._folded(node, -node.operand.value)
         value = self.translate(node.operand)
         if not isinstance(node.op, ast.USub) or value.kind not in (REAL, INTEGER):
             raise self.refusal(node, f"{ast.unparse(node)} has no translation; write a number or its negative")
         if value.kind is INTEGER:
-            return Value(INTEGER, builder.neg(value.content)) if value.constant is None else constant(-value.constant)
+            known = value.constant is not None
+            return self._folded(node, -value.constant) if known else Value(INTEGER, builder.neg(value.content))
         if isinstance(value.content, ir.Constant):
             return constant(-value.content.constant)
         return Value(REAL, builder.fneg(value.content))

@@ -241,19 +241,25 @@ class Translated:
         NotTranslatable
             The kernel, or one that it calls, has no translation.
         TypeError
-            An argument is of a kind that kernels do not take.
+            An argument is of a kind that kernels do not take; or what is given back is an array that is no argument.
         """
         form = structure(arguments)
         if form not in self._known:
             self._known[form] = self._made(arguments)
         function, sample, form_of_sample = self._known[form]
-        taken = Memory(arguments, form)
+        try:
+            taken = Memory(arguments, form)
+        except TypeError as error:
+            raise self._error(str(error)) from None
         if sample is None:
             function(taken.address, None)
             return None
         given = Memory.like(sample, form_of_sample)
         function(taken.address, given.address)
-        return given.value_with_arrays_of(taken)
+        try:
+            return given.value_with_arrays_of(taken)
+        except KeyError:
+            raise self._error("gives back an array that is no argument; return its elements or the whole one") from None
 
     def is_made(self) -> bool:
         """Tell whether there is machine code, for any kinds of arguments, in this process or on disk."""
@@ -262,8 +268,15 @@ class Translated:
     def _made(self, arguments: tuple[Any, ...]) -> tuple[Any, Any, Hashable]:
         expected = len(inspect.signature(self.py_func).parameters)
         if len(arguments) != expected:
-            name = self.py_func.__name__
-            raise TypeError(f"{name} as machine code takes {expected} arguments, was given {len(arguments)}")
-        address, sample = _machine_code(self.py_func, tuple(map(kind_of, arguments)), Unit.entry)
+            raise self._error(f"as machine code it takes {expected} arguments, was given {len(arguments)}")
+        try:
+            kinds = tuple(map(kind_of, arguments))
+        except TypeError as error:
+            raise self._error(str(error)) from None
+        address, sample = _machine_code(self.py_func, kinds, Unit.entry)
         function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
         return function, sample, structure(sample)
+
+    def _error(self, problem: str) -> TypeError:
+        kernel = read_kernel(self.py_func)
+        return TypeError(str(kernel.refusal(kernel.tree, problem)))

@@ -9,7 +9,7 @@ import numpy as np
 from llvmlite import ir
 
 from controllers.kernel_language.indices import natural
-from controllers.kernel_language.kinds import ADDRESS, BOOLEAN, INTEGER, REAL, WORD, Pointer, array_of
+from controllers.kernel_language.kinds import ADDRESS, BOOLEAN, DOUBLE, INTEGER, REAL, WORD, Pointer, array_of
 from controllers.kernel_language.values import Value
 from controllers.pointers import call, load, row_at, store
 
@@ -66,7 +66,7 @@ def _absolute(expressions: "Expressions", node: ast.Call, values: list[Value]) -
         return _mathematics(expressions, node, "llvm.fabs.f64", values)
     builder = expressions.body.builder
     negative = builder.icmp_signed("<", value.content, ir.Constant(WORD, 0))
-    return Value(INTEGER, builder.select(negative, builder.neg(value.content), value.content), natural=True)
+    return Value(INTEGER, builder.select(negative, builder.neg(value.content), value.content))  # least stays negative
 
 
 def _finite(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
@@ -100,7 +100,10 @@ def _choice(sign: str) -> Translation:
 def _integer(expressions: "Expressions", node: ast.Call, values: list[Value]) -> Value:
     (value,) = values
     if value.kind is REAL:
-        return Value(INTEGER, expressions.body.builder.fptosi(value.content, WORD))
+        to_integer = expressions.unit.module.declare_intrinsic(
+            "llvm.fptosi.sat", [WORD, DOUBLE], ir.FunctionType(WORD, [DOUBLE])
+        )  # the nearest integer that there is, and zero for no number
+        return Value(INTEGER, expressions.body.builder.call(to_integer, [value.content]))
     if value.kind is BOOLEAN:
         return Value(INTEGER, expressions.body.builder.zext(value.content, WORD), natural=True)
     if value.kind is not INTEGER:

@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import inspect
 import io
+import math
 import tokenize
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +17,14 @@ from types import ModuleType
 from typing import Any
 
 from controllers.kernel_language.errors import NotTranslatable
+
+INSTEAD: dict[Any, str] = {
+    len: "write .size or .shape of an array",
+    round: "write math.floor(x + 0.5)",
+    sum: "write a loop over a range",
+    math.hypot: "write math.sqrt(x * x + y * y)",
+}
+"""What to write instead of functions that have no translation."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +100,7 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
     Raises
     ------
     NotTranslatable
-        There is no source, or it is no plain function.
+        There is no source, or it is no plain function, or one of several of its name.
     """
     if hasattr(function, "__wrapped__"):
         raise NotTranslatable(f"{function!r} cannot be translated: a decorator has put another function around it")
@@ -100,16 +109,18 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
         lines, first = inspect.getsourcelines(function)
     except (OSError, TypeError) as error:
         raise NotTranslatable(f"{function!r} cannot be translated: its source is not at hand") from error
-    tree = next((node for node in module_tree(function.__module__).body if _defines(node, function.__name__)), None)
-    if path is None or not isinstance(tree, ast.FunctionDef) or not first <= tree.lineno <= first + len(lines):
+    body = module_tree(function.__module__).body
+    found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == function.__name__]
+    if path is None or not any(first <= node.lineno <= first + len(lines) for node in found):
         raise NotTranslatable(f"{function!r} cannot be translated: it must be a function of a module, written with def")
     file = Path(path).resolve()
     root = file.parents[function.__module__.count(".")]
-    return Kernel(function, tree, file.relative_to(root).as_posix(), file)
-
-
-def _defines(node: ast.stmt, name: str) -> bool:
-    return isinstance(node, ast.FunctionDef) and node.name == name
+    kernel = Kernel(function, found[0], file.relative_to(root).as_posix(), file)
+    if len(found) > 1:
+        raise kernel.refusal(found[1], "is a second function of this name; give each a name of its own")
+    if inspect.isgeneratorfunction(function):
+        raise kernel.refusal(kernel.tree, "yields; return the values instead")
+    return kernel
 
 
 def resolve(kernel: Kernel, node: ast.expr) -> Any:
@@ -135,7 +146,10 @@ def resolve(kernel: Kernel, node: ast.expr) -> Any:
             return Constant(f"{owner.__name__}_{node.attr}".upper(), int(value), "")
         if isinstance(owner, ModuleType) and value is not None:
             return value
-    raise kernel.refusal(node, f"{ast.unparse(node)} is not known; pass it as an argument or make it a module constant")
+    remedy = "pass it as an argument or make it a module constant"
+    if isinstance(node, ast.Name) and hasattr(builtins, node.id):
+        remedy = INSTEAD.get(getattr(builtins, node.id), "call mathematics or kernels")
+    raise kernel.refusal(node, f"{ast.unparse(node)} is not known; {remedy}")
 
 
 def _constant(module: str, name: str, value: Any) -> Constant:

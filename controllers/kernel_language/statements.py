@@ -8,7 +8,7 @@ from llvmlite import ir
 
 from controllers.kernel_language.expressions import Expressions
 from controllers.kernel_language.filling import fill
-from controllers.kernel_language.kinds import INTEGER, WORD, Kind, Line, Record
+from controllers.kernel_language.kinds import INTEGER, WORD, Array, Kind, Line, Pointer, Record
 from controllers.kernel_language.values import Value, Variable, constant
 
 
@@ -245,11 +245,18 @@ class Statements:
 
     def _place(self, target: ast.expr) -> tuple[Any, Kind]:
         """Return where an element of an array lies, and its kind."""
-        if not isinstance(target, ast.Subscript) or isinstance(target.slice, ast.Slice):
-            raise self.kernel.refusal(target, f"{ast.unparse(target)} cannot be assigned to; make a new NamedTuple")
+        shown = ast.unparse(target)
+        if isinstance(target, ast.Tuple | ast.List | ast.Starred):
+            raise self.kernel.refusal(target, f"{shown} cannot be one of several targets; write a statement for each")
+        if not isinstance(target, ast.Subscript):
+            raise self.kernel.refusal(target, f"{shown} cannot be assigned to; make a new NamedTuple")
+        if any(isinstance(part, ast.Slice) for part in _parts(target.slice)):
+            raise self.kernel.refusal(target, f"{shown} is a slice; write a loop over a range")
         owner = self.expressions.translate(target.value)
+        if not isinstance(owner.kind, Array | Pointer):
+            raise self.kernel.refusal(target, f"{shown} cannot be assigned to; make a new tuple")
         place = self.expressions.place(target, owner, self.expressions.indices(target))
-        return place, owner.kind.element  # type: ignore[union-attr]
+        return place, owner.kind.element
 
     def _augmented(self, statement: ast.AugAssign) -> None:
         if isinstance(statement.target, ast.Name):
@@ -278,7 +285,7 @@ class Statements:
             known = Variable(value.kind, self.body.room(value.kind), natural)
             self.expressions.variables[name] = known
         if not isinstance(known, Variable):
-            raise self.kernel.refusal(node, f"{name} gets a value once more, which has no translation")
+            raise self.kernel.refusal(node, f"{name} gets a value once more, and cannot; give each a name of its own")
         self.body.write(self.body.like(node, value, known.kind), known.place)
 
     @property
@@ -311,5 +318,8 @@ class Statements:
 
 
 def _is_full_slice(node: ast.expr) -> bool:
-    parts = node.elts if isinstance(node, ast.Tuple) else [node]
-    return all(isinstance(p, ast.Slice) and p.lower is None and p.upper is None and p.step is None for p in parts)
+    return all(ast.unparse(part) == ":" for part in _parts(node))
+
+
+def _parts(node: ast.expr) -> list[ast.expr]:
+    return node.elts if isinstance(node, ast.Tuple) else [node]

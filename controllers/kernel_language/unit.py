@@ -140,6 +140,8 @@ class Unit:
             expressions.variables[name] = value
             expressions.given.add(name)
             if expressions.stores[name]:
+                if name == "_":
+                    raise expressions.refusal(expressions.kernel.tree, "_ keeps no value; give the argument a name")
                 variable = Variable(kind, expressions.body.room(kind))
                 expressions.body.write(value, variable.place)
                 expressions.variables[name] = variable
