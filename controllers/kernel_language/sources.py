@@ -100,10 +100,8 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
     Raises
     ------
     NotTranslatable
-        There is no source, or it is no plain function, or one of several of its name.
+        There is no source, or it is no plain function, or not the only one of its name.
     """
-    if hasattr(function, "__wrapped__"):
-        raise NotTranslatable(f"{function!r} cannot be translated: a decorator has put another function around it")
     try:
         path = inspect.getsourcefile(function)
         lines, first = inspect.getsourcelines(function)
@@ -118,6 +116,8 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
     kernel = Kernel(function, found[0], file.relative_to(root).as_posix(), file)
     if len(found) > 1:
         raise kernel.refusal(found[1], "is a second function of this name; give each a name of its own")
+    if hasattr(function, "__wrapped__"):
+        raise kernel.refusal(kernel.tree, "a decorator has put another function around it; write what both do in one")
     if inspect.isgeneratorfunction(function):
         raise kernel.refusal(kernel.tree, "yields; return the values instead")
     return kernel
