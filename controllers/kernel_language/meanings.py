@@ -13,6 +13,7 @@ from collections.abc import Hashable, Mapping
 from typing import Any
 
 from controllers.kernel_language.dispatch import DISPATCHED
+from controllers.kernel_sources import KERNEL_PACKAGES
 
 
 def meaning(scope: Mapping[str, Any], name: str) -> str:
@@ -40,9 +41,7 @@ def meaning(scope: Mapping[str, Any], name: str) -> str:
         return repr(found)
     known: Mapping[Any, Mapping[type, Any]] = DISPATCHED
     chosen = known.get(found, {}) if isinstance(found, Hashable) else {}
-    kernels = sorted((_full_name(kind), _full_name(kernel)) for kind, kernel in chosen.items())
-    defaults = getattr(found, "__defaults__", None), getattr(found, "__kwdefaults__", None)
-    return repr((_full_name(found), defaults, kernels))
+    return repr((_function(found), sorted((_full_name(kind), _function(kernel)) for kind, kernel in chosen.items())))
 
 
 def stands(meanings: Mapping[tuple[str, str], str]) -> bool:
@@ -57,5 +56,13 @@ def _scope(module: str) -> Mapping[str, Any]:
     return vars(sys.modules[module] if module in sys.modules else importlib.import_module(module))
 
 
+def _function(found: Any) -> tuple[Any, ...]:
+    """Return what a function is: its name and defaults, and its file where only that tells it from others."""
+    name = _full_name(found)
+    code = None if name[0].partition(".")[0] in KERNEL_PACKAGES else getattr(found, "__code__", None)
+    defaults = getattr(found, "__defaults__", None), getattr(found, "__kwdefaults__", None)
+    return *name, getattr(code, "co_filename", ""), repr(defaults)
+
+
 def _full_name(thing: Any) -> tuple[str, str]:
-    return getattr(thing, "__module__", ""), getattr(thing, "__qualname__", "")
+    return getattr(thing, "__module__", None) or "", getattr(thing, "__qualname__", "")

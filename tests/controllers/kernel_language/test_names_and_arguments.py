@@ -1,9 +1,6 @@
 """Names and arguments in kernels mean what they mean in Python; operations are done in its order, with its bits."""
 
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -146,76 +143,3 @@ def test_relative_imports_of_constants_are_followed(tmp_path, monkeypatch):
     (package / "kernels.py").write_text("from .levels import LEVEL\n\ndef kernel(x):\n    return LEVEL * x\n")
     kernel = from_text("from small_package.kernels import kernel\n", tmp_path, monkeypatch)
     assert kernel(2.0) == 5.0
-
-
-SCRIPT = """
-import sys
-sys.path.insert(0, sys.argv[1])
-import settings
-from controllers.compiled import compiled_in_place
-from kernels import kernel, TABLE, Own
-from others import other
-exec(sys.argv[2])
-print(compiled_in_place(kernel)(Own(2.0)))
-"""
-
-KERNELS = """
-from typing import NamedTuple
-import settings
-from settings import LEVEL, Mode
-from controllers.compiled import dispatched
-
-class Own(NamedTuple):
-    number: float
-
-def _chosen(own):
-    return own.number
-
-TABLE = {Own: _chosen}
-
-def _choose(own):
-    return TABLE[type(own)](own)
-
-choose = dispatched(TABLE, _choose)
-
-def level(own, factor=1.0):
-    return factor * LEVEL * own.number
-
-def kernel(own):
-    return level(own) + Mode.A * settings.OFFSET + 1000.0 * choose(own)
-"""
-
-SETTINGS = """
-import os
-from enum import IntEnum
-LEVEL = float(os.environ["LEVEL"])
-OFFSET = float(os.environ["OFFSET"])
-class Mode(IntEnum):
-    A = int(os.environ["MODE"])
-"""
-
-OTHERS = "def other(own):\n    return 7.0\n"
-
-
-def test_machine_code_on_disk_holds_for_what_its_names_stood_for(tmp_path):
-    for name, text in (("kernels", KERNELS), ("settings", SETTINGS), ("others", OTHERS)):
-        (tmp_path / f"{name}.py").write_text(text)
-    path = os.pathsep.join([str(tmp_path), *sys.path])
-    known = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
-    first = {"LEVEL": "3.0", "OFFSET": "0.5", "MODE": "2"}
-    found = []
-    for changed, before in [
-        ({}, ""),
-        ({"LEVEL": "4.0"}, ""),
-        ({"OFFSET": "0.25"}, ""),
-        ({"MODE": "20"}, ""),
-        ({}, "TABLE[Own] = other"),
-        ({}, "import kernels; kernels.level = other"),
-        ({}, "import kernels; kernels.level.__defaults__ = (10.0,)"),
-        ({}, ""),
-    ]:
-        command = [sys.executable, "-c", SCRIPT, str(tmp_path), before]
-        done = subprocess.run(command, env={**known, **first, **changed}, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        found.append(float(done.stdout))
-    assert found == [2007.0, 2009.0, 2006.5, 2016.0, 7007.0, 2008.0, 2061.0, 2007.0]
