@@ -22,7 +22,7 @@ def translate_call(expressions: "Expressions", node: ast.Call) -> Value:
     if not expressions.is_global(node.func):
         raise expressions.refusal(node, f"{ast.unparse(node.func)} is no function of a module")
     function = expressions.resolved(node.func)
-    if not isinstance(function, Hashable):
+    if not callable(function) or not isinstance(function, Hashable):
         raise expressions.refusal(node, f"{ast.unparse(node.func)} is no function")
     if function in MATHEMATICS or function in OPERATIONS:
         return operation(expressions, node, function)

@@ -87,6 +87,7 @@ def decorated(x):
     return x
 
 LIST = [1.0]
+LISTS = ([1.0],)
 
 """
 
@@ -103,6 +104,7 @@ LIST = [1.0]
         ("(x, x)[-3]", "is beyond the 2 items"),
         ("decorated(x)", "a decorator has put another function around it"),
         ("LIST(x)", "LIST is no function"),
+        ("LISTS(x)", "LISTS is no function"),
         ("abs()", "must have 1 arguments"),
         ("float(x, x)", "must have 1 arguments"),
         ("math.isfinite(x, x)", "must have 1 arguments"),
