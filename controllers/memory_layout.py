@@ -36,7 +36,7 @@ class Memory:
     Raises
     ------
     TypeError
-        The value holds something else than numbers, arrays and tuples of them.
+        The value holds something else than numbers, arrays and tuples of them, or an integer beyond 64 bits.
     """
 
     def __init__(self, value: Any, kind: Hashable = None) -> None:
@@ -67,7 +67,11 @@ class Memory:
         words: list[Any] = []
         self._arrays: dict[tuple[int, ...], np.ndarray[Any, Any]] = {}
         _spread(value, words, self._arrays)
-        self._format.pack_into(self._buffer, 0, *words)
+        try:
+            self._format.pack_into(self._buffer, 0, *words)
+        except struct.error:
+            beyond = [word for word in words if isinstance(word, int) and not -(2**63) <= word < 2**63]
+            raise TypeError(f"{beyond} are beyond the 64 bits of integers in compiled code") from None
 
     def value_with_arrays_of(self, other: "Memory") -> Any:
         """Return what it holds now, whose arrays are those of another memory."""

@@ -133,6 +133,9 @@ class Body:
     def element(self, node: ast.AST, owner: Value, index: Value) -> Value:
         """Return an element of a tuple of one kind, at any place."""
         assert isinstance(owner.kind, Line)
+        length = owner.kind.length
+        if index.constant is not None and not -length <= index.constant < length:
+            raise self.kernel.refusal(node, f"{ast.unparse(node)} is beyond the {length} items that there are")
         if owner.kind.length == 1:
             return self.member(owner, 0)  # a computed place would keep LLVM from making registers of all around it
         place = self._from_start(index, ir.Constant(WORD, owner.kind.length))

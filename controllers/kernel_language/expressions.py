@@ -24,8 +24,10 @@ from controllers.kernel_language.kinds import (
     Record,
     Scalar,
     array_of,
+    is_within_word,
     tuple_of,
 )
+from controllers.kernel_language.meanings import meaning
 from controllers.kernel_language.sources import Constant, resolve
 from controllers.kernel_language.values import Value, Variable, constant
 
@@ -64,6 +66,8 @@ class Expressions:
     ----------
     variables : dict
         Variables by their names: where they lie, or the only value that they ever have.
+    given : set of str
+        Variables that have a value at the present place, by whatever way it is reached.
     stores : Counter
         How many statements give each variable a value.
     counted : Counter
@@ -73,6 +77,7 @@ class Expressions:
     def __init__(self, unit: "Unit", body: Body) -> None:
         self.unit, self.body, self.kernel = unit, body, body.kernel
         self.variables: dict[str, Variable | Value] = {}
+        self.given: set[str] = set()
         names = [node for node in ast.walk(self.kernel.tree) if isinstance(node, ast.Name)]
         self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
         self.counted = _counted(self.kernel.tree)
@@ -113,20 +118,34 @@ class Expressions:
             return Value(None, constant=number)
         if not isinstance(number, bool | int | float):
             raise self.refusal(node, f"{ast.unparse(node)} is no number; pass it as an argument")
+        return self._folded(node, number)
+
+    def _folded(self, node: ast.AST, number: bool | int | float) -> Value:
+        if isinstance(number, int) and not is_within_word(number):
+            raise self.refusal(node, f"{ast.unparse(node)} is beyond the 64 bits of integers; write a real number")
         return constant(number)
 
     def _constant(self, node: ast.Constant) -> Value:
         return self.known(node, node.value)
 
     def _name(self, node: ast.Name) -> Value:
+        if self.stores[node.id] and node.id == "_":
+            raise self.refusal(node, "_ keeps no value; give the variable a name")
+        if self.stores[node.id] and node.id not in self.given:
+            raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
         found = self.variables.get(node.id)
         if isinstance(found, Variable):
             return replace(self.body.read(found.kind, found.place), natural=found.natural)
         if found is not None:
             return found
-        if self.stores[node.id]:
-            raise self.refusal(node, f"{node.id} has no value here; give it one before the branch or loop")
-        return self.known(node, resolve(self.kernel, node))
+        return self.known(node, self.resolved(node))
+
+    def resolved(self, node: ast.expr) -> Any:
+        """Return what a global name stands for; the machine code holds for no other meaning of it."""
+        found = resolve(self.kernel, node)
+        function, name = self.kernel.function, ast.unparse(node)
+        self.unit.meanings[function.__module__, name] = meaning(function.__globals__, name)
+        return found
 
     def is_global(self, node: ast.expr) -> bool:
         """Tell whether a name, or what a field is asked of, is no variable."""
@@ -136,7 +155,7 @@ class Expressions:
 
     def _attribute(self, node: ast.Attribute) -> Value:
         if self.is_global(node):
-            return self.known(node, resolve(self.kernel, node))
+            return self.known(node, self.resolved(node))
         if node.attr == "data" and isinstance(node.value, ast.Attribute) and node.value.attr == "ctypes":
             return self._start(node.value)
         owner = self.translate(node.value)
@@ -184,14 +203,14 @@ class Expressions:
         """Return where an element of an array lies."""
         count = owner.kind.ndim if isinstance(owner.kind, Array) else 1 if isinstance(owner.kind, Pointer) else None
         if len(indices) != count:
-            raise self.refusal(node, f"{ast.unparse(node)} is no number of an array")
+            raise self.refusal(node, f"{ast.unparse(node)} is no number of an array; give an index for each dimension")
         return self.body.address(owner, indices)
 
     def _item(self, node: ast.Subscript, owner: Value, indices: list[Value]) -> Value:
         """Return an item of a record, a shape or a tuple of constants, whose place must be known."""
         items: Any = owner.kind.kinds if isinstance(owner.kind, Record) else ()
         if owner.kind is None:
-            items = owner.content or owner.constant
+            items = owner.content or owner.constant or ()
         place = indices[0].constant
         if place is None or len(indices) != 1 or not -len(items) <= place < len(items):
             raise self.refusal(node, f"{ast.unparse(node)} must have one constant place, within what there is")
@@ -212,7 +231,7 @@ class Expressions:
         if both and type(operation) in ON_INTEGERS:
             name, fold = ON_INTEGERS[type(operation)]
             if left.constant is not None and right.constant is not None:
-                return constant(fold(left.constant, right.constant))
+                return self._folded(node, fold(left.constant, right.constant))
             natural = left.natural and right.natural and not isinstance(operation, ast.Sub)
             return Value(INTEGER, getattr(builder, name)(left.content, right.content), natural=natural)
         if both and isinstance(operation, ast.FloorDiv | ast.Mod):
@@ -226,7 +245,9 @@ class Expressions:
         """Return quotient or rest of integers, rounded down as in Python; of a division by zero, zero."""
         builder, zero = self.body.builder, ir.Constant(WORD, 0)
         by_zero = builder.icmp_signed("==", right.content, zero)
-        divisor = builder.select(by_zero, ir.Constant(WORD, 1), right.content)
+        least = builder.icmp_signed("==", left.content, ir.Constant(WORD, -(2**63)))
+        too_large = builder.and_(least, builder.icmp_signed("==", right.content, ir.Constant(WORD, -1)))
+        divisor = builder.select(builder.or_(by_zero, too_large), ir.Constant(WORD, 1), right.content)
         quotient, rest = builder.sdiv(left.content, divisor), builder.srem(left.content, divisor)
         if not (left.natural and right.natural):  # rounded towards zero so far
             signs = builder.icmp_signed("<", builder.xor(rest, divisor), zero)
@@ -240,7 +261,7 @@ class Expressions:
     def _power(self, node: ast.AST, base: Value, exponent: Value) -> Value:
         if exponent.kind is REAL:
             base = self.body.real(node, base)
-            return Value(REAL, self.unit.mathematics(self.body, "llvm.pow.f64", base.content, exponent.content))
+            return Value(REAL, self.unit.mathematics(self.body, "pow", base.content, exponent.content))
         if base.kind is not REAL or exponent.constant != 2:
             raise self.refusal(node, f"{ast.unparse(node)}: write out powers other than the second as products")
         return Value(REAL, self.body.builder.fmul(base.content, base.content))
@@ -252,11 +273,14 @@ class Expressions:
             return (
                 Value(BOOLEAN, builder.not_(value.content)) if value.constant is None else constant(not value.constant)
             )
+        if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant) and type(node.operand.value) is int:
+            return self._folded(node, -node.operand.value)
         value = self.translate(node.operand)
         if not isinstance(node.op, ast.USub) or value.kind not in (REAL, INTEGER):
             raise self.refusal(node, f"{ast.unparse(node)} has no translation; write a number or its negative")
         if value.kind is INTEGER:
-            return Value(INTEGER, builder.neg(value.content)) if value.constant is None else constant(-value.constant)
+            known = value.constant is not None
+            return self._folded(node, -value.constant) if known else Value(INTEGER, builder.neg(value.content))
         if isinstance(value.content, ir.Constant):
             return constant(-value.content.constant)
         return Value(REAL, builder.fneg(value.content))
@@ -314,7 +338,8 @@ class Expressions:
             raise self.refusal(node, f"{ast.unparse(node)} compares what are no numbers")
         if left.constant is not None and right.constant is not None:
             return constant(compare(left.constant, right.constant))
-        return Value(BOOLEAN, builder.icmp_signed(sign, left.content, right.content))
+        compare_bits = builder.icmp_unsigned if left.kind is BOOLEAN else builder.icmp_signed  # a bit has no sign
+        return Value(BOOLEAN, compare_bits(sign, left.content, right.content))
 
     def _ifexp(self, node: ast.IfExp) -> Value:
         test = self.condition(node.test)
@@ -382,5 +407,9 @@ class Expressions:
 
 
 def _counted(tree: ast.FunctionDef) -> Counter[str]:
-    loops = [node for node in ast.walk(tree) if isinstance(node, ast.For) and isinstance(node.iter, ast.Call)]
-    return Counter(ast.unparse(loop.target) for loop in loops if len(loop.iter.args) == 1)  # type: ignore[attr-defined]
+    loops = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
+    return Counter(ast.unparse(loop.target) for loop in loops if _has_one_end(loop.iter))
+
+
+def _has_one_end(node: ast.expr) -> bool:
+    return isinstance(node, ast.Call) and len(node.args) == 1 and not isinstance(node.args[0], ast.Starred)

@@ -115,8 +115,10 @@ class Record(Kind):
         self.memory = ir.LiteralStructType([kind.memory for kind in kinds])
 
     def __repr__(self) -> str:
-        name = f"{self.origin.__module__}.{self.origin.__qualname__}" if self.origin else ""
-        return f"{name}({', '.join(map(repr, self.kinds))})"
+        if not self.origin:
+            return f"({', '.join(map(repr, self.kinds))})"
+        fields = ", ".join(f"{name}: {kind!r}" for name, kind in zip(self.origin._fields, self.kinds, strict=True))
+        return f"{self.origin.__module__}.{self.origin.__qualname__}({fields})"
 
 
 pointer_to = cache(Pointer)
@@ -130,23 +132,41 @@ def tuple_of(kinds: tuple[Kind, ...]) -> Kind:
     return line_of(kinds[0], len(kinds)) if len(set(kinds)) == 1 else record_of(None, kinds)
 
 
+def is_within_word(number: int) -> bool:
+    """Tell whether an integer has 64 bits with its sign."""
+    return -(2**63) <= number < 2**63
+
+
+def makes_itself(origin: Any) -> bool:
+    """Tell whether a class of named tuples makes something else of its fields by a ``__new__`` of its own."""
+    maker = next(each for each in origin.__mro__ if "__new__" in vars(each))
+    return "_fields" not in vars(maker)
+
+
 def kind_of(value: Any) -> Kind:
     """Return the kind of a sample value.
 
     Raises
     ------
     TypeError
-        It is neither a number, a contiguous array of double precision, int64 or bool, nor a tuple of such.
+        It is neither a number, a contiguous array of double precision, int64 or bool, nor a tuple of such; or it is an
+        integer beyond 64 bits, an array without dimensions, or of a class that makes something else of its fields.
     """
     if isinstance(value, bool | np.bool_):
         return BOOLEAN
     if isinstance(value, int | np.integer):
+        if not is_within_word(int(value)):
+            raise TypeError(f"{value} is beyond the 64 bits that integers have in kernels; give a real number")
         return INTEGER
     if isinstance(value, float):
         return REAL
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        raise TypeError(f"{value!r} is an array without dimensions, which kernels do not take; give the number")
     if isinstance(value, np.ndarray) and value.dtype in ELEMENTS and value.flags.c_contiguous and value.flags.aligned:
         return array_of(ELEMENTS[value.dtype], value.ndim)
     if isinstance(value, tuple):
+        if hasattr(value, "_fields") and makes_itself(type(value)):
+            raise TypeError(f"{value!r} is of a class with a __new__ of its own; kernels take plain named tuples")
         kinds = tuple(map(kind_of, value))
         return record_of(type(value), kinds) if hasattr(value, "_fields") else tuple_of(kinds)
     raise TypeError(f"{value!r} is not allowed in kernels: they take numbers, arrays of numbers and tuples of them")

@@ -7,6 +7,7 @@ and finds the same mathematics as what numba compiles.
 import ctypes
 import gc
 import hashlib
+import inspect
 import pickle
 import sys
 from collections import Counter
@@ -33,6 +34,7 @@ from controllers.kernel_language.kinds import (
     Record,
     kind_of,
 )
+from controllers.kernel_language.meanings import stands
 from controllers.kernel_language.sources import read_kernel
 from controllers.kernel_language.unit import Unit
 from controllers.kernel_sources import KERNEL_PACKAGES, kernel_sources, package_root
@@ -133,7 +135,7 @@ def _machine_code(kernel: Callable[..., Any], kinds: tuple[Kind, ...], form: Any
             sample = _sample(form(unit, kernel, kinds, name))
             library = CodeLibrary.made(generator, name, unit.module)
             if not used:
-                file.save(library._get_compiled_object(), sample, unit.files)
+                file.save(library._get_compiled_object(), sample, unit)
         else:
             name, (code, sample) = f"{name}_0", found
             library = CodeLibrary.loaded(generator, name, code)
@@ -182,7 +184,7 @@ class _File:
     """Machine code of one kernel on disk.
 
     It lies in a directory that is named after the content of the sources on which compiled code is known to depend. Of
-    other files that kernels stand in, the content is noted beside the code.
+    other files that kernels stand in, the content is noted beside the code; and so is what global names stand for.
     """
 
     def __init__(self, folder: Path, base: str) -> None:
@@ -190,19 +192,20 @@ class _File:
         self._file: Any = IndexDataCacheFile(str(folder), base, "content")  # type: ignore[no-untyped-call]
 
     def load(self) -> tuple[bytes, Any] | None:
-        """Return the code and a sample of its result; none where there is none, or a source is another one now."""
+        """Return the code and a sample of its result; none where there is none, or what it depends on changed."""
         try:
             found = self._file.load("code")
         except (AttributeError, ImportError, EOFError, pickle.UnpicklingError):
             return None  # cut off, or of a class that is no longer there
         if found is None or any(_content(path) != content for path, content in found[2].items()):
             return None
-        return found[0], found[1]
+        return (found[0], found[1]) if stands(found[3]) else None
 
-    def save(self, code: bytes, sample: Any, sources: set[Path]) -> None:
-        """Keep the code of kernels that stand in some files."""
+    def save(self, code: bytes, sample: Any, unit: Unit) -> None:
+        """Keep the code of a unit."""
         known = {package_root() / path for path in kernel_sources()}
-        self._file.save("code", (code, sample, {str(path): _content(str(path)) for path in sources - known}))
+        sources = {str(path): _content(str(path)) for path in unit.files - known}
+        self._file.save("code", (code, sample, sources, unit.meanings))
 
 
 def _content(path: str) -> str | None:
@@ -238,25 +241,42 @@ class Translated:
         NotTranslatable
             The kernel, or one that it calls, has no translation.
         TypeError
-            An argument is of a kind that kernels do not take.
+            An argument is of a kind that kernels do not take; or what is given back is an array that is no argument.
         """
         form = structure(arguments)
         if form not in self._known:
             self._known[form] = self._made(arguments)
         function, sample, form_of_sample = self._known[form]
-        taken = Memory(arguments, form)
+        try:
+            taken = Memory(arguments, form)
+        except TypeError as error:
+            raise self._error(str(error)) from None
         if sample is None:
             function(taken.address, None)
             return None
         given = Memory.like(sample, form_of_sample)
         function(taken.address, given.address)
-        return given.value_with_arrays_of(taken)
+        try:
+            return given.value_with_arrays_of(taken)
+        except KeyError:
+            raise self._error("gives back an array that is no argument; return its elements or the whole one") from None
 
     def is_made(self) -> bool:
         """Tell whether there is machine code, for any kinds of arguments, in this process or on disk."""
         return bool(self._known) or any(_folder(self.py_func).glob(f"{self.py_func.__name__}-*.nbi"))
 
     def _made(self, arguments: tuple[Any, ...]) -> tuple[Any, Any, Hashable]:
-        address, sample = _machine_code(self.py_func, tuple(map(kind_of, arguments)), Unit.entry)
+        expected = len(inspect.signature(self.py_func).parameters)
+        if len(arguments) != expected:
+            raise self._error(f"as machine code it takes {expected} arguments, was given {len(arguments)}")
+        try:
+            kinds = tuple(map(kind_of, arguments))
+        except TypeError as error:
+            raise self._error(str(error)) from None
+        address, sample = _machine_code(self.py_func, kinds, Unit.entry)
         function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
         return function, sample, structure(sample)
+
+    def _error(self, problem: str) -> TypeError:
+        kernel = read_kernel(self.py_func)
+        return TypeError(str(kernel.refusal(kernel.tree, problem)))

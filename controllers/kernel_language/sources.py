@@ -3,8 +3,10 @@
 import ast
 import builtins
 import importlib
+import importlib.util
 import inspect
 import io
+import math
 import tokenize
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +17,14 @@ from types import ModuleType
 from typing import Any
 
 from controllers.kernel_language.errors import NotTranslatable
+
+INSTEAD: dict[Any, str] = {
+    len: "write .size or .shape of an array",
+    round: "write math.floor(x + 0.5)",
+    sum: "write a loop over a range",
+    math.hypot: "write math.sqrt(x * x + y * y)",
+}
+"""What to write instead of functions that have no translation."""
 
 
 @dataclass(frozen=True)
@@ -90,23 +100,27 @@ def read_kernel(function: Callable[..., Any]) -> Kernel:
     Raises
     ------
     NotTranslatable
-        There is no source, or it is no plain function.
+        There is no source, or it is no plain function, or not the only one of its name.
     """
     try:
         path = inspect.getsourcefile(function)
         lines, first = inspect.getsourcelines(function)
     except (OSError, TypeError) as error:
         raise NotTranslatable(f"{function!r} cannot be translated: its source is not at hand") from error
-    tree = next((node for node in module_tree(function.__module__).body if _defines(node, function.__name__)), None)
-    if path is None or not isinstance(tree, ast.FunctionDef) or not first <= tree.lineno <= first + len(lines):
+    body = module_tree(function.__module__).body
+    found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == function.__name__]
+    if path is None or not any(first <= node.lineno <= first + len(lines) for node in found):
         raise NotTranslatable(f"{function!r} cannot be translated: it must be a function of a module, written with def")
     file = Path(path).resolve()
     root = file.parents[function.__module__.count(".")]
-    return Kernel(function, tree, file.relative_to(root).as_posix(), file)
-
-
-def _defines(node: ast.stmt, name: str) -> bool:
-    return isinstance(node, ast.FunctionDef) and node.name == name
+    kernel = Kernel(function, found[0], file.relative_to(root).as_posix(), file)
+    if len(found) > 1:
+        raise kernel.refusal(found[1], "is a second function of this name; give each a name of its own")
+    if hasattr(function, "__wrapped__"):
+        raise kernel.refusal(kernel.tree, "a decorator has put another function around it; write what both do in one")
+    if inspect.isgeneratorfunction(function):
+        raise kernel.refusal(kernel.tree, "yields; return the values instead")
+    return kernel
 
 
 def resolve(kernel: Kernel, node: ast.expr) -> Any:
@@ -132,7 +146,10 @@ def resolve(kernel: Kernel, node: ast.expr) -> Any:
             return Constant(f"{owner.__name__}_{node.attr}".upper(), int(value), "")
         if isinstance(owner, ModuleType) and value is not None:
             return value
-    raise kernel.refusal(node, f"{ast.unparse(node)} is not known; pass it as an argument or make it a module constant")
+    remedy = "pass it as an argument or make it a module constant"
+    if isinstance(node, ast.Name) and hasattr(builtins, node.id):
+        remedy = INSTEAD.get(getattr(builtins, node.id), "call mathematics or kernels")
+    raise kernel.refusal(node, f"{ast.unparse(node)} is not known; {remedy}")
 
 
 def _constant(module: str, name: str, value: Any) -> Constant:
@@ -152,15 +169,24 @@ def _assigned(node: ast.stmt) -> set[str]:
     return {leaf.id for target in targets for leaf in ast.walk(target) if isinstance(leaf, ast.Name)}
 
 
+def _imported_from(module: str, node: ast.ImportFrom, name: str) -> tuple[str, str]:
+    package = importlib.import_module(module).__package__
+    home = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+    try:
+        return _definition(home, name)
+    except (OSError, TypeError):  # a module of C, as math is
+        return module, name
+
+
 @cache
 def _definition(module: str, name: str) -> tuple[str, str]:
     for node in module_tree(module).body:
         if name in _assigned(node):
             return module, name
-        if isinstance(node, ast.ImportFrom) and node.module:
+        if isinstance(node, ast.ImportFrom):
             for alias in node.names:
                 if name == (alias.asname or alias.name):
-                    return _definition(node.module, alias.name)
+                    return _imported_from(module, node, alias.name)
     if Path(importlib.import_module(module).__file__ or "").name == "__init__.py":  # names come lazily from a stub
         for node in ast.parse(Path(str(importlib.import_module(module).__file__) + "i").read_text()).body:
             if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):

@@ -1,13 +1,33 @@
 """Statements of kernels."""
 
 import ast
+from dataclasses import dataclass, field
 from typing import Any
 
 from llvmlite import ir
 
 from controllers.kernel_language.expressions import Expressions
-from controllers.kernel_language.kinds import INTEGER, WORD, Array, Kind, Line, Record
+from controllers.kernel_language.filling import fill
+from controllers.kernel_language.kinds import INTEGER, WORD, Array, Kind, Line, Pointer, Record
 from controllers.kernel_language.values import Value, Variable, constant
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A loop around what is translated now.
+
+    Attributes
+    ----------
+    following, end : object
+        Blocks that a turn goes on to, and that it may break off to.
+    turns, breaks : list of set of str
+        Variables that have a value where it does the one or the other.
+    """
+
+    following: Any
+    end: Any
+    turns: list[set[str]] = field(default_factory=list)
+    breaks: list[set[str]] = field(default_factory=list)
 
 
 class Statements:
@@ -31,7 +51,7 @@ class Statements:
     def __init__(self, expressions: Expressions, result: Kind | None, place: Any) -> None:
         self.expressions, self.body, self.kernel = expressions, expressions.body, expressions.kernel
         self.result, self._target = result, place
-        self._loops: list[tuple[Any, Any]] = []
+        self._loops: list[Loop] = []
         self._within = 0
         self._gives_nothing = False
 
@@ -73,9 +93,11 @@ class Statements:
             case ast.Expr(value=ast.Call() as call):
                 self.expressions.translate(call)
             case ast.Break() if self._loops:
-                self.body.builder.branch(self._loops[-1][1])
+                self._loops[-1].breaks.append(self.expressions.given)
+                self.body.builder.branch(self._loops[-1].end)
             case ast.Continue() if self._loops:
-                self.body.builder.branch(self._loops[-1][0])
+                self._loops[-1].turns.append(self.expressions.given)
+                self.body.builder.branch(self._loops[-1].following)
             case ast.Pass():
                 pass
             case _:
@@ -94,16 +116,20 @@ class Statements:
         then = body.block()
         other = body.block() if statement.orelse else (end := body.block())
         body.builder.cbranch(test.content, then, other)
-        ends = []
+        ends, before, given = [], self.expressions.given, []
         self._within += 1
         for statements, block in ((statement.body, then), (statement.orelse, other)):
             if not statements:
+                given.append(before)
                 continue
             body.continue_in(block)
+            self.expressions.given = set(before)
             self._block(statements)
             if not body.ended:
                 ends.append(body.builder.block)
+                given.append(self.expressions.given)
         self._within -= 1
+        self.expressions.given = set.intersection(*given) if given else before
         if end is None and ends:
             end = body.block()
         for block in ends:
@@ -126,23 +152,31 @@ class Statements:
             body.builder.icmp_signed("<" if stride > 0 else ">", now.content, stop.content), inner, end
         )
         body.continue_in(inner)
-        self._repeat(statement.body, following, end, {target.id: now})
+        before, loop = set(self.expressions.given), Loop(following, end)
+        self._repeat(statement.body, loop, {target.id: now})
         body.continue_in(following)
         step = ir.Constant(WORD, stride)
         body.builder.store(body.builder.add(body.builder.load(counter), step, flags=["nsw"]), counter)
         body.builder.branch(head)
         body.continue_in(end)
+        known = start.constant is not None and stop.constant is not None
+        begins = known and (stop.constant - start.constant) * stride > 0
+        self._leave(before, [*(loop.turns if begins and loop.turns else [before]), *loop.breaks])
 
     def _range(self, statement: ast.For) -> tuple[Value, Value, int]:
         call = statement.iter
-        over_range = isinstance(call, ast.Call) and ast.unparse(call.func) == "range" and not call.keywords
-        if not isinstance(call, ast.Call) or not over_range or not isinstance(statement.target, ast.Name):
+        if not isinstance(call, ast.Call) or not self._is_range(call) or not isinstance(statement.target, ast.Name):
             raise self._refusal(statement, "has no translation; write for i in range(...)")
         ends = self.expressions.spread(call.args)
         stride = ends[2].constant if len(ends) == 3 else 1
-        if stride not in (1, -1) or statement.orelse or any(end.kind is not INTEGER for end in ends):
+        are_integers = 1 <= len(ends) <= 3 and all(end.kind is INTEGER for end in ends)
+        if not are_integers or stride not in (1, -1) or statement.orelse:
             raise self._refusal(statement, "has no translation; a range must be of integers, by 1 or -1, without else")
         return (ends[0] if len(ends) > 1 else constant(0)), ends[min(len(ends) - 1, 1)], stride
+
+    def _is_range(self, call: ast.Call) -> bool:
+        is_global = not call.keywords and self.expressions.is_global(call.func)
+        return is_global and self.expressions.resolved(call.func) is range
 
     def _while(self, statement: ast.While) -> None:
         if statement.orelse:
@@ -156,23 +190,39 @@ class Statements:
         body.repeated -= 1
         body.builder.cbranch(test.content, inner, end)
         body.continue_in(inner)
-        self._repeat(statement.body, head, end, {})
+        before, loop = set(self.expressions.given), Loop(head, end)
+        self._repeat(statement.body, loop, {})
         body.continue_in(end)
+        if test.constant is not True:
+            self._leave(before, [before, *loop.breaks])
+        elif loop.breaks:
+            self._leave(before, loop.breaks)
+        else:
+            body.builder.unreachable()
 
-    def _repeat(self, statements: list[ast.stmt], following: Any, end: Any, counters: dict[str, Value]) -> None:
-        """Translate the statements of a loop, which go on to a block, and may break off to another one."""
-        self._loops.append((following, end))
+    def _repeat(self, statements: list[ast.stmt], loop: Loop, counters: dict[str, Value]) -> None:
+        """Translate the statements of a loop."""
+        self._loops.append(loop)
         self.body.repeated += 1
         for name, value in counters.items():
             self._bind(name, value, statements[0])
         self._block(statements)
-        self.body.go_on_to(following)
+        if not self.body.ended:
+            loop.turns.append(self.expressions.given)
+        self.body.go_on_to(loop.following)
         self.body.repeated -= 1
         self._loops.pop()
 
+    def _leave(self, before: set[str], ways: list[set[str]]) -> None:
+        """Forget the variables that a loop gives no value on one of the ways out of it, or none that outlasts it."""
+        places = self.expressions.variables
+        given = {name for name in set.intersection(*ways) if isinstance(places[name], Variable)}
+        self.expressions.given = before | given
+
     def _assign(self, target: ast.expr, node: ast.expr) -> None:
         if isinstance(target, ast.Subscript) and _is_full_slice(target.slice):
-            self._fill(target, node)
+            value = self.expressions.translate(node)
+            fill(self.body, target, self.expressions.translate(target.value), node, value)
         elif not isinstance(target, ast.Tuple):
             self._store(target, self.expressions.translate(node))
         else:
@@ -195,51 +245,35 @@ class Statements:
 
     def _place(self, target: ast.expr) -> tuple[Any, Kind]:
         """Return where an element of an array lies, and its kind."""
-        if not isinstance(target, ast.Subscript) or isinstance(target.slice, ast.Slice):
-            raise self.kernel.refusal(target, f"{ast.unparse(target)} cannot be assigned to; make a new NamedTuple")
+        shown = ast.unparse(target)
+        if isinstance(target, ast.Tuple | ast.List | ast.Starred):
+            raise self.kernel.refusal(target, f"{shown} cannot be one of several targets; write a statement for each")
+        if not isinstance(target, ast.Subscript):
+            raise self.kernel.refusal(target, f"{shown} cannot be assigned to; make a new NamedTuple")
+        if any(isinstance(part, ast.Slice) for part in _parts(target.slice)):
+            raise self.kernel.refusal(target, f"{shown} is a slice; write a loop over a range")
         owner = self.expressions.translate(target.value)
+        if not isinstance(owner.kind, Array | Pointer):
+            raise self.kernel.refusal(target, f"{shown} cannot be assigned to; make a new tuple")
         place = self.expressions.place(target, owner, self.expressions.indices(target))
-        return place, owner.kind.element  # type: ignore[union-attr]
+        return place, owner.kind.element
 
     def _augmented(self, statement: ast.AugAssign) -> None:
         if isinstance(statement.target, ast.Name):
-            old = self.expressions.translate(ast.Name(statement.target.id, ast.Load()))
+            old = self.expressions.translate(ast.copy_location(ast.Name(statement.target.id, ast.Load()), statement))
             value = self.expressions.translate(statement.value)
             self._bind(statement.target.id, self.expressions.combined(statement, statement.op, old, value), statement)
             return
         place, kind = self._place(statement.target)
-        value = self.expressions.translate(statement.value)
-        new = self.expressions.combined(statement, statement.op, self.body.read(kind, place), value)
+        old = self.body.read(kind, place)
+        new = self.expressions.combined(statement, statement.op, old, self.expressions.translate(statement.value))
         self.body.write(self.body.like(statement, new, kind), place)
-
-    def _fill(self, target: ast.Subscript, node: ast.expr) -> None:
-        """Assign to all elements of an array: a number, or those of another array of its shape."""
-        body, builder = self.body, self.body.builder
-        array, value = self.expressions.translate(target.value), self.expressions.translate(node)
-        whole = isinstance(value.kind, Array)
-        if not isinstance(array.kind, Array) or (whole and value.kind is not array.kind):
-            raise self.kernel.refusal(target, f"{ast.unparse(target)} must be given a number or an array like it")
-        count, counter = array.content[1], body.room(INTEGER)
-        for size in array.content[2:]:
-            count = builder.mul(count, size)
-        body.write(constant(0), counter)
-        head, inner, end = (body.block() for _ in range(3))
-        builder.branch(head)
-        body.continue_in(head)
-        now = builder.load(counter)
-        builder.cbranch(builder.icmp_signed("<", now, count), inner, end)
-        body.continue_in(inner)
-        element = array.kind.element
-        item = body.read(element, builder.gep(value.content[0], [now])) if whole else body.like(node, value, element)
-        body.write(item, builder.gep(array.content[0], [now]))
-        builder.store(builder.add(now, ir.Constant(WORD, 1), flags=["nsw"]), counter)
-        builder.branch(head)
-        body.continue_in(end)
 
     def _bind(self, name: str, value: Value, node: ast.AST) -> None:
         """Give a variable a value; what has only one ever, from here to the end, needs no place in memory."""
         if name == "_":
             return
+        self.expressions.given.add(name)
         known = self.expressions.variables.get(name)
         if known is None:
             held = value.lasting or not isinstance(value.kind, Line | Record)
@@ -251,7 +285,7 @@ class Statements:
             known = Variable(value.kind, self.body.room(value.kind), natural)
             self.expressions.variables[name] = known
         if not isinstance(known, Variable):
-            raise self.kernel.refusal(node, f"{name} gets a value once more, which has no translation")
+            raise self.kernel.refusal(node, f"{name} gets a value once more, and cannot; give each a name of its own")
         self.body.write(self.body.like(node, value, known.kind), known.place)
 
     @property
@@ -284,5 +318,8 @@ class Statements:
 
 
 def _is_full_slice(node: ast.expr) -> bool:
-    parts = node.elts if isinstance(node, ast.Tuple) else [node]
-    return all(isinstance(p, ast.Slice) and p.lower is None and p.upper is None and p.step is None for p in parts)
+    return all(ast.unparse(part) == ":" for part in _parts(node))
+
+
+def _parts(node: ast.expr) -> list[ast.expr]:
+    return node.elts if isinstance(node, ast.Tuple) else [node]

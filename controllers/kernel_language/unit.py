@@ -66,17 +66,24 @@ class Unit:
         The functions.
     files : set of Path
         Files that the kernels stand in.
+    meanings : dict
+        What each global name that they ask for stands for, by module and name.
     """
 
     def __init__(self, name: str) -> None:
         self.module: Any = ir.Module(name)
         self.files: set[Path] = set()
+        self.meanings: dict[tuple[str, str], str] = {}
         self._functions: dict[tuple[Any, ...], Function | None] = {}
 
     def mathematics(self, body: Body, name: str, *numbers: Any) -> Any:
         """Return what a function of real numbers gives."""
         kind = ir.FunctionType(DOUBLE, [DOUBLE] * len(numbers))
-        function = self.module.globals.get(name) or ir.Function(self.module, kind, name)
+        function = self.module.globals.get(name)
+        if function is None:
+            function = ir.Function(self.module, kind, name)
+            if name == "pow":  # LLVM would make roots, quotients and powers of two of it, with other last bits
+                function.attributes.add("nobuiltin")
         return body.builder.call(function, numbers)
 
     def function(
@@ -131,7 +138,10 @@ class Unit:
             if isinstance(kind, Record | Line):
                 value.content.attributes.add("noalias")
             expressions.variables[name] = value
+            expressions.given.add(name)
             if expressions.stores[name]:
+                if name == "_":
+                    raise expressions.refusal(expressions.kernel.tree, "_ keeps no value; give the argument a name")
                 variable = Variable(kind, expressions.body.room(kind))
                 expressions.body.write(value, variable.place)
                 expressions.variables[name] = variable

@@ -58,5 +58,5 @@ def constant(number: bool | int | float) -> Value:
     if isinstance(number, bool):
         return Value(BOOLEAN, ir.Constant(BOOLEAN.register, int(number)), number)
     if isinstance(number, int):
-        return Value(INTEGER, ir.Constant(INTEGER.register, number), number, natural=number >= 0)
+        return Value(INTEGER, ir.Constant(INTEGER.register, int(number)), int(number), natural=number >= 0)
     return Value(REAL, ir.Constant(REAL.register, float(number)))

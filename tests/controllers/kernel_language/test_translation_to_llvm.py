@@ -12,6 +12,7 @@ import sys
 import numpy as np
 import pytest
 import written_kernels as written
+from kernels_from_text import from_text
 from written_kernels import Body, Circle, Point, Square
 
 from controllers.compiled import compiled_in_place
@@ -113,17 +114,6 @@ def test_arrays_that_come_back_are_those_that_were_given():
     assert found.table is given.table
 
 
-def from_text(text, tmp_path, monkeypatch, name="kernel"):
-    module = f"made_{abs(hash(text))}"
-    (tmp_path / f"{module}.py").write_text(text)
-    monkeypatch.syspath_prepend(tmp_path)
-    importlib.invalidate_caches()
-    try:
-        return Translated(getattr(importlib.import_module(module), name))
-    finally:
-        sys.modules.pop(module)
-
-
 HEAD = "import math\nfrom written_kernels import Point, measure\nLIST = [1.0]\n\n\ndef kernel(x):\n"
 
 
@@ -157,7 +147,7 @@ HEAD = "import math\nfrom written_kernels import Point, measure\nLIST = [1.0]\n\
         ("return x[0]", 7, "one constant place"),
         ("return Point(x, x, x)", 7, "too many"),
         ("return Point(x, z=x)", 7, "name every argument"),
-        ("return Point(y=x)", 7, "is no number"),
+        ("return Point(y=x)", 7, "missing a required argument"),
         ("return math.sin(x, x)", 7, "must have 1 arguments"),
         ("return max(x)", 7, "one by one"),
         ("return measure(Point(x), x)", 7, "no kernel is registered"),
