@@ -11,7 +11,7 @@ from adaptive_ff.errors import InputError, counted
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
-from adaptive_ff.identify.families import AUTO
+from adaptive_ff.identify.families import AUTO, STICTION
 from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
 from adaptive_ff.identify.identified_map import identified_map
@@ -121,6 +121,12 @@ def identify_log(
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
     problem = regression_problem(prepared, fitting, torque_delay)
     selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
+    if STICTION in selection.chosen.values:  # so it may stick while it reverses
+        sticking = prepared._replace(rest=prepared.rest._replace(sticks=True))
+        sliding = regression_problem(sticking, fitting, torque_delay)
+        if FEWEST_ROWS <= _rows(sliding) < _rows(problem):
+            prepared, problem = sticking, sliding
+            selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
     basis: MapBasis | None = None
     if asked != MapAsked():
         problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
@@ -244,8 +250,12 @@ def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: fl
     return Problem(conditioned, rest.speeds, LAG_CYCLES / band, float(torque_delay), variances)
 
 
+def _rows(problem: Problem) -> int:
+    return sum(int(np.count_nonzero(piece.slides)) for piece in problem.pieces)
+
+
 def _select(log: Log, problem: Problem, *, family: str, rotary: bool, confidence: float) -> Selection:
-    rows = sum(int(np.count_nonzero(piece.slides)) for piece in problem.pieces)
+    rows = _rows(problem)
     if rows < FEWEST_ROWS:
         raise InputError(
             f"{log.name}: the joint slides in {counted(rows, 'row')} (five for each cycle of the band) only; there "

@@ -22,9 +22,10 @@ SIGNS = {
 def test_a_short_stop_is_told_from_a_reversal_by_the_signs_of_its_velocity(name):
     signs, stands = SIGNS[name]
     slow = np.ones(len(signs), dtype=np.bool_)
-    assert _at_rest(np.array(signs), slow, 100.0).all() == stands
-    assert not _at_rest(np.array(signs), slow, 1.1 * len(signs) / STOP_CYCLES).any()
-    assert _at_rest(np.array(signs), slow, 20.0).all()
+    assert _at_rest(np.array(signs), slow, 100.0, sticks=True).all() == stands
+    assert not _at_rest(np.array(signs), slow, 100.0, sticks=False).any()
+    assert not _at_rest(np.array(signs), slow, 1.1 * len(signs) / STOP_CYCLES, sticks=True).any()
+    assert _at_rest(np.array(signs), slow, 20.0, sticks=False).all()
 
 
 @pytest.mark.parametrize("seed", [101, 103])
