@@ -11,6 +11,7 @@ the draws of seed 1; whoever tunes takes ``--first-seed 101``.
 """
 
 import os
+import tomllib
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
@@ -23,12 +24,13 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from adaptive_ff import Scenario, load_scenario
+from adaptive_ff import Scenario, load_scenario, parse_scenario
 from adaptive_ff.comparison.drawn_joints import CLASSES, class_of, draw_scenario, fall_over_gain
 from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
 from adaptive_ff.files import write_json
+from adaptive_ff.scenario.new import new_scenario_text
 from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_saturating
 from benchmarks.position_map import rows as map_rows
 from benchmarks.position_map import told
@@ -84,6 +86,12 @@ TOLD_NOTHING = {"torque_untold": "paper_100hz", "limit_untold": "saturation"}
 TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 """Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
 
+DATA_SHEETS = {"data_sheet": (0.5, 20.0, 6.0), "data_sheet_heavy": (20.0, 400.0, 2.5)}
+"""Inertia, kg m^2, rated torque, N m, and speed, rad/s, of joints that ``adaptive-ff new`` makes, at 1 kHz, by name."""
+
+DATA_SHEET_TIME = 240.0
+"""For how long they move, s: what noise does to a fast loop shows after minutes."""
+
 COARSE_STEP = 2.0 * np.pi / 4096
 """Resolution of a coarse encoder, rad: 4096 counts in a turn."""
 
@@ -113,6 +121,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(LIGHT_PEAKS, Asked()),
     **dict.fromkeys(TOLD_INERTIAS, Asked()),
     **dict.fromkeys(TOLD_NOTHING, Asked()),
+    **dict.fromkeys(DATA_SHEETS, Asked()),
     "steep_2": Asked(),
     "steep_5": Asked(),
     "steep_10": Asked(),
@@ -168,6 +177,9 @@ def named_scenario(name: str, seed: int) -> Scenario:
     if name in TOLD_INERTIAS:
         told_inertia = TOLD_INERTIAS[name] * load_scenario().joint.inertia
         return load_scenario().modified(seed=seed, feedback={"inertia": told_inertia})
+    if name in DATA_SHEETS:
+        made = parse_scenario(tomllib.loads(new_scenario_text(*DATA_SHEETS[name])), name)
+        return made.modified(seed=seed, duration=DATA_SHEET_TIME)
     if name in COARSE_ENCODERS:
         sensor = {"velocity_noise": 0.0, "encoder_resolution": COARSE_STEP}
         return load_scenario().modified(
@@ -326,7 +338,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *COARSE_ENCODERS, *MAPS]
+    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DATA_SHEETS, *COARSE_ENCODERS, *MAPS]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:
             if name not in allowed:

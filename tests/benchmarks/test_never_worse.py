@@ -13,6 +13,7 @@ from benchmarks import never_worse
 from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, WEIGHTS, draw_cascade, draw_machine
 from benchmarks.never_worse import (
     COARSE_ENCODERS,
+    DATA_SHEETS,
     LIGHT_PEAKS,
     MAPS,
     SITUATIONS,
@@ -33,8 +34,14 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    made = MAPS.keys() | LIGHT_PEAKS.keys() | TOLD_INERTIAS.keys() | TOLD_NOTHING.keys() | COARSE_ENCODERS.keys()
+    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DATA_SHEETS, *COARSE_ENCODERS}
     assert SITUATIONS.keys() - made <= set(scenario_names())
+
+
+def test_a_joint_of_data_sheet_numbers_moves_for_minutes_at_1_khz():
+    (case,) = named_cases(["data_sheet"], 101, 1)
+    assert (case.scenario.seed, case.scenario.duration, case.scenario.sampling.period) == (101, 240.0, 0.001)
+    assert (case.scenario.joint.inertia, case.scenario.actuator.torque_limit) == (0.5, 20.0)
 
 
 def test_maps_are_given_to_the_controller_over_the_planned_positions():
