@@ -24,6 +24,7 @@ from adaptive_ff.adaptive.lag_tuning import (
     LATE,
     LEAST_LEFT,
     LONGEST,
+    MOST_UNSURE,
     MOVED,
     PRIOR_DEVIATION,
     advance_response,
@@ -441,8 +442,8 @@ def test_what_is_known_of_the_identified_lag_weighs_against_what_the_errors_say(
     state = initial_timing_state(check_gains(*GAINS), LAG, 0.1)
     evidence = empty_evidence(LAG)._replace(information=1.0 / 0.004**2, weighted=0.03 / 0.004**2, energy=1.0)
     state = state._replace(evidence=evidence)
-    for unsure in (0.002, 0.01):
-        expected = np.average([LAG, 0.03], weights=[1.0 / unsure**2, 1.0 / 0.004**2])
+    for unsure in (0.5 * MOST_UNSURE, 3.0 * MOST_UNSURE):
+        expected = np.average([LAG, 0.03], weights=[1.0 / min(unsure, MOST_UNSURE) ** 2, 1.0 / 0.004**2])
         assert best_lag(state, LAG, unsure, LARGEST, 0.001) == pytest.approx(expected, rel=1e-12)
     assert best_lag(state, LAG, 1e-6, LARGEST, 0.001) == best_lag(state, LAG, 0.0, LARGEST, 0.001)
 
