@@ -1,6 +1,5 @@
 """Parameters and state of the estimator; see :mod:`adaptive_ff.adaptive.estimator`."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -300,14 +299,14 @@ def form_in_use(estimator: EstimatorParameters, state: EstimatorState) -> Torque
 
 
 @register_jitable
-def lag_deviation(estimator: EstimatorParameters, state: EstimatorState, period: float) -> float:
-    """Return the standard deviation of the identified friction lag, s, were the other parameters known.
+def lag_is_hidden(estimator: EstimatorParameters, state: EstimatorState, period: float) -> bool:
+    """Return whether the data tell nothing of the friction lag, as noise in a fast loop lets them.
 
-    It is the unit of the lag at most: from there on nothing tells of it (:mod:`adaptive_ff.adaptive.uncertainty`).
+    Its standard deviation is its unit or more then, were the other parameters known
+    (:mod:`adaptive_ff.adaptive.uncertainty`).
     """
-    unit, data = estimator.scale[FRICTION_LAG], 2.0 * estimator.memory * state.agreement[FRICTION_LAG, 0]
-    variance = state.levels.squared_error * period
-    return float(unit * math.sqrt(variance / data) if variance < data else unit)
+    data = 2.0 * estimator.memory * state.agreement[FRICTION_LAG, 0]
+    return bool(state.levels.squared_error * period >= data)
 
 
 @register_jitable

@@ -16,9 +16,9 @@ comes from the reference alone, so noise does not bias the fit. Friction that de
 observer takes part of the error away, ``e`` is the error without it (``supervised_step.unobserved_error``).
 
 ``L`` is the least-squares fit over a fading memory, an equation counting the more, the smaller the errors are around
-it, with the identified lag as prior, whose standard deviation is its own, up to 3 ms, and a share of the period at
-least. In a fast loop noise hides the lag from the identification, which then wanders off, in minutes to 0.1 s on a
-joint without a lag.
+it, with the identified lag as prior, whose standard deviation is a share of the period. In a fast loop noise may hide
+the lag from the identification, which then wanders off, in minutes to 0.1 s on a joint without a lag; while the data
+tell nothing of it, the standard deviation is 3 ms.
 
 Until the errors have told something, the feedforward is late on purpose, by 10 ms at most. Before the first reversals
 the identified lag is a guess, and a joint whose friction is turned ``dt`` too early is thrown by ``2 Fc dt/J``; too
@@ -41,11 +41,11 @@ from controllers import PIParameters, delay_line, delayed, remember
 PRIOR_DEVIATION = 0.3
 """How far the best lag is expected from a lag that is known, in sampling periods, as a standard deviation."""
 
-MOST_UNSURE = 0.003
-"""Largest standard deviation that the identified lag is given because noise hides it, s: that of a loop of 100 Hz.
+HIDDEN_DEVIATION = 0.003
+"""The same, s, where the data tell nothing of the lag and the identified one is any: that of a loop of 100 Hz.
 
-Without it an encoder of 4096 counts at 100 Hz tracked better in the median (1.14 of PI for 1.09, seeds 201 to 230), but
-on single references worse than PI.
+With the standard deviation of the identified lag at every time, encoders of 4096 counts at 100 Hz and machines in
+cascades tracked better in the median, but on single references worse than PI.
 """
 
 LATE = 0.010
@@ -273,19 +273,21 @@ def drop_stale_evidence(state: TimingState, identified: float, period: float, yo
 
 
 @register_jitable
-def best_lag(state: TimingState, identified: float, unsure: float, largest: float, period: float) -> float:
+def best_lag(state: TimingState, identified: float, largest: float, period: float, *, hidden: bool) -> float:
     """Return the lag of the feedforward that the errors so far ask for, s.
 
     Parameters
     ----------
     state : TimingState
         The state; it is left as it is.
-    identified, unsure, largest : float
-        Identified friction lag, the prior of the fit, its standard deviation, and the largest possible one, s.
+    identified, largest : float
+        Identified friction lag, the prior of the fit, and the largest possible one, s.
     period : float
         Sampling period, s.
+    hidden : bool
+        Whether the data tell nothing of the lag.
     """
-    deviation = max(PRIOR_DEVIATION * period, min(unsure, MOST_UNSURE))
+    deviation = max(PRIOR_DEVIATION * period, HIDDEN_DEVIATION if hidden else 0.0)
     prior = 1.0 / (deviation * deviation)
     evidence = state.evidence
     # a difference, not a weighted mean of the two: without evidence the identified lag must come out bit for bit

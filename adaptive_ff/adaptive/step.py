@@ -41,7 +41,7 @@ from adaptive_ff.adaptive.estimator_state import (
     carries_loads,
     damping_in_use,
     form_in_use,
-    lag_deviation,
+    lag_is_hidden,
     load_count,
     may_guess,
     with_candidates,
@@ -310,8 +310,8 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)
-    unsure = lag_deviation(block.estimator, estimator, block.period)
-    lag = best_lag(timing, identified, unsure, largest, block.period)
+    hidden = lag_is_hidden(block.estimator, estimator, block.period)
+    lag = best_lag(timing, identified, largest, block.period, hidden=hidden)
     if block.tunes_lag:
         lag = min(lag + lateness(timing, identified), largest)
     timing = with_evidence(timing, timing.evidence, lag, timing.seen)
