@@ -306,7 +306,7 @@ def lag_is_hidden(estimator: EstimatorParameters, state: EstimatorState, period:
     (:mod:`adaptive_ff.adaptive.uncertainty`).
     """
     data = 2.0 * estimator.memory * state.agreement[FRICTION_LAG, 0]
-    return bool(state.levels.squared_error * period >= data)
+    return state.levels.squared_error * period >= data  # type: ignore[no-any-return]
 
 
 @register_jitable
