@@ -95,7 +95,7 @@ class _FilesBySignature(IndexDataCacheFile):
             path.unlink(missing_ok=True)
 
     def is_filled(self) -> bool:
-        return any(True for _ in self._files())
+        return any(self._files())
 
     def _files(self) -> Iterator[Path]:
         return Path(self._folder).glob(f"{glob.escape(self._base)}-*")

@@ -18,9 +18,8 @@ where that lasts, friction and observer fade, so that the feedback is alone, and
 fades the integral takes over no more than acted. Before anything is proven, the mean of ``R`` stands for ``R_p`` (half
 as much again is believed while the joint does not lag), and of friction and observer no more is fed than a quarter
 above what the feedback has asked for itself; where even so the doubt lasts, all that was learnt is forgotten once the
-joint follows. A drive that has been doubted
-for long is given another chance, after twice the time the next: what was proven may have been little, and the feedback
-alone never follows closely enough to prove more.
+joint follows. A drive that has been doubted for long is given another chance, after twice the time the next: what was
+proven may have been little, and the feedback alone never follows closely enough to prove more.
 
 Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while.
 """

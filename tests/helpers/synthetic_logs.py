@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from adaptive_ff.files import write_csv
 from adaptive_ff.logs.log import Log
 
 JOINT = {"inertia": 2.0, "coulomb": 3.0, "viscous": 4.0, "offset": -0.5}
@@ -40,3 +41,10 @@ def coloured(size, period, deviation, generator, time_constant=0.02):
     pole = np.exp(-period / time_constant)
     series = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], generator.standard_normal(size + 500))
     return deviation * series[500:]
+
+
+def write_log(path, **options):
+    """A noisy log as a file of columns of the usual names; returns its path."""
+    log = make_log(**{"noise": 0.05, **options})
+    write_csv(path, {"time": log.time, "position": log.position, "torque": log.torque})
+    return path

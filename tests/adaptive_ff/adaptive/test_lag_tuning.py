@@ -6,7 +6,6 @@ Oracles: ``scipy``'s simulation of a low-pass, differences of simulated runs, we
 import functools
 import itertools
 import math
-import tomllib
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from hypothesis import strategies as st
 from plan_inputs import plan_inputs
 from scipy import signal
 
-from adaptive_ff import TorqueModel, parse_scenario, simulate
+from adaptive_ff import TorqueModel, simulate
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.lag_tuning import (
     CLIP,
@@ -40,8 +39,8 @@ from adaptive_ff.adaptive.lag_tuning import (
 from adaptive_ff.model.bounds import FRICTION_LAG, largest_lag
 from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.rivals.model_based import ModelBased
-from adaptive_ff.scenario.new import new_scenario_text
 from adaptive_ff.simulation.experiment import empty_record, lay_plain_course
+from benchmarks.never_worse import named_scenario
 from controllers import check_gains, low_pass_velocity, pi_gains
 from plant import Actuator, JointModel
 
@@ -454,8 +453,7 @@ def test_a_lag_that_noise_hides_weighs_less_against_what_the_errors_say(hidden, 
 @pytest.mark.parametrize("seed", [101, 102])
 def test_in_a_fast_loop_friction_turns_in_time_wherever_the_identified_lag_has_wandered(seed):
     """The joint has no lag. In four minutes the error had grown from 0.6 to 0.8 of PI's, that of ``fixed`` is 0.55."""
-    scenario = parse_scenario(tomllib.loads(new_scenario_text(0.5, 20.0, 6.0)), "new")
-    scenario = scenario.modified(seed=seed, duration=240.0)
+    scenario = named_scenario("data_sheet", seed)
     late = slice(-60_000, None)
     errors = {}
     for name in ("pi", "fixed", "adaptive"):

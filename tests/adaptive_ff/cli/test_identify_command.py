@@ -5,18 +5,12 @@ import json
 import numpy as np
 import pytest
 from command_line import content_of, refusal, run_command_line
-from synthetic_logs import JOINT, make_log, motion
+from synthetic_logs import JOINT, make_log, motion, write_log
 
 from adaptive_ff import compare, load_scenario
 from adaptive_ff.files import write_csv
 
 FILES = {"identification.json", "scenario.toml", "reference.csv", "torque.png", "friction.png", "lag.png"}
-
-
-def write_log(path, **options):
-    log = make_log(**{"noise": 0.05, **options})
-    write_csv(path, {"time": log.time, "position": log.position, "torque": log.torque})
-    return path
 
 
 @pytest.fixture(scope="module")

@@ -4,17 +4,10 @@ import json
 
 import pytest
 from command_line import content_of, run_command_line
-from synthetic_logs import make_log
+from synthetic_logs import write_log
 
-from adaptive_ff.files import write_csv
 from adaptive_ff.identify.open_loop_slopes import follow_with_slopes
 from controllers import is_cached
-
-
-def write_log(path, **options):
-    log = make_log(**{"noise": 0.05, **options})
-    write_csv(path, {"time": log.time, "position": log.position, "torque": log.torque})
-    return path
 
 
 @pytest.fixture(scope="module")

@@ -43,16 +43,27 @@ def test_on_the_same_machines_with_a_weight_behind_a_position_loop(draw):
     assert missed("cascade", draw_cascade(SEED, draw)) == []
 
 
-OVER = {6: 1.3, 15: 1.7}
-"""Draws that have a window above 1.2, and what it may come to: where PI is stuck, what breaks the joint away slips."""
-
-
 @pytest.mark.parametrize("draw", range(16))
-def test_where_the_drive_saturates_and_tells_nothing_of_it(draw):
-    """Friction was learnt from torque that never acted; draw 15 settled at 0.82, with a window of 3.7."""
-    judged = judge(draw_saturating(SEED, draw), draws=2)
-    assert judged.settled >= 0.95
-    assert judged.worst_window <= OVER.get(draw, 1.2)
+def test_a_drive_that_saturates_untold_settles_as_pi_does_or_better(draw):
+    """Friction was learnt from torque that never acted; draw 15 settled at 0.82."""
+    assert judge(draw_saturating(SEED, draw), draws=2).settled >= 0.95
+
+
+MISSED = {
+    6: "PI is stuck in the first window, and what breaks the joint away slips: 1.28",
+    15: "1.65 in the third window",
+}
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        pytest.param(draw, marks=pytest.mark.xfail(reason=MISSED[draw], strict=True) if draw in MISSED else ())
+        for draw in range(16)
+    ],
+)
+def test_a_drive_that_saturates_untold_has_no_window_that_is_worse(draw):
+    assert judge(draw_saturating(SEED, draw), draws=2).worst_window <= 1.2
 
 
 def test_inertia_of_a_weight_on_bristles_is_not_found_ten_times_too_large():

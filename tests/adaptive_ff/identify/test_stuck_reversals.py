@@ -1,15 +1,13 @@
 """A joint that sticks at its reversals, for less than a cycle of the band: what it does there is not regressed."""
 
-import tomllib
-
 import numpy as np
 import pytest
 
-from adaptive_ff import parse_scenario, simulate
+from adaptive_ff import simulate
 from adaptive_ff.identify.filtering import STOP_CYCLES, _at_rest
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
-from adaptive_ff.scenario.new import new_scenario_text
+from benchmarks.never_worse import named_scenario
 
 SIGNS = {
     "reverses": ([1.0] * 10 + [-1.0] * 10, False),
@@ -31,7 +29,7 @@ def test_a_short_stop_is_told_from_a_reversal_by_the_signs_of_its_velocity(name)
 @pytest.mark.parametrize("seed", [101, 103])
 def test_friction_of_a_fast_loop_is_found_within_its_intervals(seed):
     """Stiction came out at 2.55 and 2.63 N m for 2.5 and Coulomb friction at 2.02 and 2.09 for 2, surely."""
-    scenario = parse_scenario(tomllib.loads(new_scenario_text(0.5, 20.0, 6.0)), "new").modified(seed=seed)
+    scenario = named_scenario("data_sheet", seed).modified(duration=60.0)
     run, joint = simulate(scenario, "pi", uncertain=False), scenario.joint
     path = np.concatenate([[0.0], np.cumsum(0.5 * (run.velocity[1:] + run.velocity[:-1]) * joint.solver_period)])
     period, size = scenario.sampling.period, run.torque.size
