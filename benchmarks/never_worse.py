@@ -6,8 +6,9 @@ joints drawn at random around the built-in one (``--joints``), by how steeply th
 proportional gain. Where it falls by more than the gain, PI itself hunts. Machines (``--machines``) are drawn over
 decades of size, speed and sampling rate, see ``benchmarks.drawn_machines``; with a weight and behind a position loop
 (``--cascades``) the error is that of the position, in mrad. With ``--saturating`` joints and machines have
-drives that saturate, of whose torque the controllers are told nothing. Reported are references of seeds from 1 on and
-the draws of seed 1; whoever tunes takes ``--first-seed 101``.
+drives that saturate, of whose torque the controllers are told nothing. ``--controller pi`` compares PI with itself
+under other noise: what chance alone does to the figures. Reported are references of seeds from 1 on and the draws of
+seed 1; whoever tunes takes ``--first-seed 101``.
 """
 
 import os
@@ -25,10 +26,11 @@ from rich.progress import track
 from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario, parse_scenario
+from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.drawn_joints import CLASSES, class_of, draw_scenario, fall_over_gain
 from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.comparison.windows import DRAWS, Judgement, judge
+from adaptive_ff.comparison.windows import DRAWS, Judgement, judge, judge_chance
 from adaptive_ff.files import write_json
 from adaptive_ff.scenario.new import new_scenario_text
 from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_saturating
@@ -213,7 +215,9 @@ def saturating_cases(drives: int, seed: int) -> list[Case]:
 
 
 def judge_case(case: Case, controller: str, draws: int) -> Judgement:
-    """Judge a controller on one reference."""
+    """Judge a controller on one reference; PI under other noise than that which it is compared with."""
+    if controller == BASELINE:
+        return judge_chance(case.scenario, draws=draws)
     return judge(case.scenario, controller, draws=draws)
 
 
@@ -346,20 +350,15 @@ def main(
     names = known if every else scenario or ([] if joints or machines or cascades or saturating else list(SITUATIONS))
     console = wide_console()
     rows: list[dict[str, Any]] = []
+    pair = "pi under other noise against pi" if controller == BASELINE else f"{controller} against pi"
     parts = {
-        f"{controller} against pi, {references} references of {draws} draws of the noise": named_cases(
-            names, first_seed, references
-        ),
-        f"{controller} against pi on drawn joints, by fall of friction over Kp": drawn_cases(joints, first_seed),
-        f"{controller} against pi on machines drawn over decades, by their friction": machine_cases(
-            machines, first_seed
-        ),
-        f"position error of {controller} against pi on machines with a weight, behind a position loop": cascade_cases(
+        f"{pair}, {references} references of {draws} draws of the noise": named_cases(names, first_seed, references),
+        f"{pair} on drawn joints, by fall of friction over Kp": drawn_cases(joints, first_seed),
+        f"{pair} on machines drawn over decades, by their friction": machine_cases(machines, first_seed),
+        f"position error of {pair} on machines with a weight, behind a position loop": cascade_cases(
             cascades, first_seed
         ),
-        f"{controller} against pi where the drive saturates and tells nothing of it": saturating_cases(
-            saturating, first_seed
-        ),
+        f"{pair} where the drive saturates and tells nothing of it": saturating_cases(saturating, first_seed),
     }
     with ProcessPoolExecutor(workers) as pool:
         for title, cases in parts.items():

@@ -130,15 +130,26 @@ def judge(
     return Judgement(base, run_errors(scenario, controller, draws=draws))
 
 
-def run_errors(scenario: Scenario, controller: Any, *, draws: int = DRAWS) -> Errors:
-    """Return the errors of a controller along the reference of a scenario over draws of the noise.
+def judge_chance(scenario: Scenario, *, draws: int = DRAWS) -> Judgement:
+    """Compare PI with itself under as many other draws of the noise: what a judgement owes to chance alone.
 
-    The parameters are those of :func:`judge`. A controller that does not keep the loop finite has infinite errors.
+    The parameters are those of :func:`judge`. Without noise there is one draw, and no chance.
+    """
+    base = run_errors(scenario, BASELINE, draws=draws)
+    noisy = scenario.sensor.velocity_noise > 0.0
+    return Judgement(base, run_errors(scenario, BASELINE, draws=draws, first=draws) if noisy else base)
+
+
+def run_errors(scenario: Scenario, controller: Any, *, draws: int = DRAWS, first: int = 0) -> Errors:
+    """Return the errors of a controller along the reference of a scenario over draws of the noise from a first one on.
+
+    The other parameters are those of :func:`judge`. A controller that does not keep the loop finite has infinite
+    errors.
     """
     if draws < 1:
         raise ValueError(f"draws = {draws} is not allowed: it must be at least 1")
     parts, squares = None, []
-    for course in noisy_courses(scenario, draws):
+    for course in noisy_courses(scenario, draws, first):
         parts = _parts(scenario, course.reference) if parts is None else parts
         made = make_controller(scenario, controller) if isinstance(controller, str) else controller(scenario)
         try:
@@ -156,12 +167,13 @@ def run_errors(scenario: Scenario, controller: Any, *, draws: int = DRAWS) -> Er
     return Errors(errors[2:last], float(errors[0]), float(errors[1]), tuple(errors[last:].tolist()))
 
 
-def noisy_courses(scenario: Scenario, draws: int) -> Iterator[Course]:
-    """Yield the course of a scenario with one draw of the noise after the other; the first is the scenario's own."""
+def noisy_courses(scenario: Scenario, draws: int, first: int = 0) -> Iterator[Course]:
+    """Yield the course of a scenario with one draw of the noise after the other; draw 0 is the scenario's own."""
     course = lay_course(scenario)
-    yield course
+    if first == 0:
+        yield course
     if scenario.sensor.velocity_noise > 0.0:  # an encoder has nothing to draw
-        for draw in range(1, draws):
+        for draw in range(max(first, 1), first + draws):
             generator = np.random.default_rng([scenario.seed, NOISE_STREAM, draw])
             yield course._replace(noise=scenario.sensor.draw(scenario.samples, generator))
 

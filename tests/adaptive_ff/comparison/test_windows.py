@@ -5,7 +5,7 @@ import pytest
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.comparison.windows import Errors, Judgement, judge, noisy_courses, run_errors, window_slices
+from adaptive_ff.comparison.windows import Errors, Judgement, judge, judge_chance, noisy_courses, run_errors, window_slices
 from adaptive_ff.simulation.metrics import rms
 
 SCENARIO = load_scenario().modified(duration=23.0, change=[{"time": 11.0, "load": 30.0}])
@@ -55,6 +55,16 @@ def test_pi_against_itself_is_one_everywhere_and_a_better_controller_is_better()
     oracle = judge(SCENARIO, lambda scenario: make_controller(scenario, "oracle"), draws=1, base=pi.base)
     assert oracle.settled > 2.0
     assert oracle.worst_window < 0.8
+
+
+def test_what_chance_does_is_pi_against_itself_under_other_noise():
+    found = judge_chance(SCENARIO, draws=2)
+    others = run_errors(SCENARIO, "pi", draws=4)
+    squares = np.mean([found.base.windows**2, found.own.windows**2], axis=0)
+    np.testing.assert_allclose(np.sqrt(squares), others.windows)  # draws 0 and 1, then 2 and 3
+    assert 0.5 < found.settled < 2.0
+    assert found.settled != 1.0
+    assert judge_chance(SCENARIO.modified(sensor={"velocity_noise": 0.0}), draws=2).worst_window == 1.0
 
 
 def test_window_where_pi_has_nearly_no_error_counts_as_a_share_of_its_median_window():
