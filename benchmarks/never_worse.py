@@ -85,6 +85,9 @@ LIGHT_PEAKS = {"light_slow": 0.0125, "light_medium": 0.05, "light": 0.35}
 TOLD_NOTHING = {"torque_untold": "paper_100hz", "limit_untold": "saturation"}
 """Scenarios of which the controllers are told nothing of the torque that the drive gives, by name."""
 
+LAGS_UNTOLD = {"lag_untold_10": 0.010, "lag_untold_13": 0.013, "lag_untold_20": 0.020}
+"""Lags of the drive's current loop, s, of which the controllers are told nothing, nor what it gives, by name."""
+
 TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 """Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
 
@@ -123,6 +126,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(LIGHT_PEAKS, Asked()),
     **dict.fromkeys(TOLD_INERTIAS, Asked()),
     **dict.fromkeys(TOLD_NOTHING, Asked()),
+    **dict.fromkeys(LAGS_UNTOLD, Asked()),
     **dict.fromkeys(DATA_SHEETS, Asked()),
     "steep_2": Asked(),
     "steep_5": Asked(),
@@ -176,6 +180,8 @@ def named_scenario(name: str, seed: int) -> Scenario:
     if name in TOLD_NOTHING:
         told_nothing = load_scenario(SCENARIOS / f"{TOLD_NOTHING[name]}.toml")
         return told_nothing.modified(seed=seed, actuator={"reports_torque": False})
+    if name in LAGS_UNTOLD:
+        return load_scenario().modified(seed=seed, actuator={"lag": LAGS_UNTOLD[name], "reports_torque": False})
     if name in TOLD_INERTIAS:
         told_inertia = TOLD_INERTIAS[name] * load_scenario().joint.inertia
         return load_scenario().modified(seed=seed, feedback={"inertia": told_inertia})
@@ -342,7 +348,8 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    known = [*scenario_names(), *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DATA_SHEETS, *COARSE_ENCODERS, *MAPS]
+    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, LAGS_UNTOLD, DATA_SHEETS, COARSE_ENCODERS, MAPS)
+    known = [*scenario_names(), *(name for table in made for name in table)]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:
             if name not in allowed:

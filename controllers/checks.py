@@ -3,6 +3,8 @@
 import math
 from typing import Any
 
+import numpy as np
+
 
 def check_numbers(**values: Any) -> None:
     """Raise ``TypeError`` for the first value that is no number; a text of digits is none."""
@@ -15,7 +17,7 @@ def check_numbers(**values: Any) -> None:
 
 def checked_switch(name: str, value: Any) -> bool:
     """Return a switch; raise ``ValueError`` for what is neither true nor false, such as the text ``"off"``."""
-    if isinstance(value, str) or value not in (True, False):
+    if not (isinstance(value, int | float | np.generic) and value in (True, False)):
         raise ValueError(f"{name} = {value!r} is not allowed: it must be True or False")
     return bool(value)
 
@@ -30,3 +32,10 @@ def check_positive(**values: float) -> None:
             raise
         if not allowed:
             raise ValueError(f"{name} = {value} is not allowed: it must be positive and finite")
+
+
+def check_period(period: float) -> None:
+    """Raise ``ValueError`` for a sampling period that is not positive and finite, ``TypeError`` for no number."""
+    check_numbers(period=period)
+    if not (math.isfinite(period) and period > 0.0):
+        raise ValueError(f"period = {period} is not allowed: it must be a positive number of seconds")

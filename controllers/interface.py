@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from controllers.bridging import BRIDGED
-from controllers.checks import check_numbers, check_positive
+from controllers.checks import check_numbers, check_period, check_positive
 from controllers.compiled import compiles
 from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.native import ACTING, TORQUE, Native, NativeParameters, empty_exchange, step_at
@@ -40,8 +40,7 @@ class Controller:
     """Why it cannot be exported in single precision; empty where it can."""
 
     def __init__(self, parameters: Any, period: float, initial_state: Callable[[Any], Any]) -> None:
-        if not (math.isfinite(period) and period > 0.0):
-            raise ValueError(f"period = {period} is not allowed: it must be a positive number of seconds")
+        check_period(period)
         self.parameters = parameters
         self.period = float(period)
         self._initial_state = initial_state
@@ -178,26 +177,31 @@ class Controller:
                 next_reference = math.nan
             elif not isfinite(next_reference):
                 _refuse(next_reference=next_reference)
-            if regressors is not None:
-                self._take_regressors(regressors)
-            if acting_reference is not None and next_acting_reference is not None:
-                _refuse(acting_reference=acting_reference, next_acting_reference=next_acting_reference)
-                self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
-            return self._compute(
+            if acting_reference is not None:
+                _refuse(acting_reference=acting_reference)
+            if next_acting_reference is not None:
+                _refuse(next_acting_reference=next_acting_reference)
+            numbers = (
                 float(reference),
-                float(velocity),
+                float(1.0 * velocity),  # times one, since float() alone takes a text of digits
                 float(next_reference),
                 float(correction),
-                math.nan if position is None else float(position),
-                math.nan if realised_torque is None else float(realised_torque),
+                math.nan if position is None else float(1.0 * position),
+                math.nan if realised_torque is None else float(1.0 * realised_torque),
                 float(feedforward),
                 math.nan if inertia is None else float(inertia),
                 float(dt),
             )
+            if regressors is not None:  # nothing is taken before all has been checked
+                self._take_regressors(regressors)
+            if acting_reference is not None and next_acting_reference is not None:
+                self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
+            return self._compute(*numbers)
         except (TypeError, ValueError):
             check_numbers(reference=reference, velocity=velocity, correction=correction, feedforward=feedforward)
             optional = {"next_reference": next_reference, "position": position, "realised_torque": realised_torque}
-            optional |= {"inertia": inertia, "dt": dt}
+            optional |= {"inertia": inertia, "dt": dt, "acting_reference": acting_reference}
+            optional |= {"next_acting_reference": next_acting_reference}
             check_numbers(**{name: value for name, value in optional.items() if value is not None})
             raise
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.bridging import bridging_share
-from controllers.checks import check_numbers
+from controllers.checks import check_numbers, check_period
 from controllers.delay import delay_line, delayed, remember
 from controllers.interface import Controller
 from controllers.kernels import ESTIMATES, INLINED, STEPS, Inputs, Output, without_estimates
@@ -138,9 +138,30 @@ ESTIMATES[PIParameters] = without_estimates
 INLINED.add(PIParameters)
 
 
-def check_gains(proportional: float, integral: float, delay: float = 0.0, period: float = 0.01) -> PIParameters:
-    """Return the parameters of a PI loop, or raise ``ValueError`` where one is negative or not finite."""
-    check_numbers(proportional=proportional, integral=integral, delay=delay, period=period)
+def check_gains(proportional: float, integral: float, period: float, delay: float = 0.0) -> PIParameters:
+    """Return the parameters of a PI loop.
+
+    Parameters
+    ----------
+    proportional : float
+        Proportional gain, N m s/rad.
+    integral : float
+        Integral gain, N m/rad.
+    period : float
+        Nominal sampling period, s.
+    delay : float, optional
+        Computation delay of the drive, sampling periods.
+
+    Raises
+    ------
+    ValueError
+        A gain is negative or not finite, the period not positive and finite, or the delay not from 0 to
+        ``LONGEST_DELAY``.
+    TypeError
+        An argument is no number.
+    """
+    check_numbers(proportional=proportional, integral=integral, delay=delay)
+    check_period(period)
     for name, gain in (("proportional", proportional), ("integral", integral)):
         if not (math.isfinite(gain) and gain >= 0.0):
             raise ValueError(f"{name} = {gain} is not allowed: a gain must be finite and not negative")
@@ -176,7 +197,7 @@ class PI(Controller):
     """
 
     def __init__(self, proportional: float, integral: float, period: float, *, delay: float = 0.0) -> None:
-        super().__init__(check_gains(proportional, integral, delay, period), period, initial_pi_state)
+        super().__init__(check_gains(proportional, integral, period, delay), period, initial_pi_state)
 
     @staticmethod
     def design(

@@ -14,12 +14,14 @@ if that is larger):
     R > 1.3 R_p                 nothing is learnt from such torque,
     |u| > J a + 2 R_p           and the drive is taken to have given no more than that;
 
-where that lasts, friction and observer fade, so that the feedback is alone, and proof is asked to be better. Of what
-fades the integral takes over no more than acted. Before anything is proven, the mean of ``R`` stands for ``R_p`` (half
-as much again is believed while the joint does not lag), and of friction and observer no more is fed than a quarter
-above what the feedback has asked for itself; where even so the doubt lasts, all that was learnt is forgotten once the
-joint follows. A drive that has been doubted for long is given another chance, after twice the time the next: what was
-proven may have been little, and the feedback alone never follows closely enough to prove more.
+where that lasts and the joint does not follow, friction and observer fade, so that the feedback is alone, and proof is
+asked to be better. Of what fades the integral takes over no more than acted. Before anything is proven, the mean of
+``R`` stands for ``R_p`` (half as much again is believed while the joint does not lag), and of friction and observer no
+more is fed than a quarter above what the feedback has asked for itself; where even so the doubt lasts, all that was
+learnt is forgotten once the joint follows. A drive that has been doubted for long is given another chance, after twice
+the time the next: what was proven may have been little, and the feedback alone never follows closely enough to prove
+more. With friction fed again it does, and is not doubted while it follows: else no chance would last long enough to
+prove anything, and one of five hinges in MuJoCo (100 Hz, moves) stayed without compensation.
 
 Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while.
 """
@@ -355,7 +357,8 @@ def advance_drive_limit(
         unproven = resists > max(factor * BELIEVED * known, broke) + differences + gain * noise
     doubt = state.doubt
     if moves and unproven:
-        doubt = min(2.0, doubt + duration / (DOUBTED * time))
+        if proven == 0.0 or not follows:  # a joint that follows is about to prove it
+            doubt = min(2.0, doubt + duration / (DOUBTED * time))
     elif moves and (proven > 0.0 or abs(error) < CLOSE * abs(plan)):
         doubt = max(0.0, doubt - duration / (DOUBTED * time))
     suspect = proven == 0.0 and (state.suspect or doubt == 2.0)

@@ -11,6 +11,18 @@ counts in a turn and a Kalman filter the error was five times that of the PI loo
 
 The share ``h`` of the gain falls at once while the observer is in use and the error is 0.12 of the plan's largest speed
 or more, and rises by at most 1 in 20 s.
+
+A lag that nobody tells, of the drive's current loop or of a filter of the velocity, makes an observer oscillate that
+would be stable without it, and then ``ehat`` holds the oscillation as well: what the observer feeds back comes late,
+and looks like a disturbance. The error itself tells. What reversals, loads and hunting joints leave of it are pulses,
+
+    kappa = <e^4> / <e^2>^2
+
+is 4 and more of them, 3 of noise, and 1.5 of a sine. Where the observer is in use, ``kappa`` is below 2.4, the mean
+error little beside that, and its square more than 0.04^2 of that of the plan's largest speed and four times the noise,
+it oscillates: a ceiling on ``h`` falls by 4 in a second, and rises by 1 in 300 s only, since the lag stays. With a lag
+of 20 ms the built-in joint settled at 0.28 of PI alone, with it at 1.2 to 3.3 (seeds 101 to 104); of 682 scenarios and
+drawn joints without such a lag 29 changed at all, by a factor of 1.00 in the geometric mean.
 """
 
 from typing import NamedTuple
@@ -38,6 +50,21 @@ IN_USE = 0.5
 RETURN = 20.0
 """Time in which the share rises from zero to one, s."""
 
+STEADY = 2.4
+"""Fourth moment of the error over the square of the second one, below which it is that of a steady oscillation ..."""
+
+ABOUT_ZERO = 0.25
+"""... unless this share of its mean square is that of its mean."""
+
+NOTICED = 0.04
+"""Error over the largest speed of the plan from which on an oscillation counts ..."""
+
+LOUD = 4.0
+"""... and its square over the variance of the noise."""
+
+LETS_GO, FORGIVES = 0.25, 300.0
+"""Times in which the ceiling on the share falls from one to zero while the loop oscillates, and rises again, s."""
+
 NONE = 1e-15
 """Added to what may be zero, rad^2/s^2."""
 
@@ -53,16 +80,25 @@ class ObserverEffect(NamedTuple):
         Mean square of what it would be without the observer, rad^2/s^2.
     share : float
         Share ``h`` of its gain that the observer is used with.
+    mean : float
+        Mean error that the feedback sees, rad/s.
+    fourth : float
+        Mean of its fourth power, rad^4/s^4.
+    ceiling : float
+        Largest share, which an oscillation has left.
     """
 
     error_squared: float
     expected_squared: float
     share: float
+    mean: float
+    fourth: float
+    ceiling: float
 
 
 def initial_effect() -> ObserverEffect:
     """Return the state of an observer of which nothing bad is known."""
-    return ObserverEffect(0.0, 0.0, 1.0)
+    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
 
 
 @register_jitable
@@ -97,9 +133,33 @@ def advance_effect(
     error_squared = state.error_squared + weight * (error * error - state.error_squared)
     expected = predicted * predicted + correction * correction
     expected_squared = state.expected_squared + weight * (expected - state.expected_squared)
-    share = min(1.0, state.share + duration / RETURN)
+    mean = state.mean + weight * (error - state.mean)
+    fourth = state.fourth + weight * (error * error * error * error - state.fourth)
     beyond_noise = error_squared - variance
-    if gain > IN_USE * state.share and beyond_noise > LARGE * LARGE * peak * peak:
+    used, ceiling = gain > IN_USE * state.share, min(1.0, state.ceiling + duration / FORGIVES)
+    if used and oscillates(beyond_noise, mean, error_squared, fourth, variance, peak):
+        ceiling = max(0.0, min(ceiling, state.share) - duration / LETS_GO)
+    share = min(ceiling, state.share + duration / RETURN)
+    if used and beyond_noise > LARGE * LARGE * peak * peak:
         ratio = beyond_noise / (expected_squared + NONE)
         share = min(share, max(0.0, min(1.0, (FAR_WORSE - ratio) / (FAR_WORSE - WORSE))))
-    return ObserverEffect(error_squared, expected_squared, share)
+    return ObserverEffect(error_squared, expected_squared, share, mean, fourth, ceiling)
+
+
+@register_jitable
+def oscillates(beyond_noise: float, mean: float, squared: float, fourth: float, variance: float, peak: float) -> bool:
+    """Tell whether an error is a steady oscillation.
+
+    Parameters
+    ----------
+    beyond_noise : float
+        Its mean square without that of the noise of the measurement, rad^2/s^2.
+    mean, squared, fourth : float
+        Its mean (rad/s), mean square (rad^2/s^2) and mean fourth power (rad^4/s^4).
+    variance : float
+        Variance of the noise, rad^2/s^2.
+    peak : float
+        Largest speed of the plan of late, rad/s.
+    """
+    clear = max(NOTICED * NOTICED * peak * peak, LOUD * variance)
+    return beyond_noise > clear and fourth < STEADY * squared * squared and mean * mean < ABOUT_ZERO * squared

@@ -20,7 +20,7 @@ from adaptive_ff.model.friction import FURTHER, TorqueModel
 from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
-from controllers.checks import check_numbers
+from controllers.checks import check_numbers, checked_switch
 
 GATE_SHARE = 0.2
 """Speed of the gate, as a share of the Stribeck velocity."""
@@ -99,7 +99,7 @@ def adaptive_parameters(
     ValueError
         A value is out of range.
     """
-    feedback = check_gains(proportional, integral, delay, period)
+    feedback = check_gains(proportional, integral, period, delay)
     names = check_parameters(parameters, ALL_CHOICES)
     named = (*names, *further_names(regressors))
     check_positive(
@@ -113,11 +113,11 @@ def adaptive_parameters(
     check_positive(filter_pole=pole)
     memory = default_memory(period, pole) if memory is None else memory
     check_positive(memory=memory)
+    check_numbers(velocity_lag=velocity_lag, gear_ratio=gear_ratio, torque_limit=torque_limit)
     if not 0.0 <= velocity_lag < math.inf:
         raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
     if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
         raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
-    check_numbers(torque_limit=torque_limit)
     if not torque_limit > 0.0:
         raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
     prior, ranges = prior_of(
@@ -130,6 +130,7 @@ def adaptive_parameters(
         deviation=deviation,
     )
     velocities = candidate_velocities(float(stribeck_velocity), stribeck_factors)
+    over_load = checked_switch("load_friction", load_friction)
     unit = float(proportional * stribeck_velocity)
     estimator = EstimatorParameters(
         TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
@@ -147,7 +148,7 @@ def adaptive_parameters(
         candidate_distances(float(stribeck_velocity / pole), presliding_factors),
         np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
         begin_velocity(velocities, float(stribeck_velocity), model),
-        map_parameters(position_periods, position_hats, position_range, unit if load_friction else 0.0, map_memory),
+        map_parameters(position_periods, position_hats, position_range, unit if over_load else 0.0, map_memory),
         False,
     )
     return named, AdaptiveParameters(
@@ -157,8 +158,10 @@ def adaptive_parameters(
         GATE_HOLD / float(pole),
         float(velocity_lag),
         float(period),
-        bool(tunes_lag),
-        CommandParameters(float(torque_limit), bool(feedforward_includes_inertia)),
+        checked_switch("tunes_lag", tunes_lag),
+        CommandParameters(
+            float(torque_limit), checked_switch("feedforward_includes_inertia", feedforward_includes_inertia)
+        ),
     )
 
 

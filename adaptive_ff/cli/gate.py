@@ -49,7 +49,7 @@ class Gate:
         self._tolerance = _by_name(tolerance or [])
         Tolerances(self._tolerance, self._baseline["controllers"])
         self._controllers = guarded_controllers(self._baseline, controllers)
-        self._metrics = guarded_metrics(metrics)
+        self._metrics = None if metrics is None else guarded_metrics(metrics)
 
     def judge(self, comparison: "Comparison", errors: Console) -> int:
         """Print what got worse, or that nothing did, and return the exit status."""
@@ -60,7 +60,9 @@ class Gate:
         for sentence in worse:
             errors.print(f"worse than {self._path}: {sentence}", markup=False)
         if not worse:
-            figures = f"{len(self._metrics)} figures of {', '.join(self._controllers)}"
+            figures = (
+                f"{'all' if self._metrics is None else len(self._metrics)} figures of {', '.join(self._controllers)}"
+            )
             Printer().say(f"Nothing is worse than in {self._path}, within the tolerances: {figures}")
         return WORSE if worse else 0
 

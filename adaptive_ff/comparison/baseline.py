@@ -8,10 +8,10 @@ from typing import Any
 
 from adaptive_ff.errors import InputError, read_text
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.metrics import METRIC_UNITS
+from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
 
-GATED = tuple(METRIC_UNITS)
-"""Figures of merit that may not get worse; smaller is better for all of them."""
+GATED = (*METRIC_UNITS, *POSITION_UNITS)
+"""Figures of merit that may not get worse, as far as a run has them; smaller is better for all of them."""
 
 NOT_COMPARED = ("controllers", "sweep")
 """Fields of a scenario that do not change the run of a controller."""
@@ -41,8 +41,9 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     if not isinstance(content.get("scenario"), dict):
         raise InputError(f"{path}: scenario is missing; the file must be a result of 'adaptive-ff compare --json'")
     for name, figures in controllers.items():
-        for figure in GATED:
-            value = figures.get(figure) if isinstance(figures, dict) else None
+        figures = figures if isinstance(figures, dict) else {}
+        for figure in (*METRIC_UNITS, *(POSITION_UNITS.keys() & figures)):
+            value = figures.get(figure)
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < 0.0:
                 raise InputError(
                     f"{path}: controllers.{name}.{figure} = {value!r} is not allowed: it must be a finite number >= 0"

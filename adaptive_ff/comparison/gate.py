@@ -9,7 +9,7 @@ from adaptive_ff.comparison.baseline import GATED, check_same_scenario, read_bas
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError
-from adaptive_ff.simulation.metrics import METRIC_UNITS
+from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
 
 TOLERANCE = 0.05
 """Default tolerance, relative."""
@@ -104,7 +104,7 @@ def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | Non
     Raises
     ------
     InputError
-        One is not in the baseline, or none is left.
+        One is not in the baseline, or there is none.
     """
     there = list(baseline["controllers"])
     if chosen is None:
@@ -115,7 +115,7 @@ def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | Non
                 "which to guard"
             )
         return names
-    names = list(chosen)
+    names = _several("controllers", chosen)
     for name in names:
         if name not in there:
             raise InputError(f"guarded controller {name!r} is not in the baseline; there are {', '.join(there)}")
@@ -128,12 +128,22 @@ def guarded_metrics(chosen: Iterable[str] | None = None) -> list[str]:
     Raises
     ------
     InputError
-        One is not known.
+        One is not known, or there is none.
     """
-    names = list(GATED if chosen is None else chosen)
+    names = list(GATED) if chosen is None else _several("metrics", chosen)
     for name in names:
         if name not in GATED:
             raise InputError(f"metric {name!r} is not known; there are {', '.join(GATED)}")
+    return names
+
+
+def _several(name: str, chosen: Iterable[str]) -> list[str]:
+    """Return names as a list; a gate that looks at nothing would let everything pass."""
+    if isinstance(chosen, str) or not isinstance(chosen, Iterable):
+        raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names, such as [{str(chosen)!r}]")
+    names = list(chosen)
+    if not names:
+        raise InputError(f"{name} = [] is not allowed: name one at least, or leave it out for the default")
     return names
 
 
@@ -159,12 +169,12 @@ def regressions(
     controllers : iterable of str, optional
         Which to guard; by default all of the baseline but the oracle and the rivals.
     metrics : iterable of str, optional
-        Which figures to guard; all by default.
+        Which figures to guard; by default all that the baseline has.
 
     Raises
     ------
     InputError
-        The baseline is of another scenario, or a tolerance, a controller or a metric is not allowed.
+        The baseline is of another scenario or lacks a figure, or a tolerance, a controller or a metric is not allowed.
     """
     check_same_scenario(comparison.scenario, baseline, "baseline")
     names, figures = guarded_controllers(baseline, controllers), guarded_metrics(metrics)
@@ -175,8 +185,13 @@ def regressions(
         if name not in now:
             found.append(f"{name}: is in the baseline, but was not run")
             continue
+        there = baseline["controllers"][name]
         for figure in figures:
-            old, new = baseline["controllers"][name][figure], now[name][figure]
+            if figure not in there:  # without a position loop, or written before such figures were
+                if metrics is None:
+                    continue
+                raise InputError(f"metric {figure!r} is not in the baseline of {name}; there are {', '.join(there)}")
+            old, new = there[figure], now[name][figure]
             allowed = tolerances.of(name, figure)
             if new > old * (1.0 + allowed):
                 found.append(f"{name}: {_growth(figure, old, new)}, allowed {100.0 * allowed:g} %)")
@@ -184,9 +199,9 @@ def regressions(
 
 
 def _growth(figure: str, old: float, new: float) -> str:
-    unit, factor = METRIC_UNITS[figure], 1.0
-    if unit == "rad/s":
-        unit, factor = "mrad/s", 1e3
+    unit, factor = {**METRIC_UNITS, **POSITION_UNITS}[figure], 1.0
+    if unit.startswith("rad"):
+        unit, factor = f"m{unit}", 1e3
     share = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
     return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {unit} ({share}"
 

@@ -313,7 +313,7 @@ def check_canudas(
     delay: float,
 ) -> CanudasParameters:
     """Return the parameters, or raise ``ValueError`` for the first that is out of range."""
-    feedback = check_gains(proportional, integral, delay, period)
+    feedback = check_gains(proportional, integral, period, delay)
     check_positive(proportional=proportional, period=period, inertia=inertia, dead_zone=dead_zone, memory=memory)
     check_positive(forgetting_factor=math.exp(-period / memory))
     if not 0.0 <= share <= 1.0:

@@ -272,7 +272,7 @@ class FeedbackErrorLearning(IdentifyingController):
         lags: Sequence[float] | None = None,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(
             proportional=proportional,
             inertia=inertia,

@@ -261,7 +261,7 @@ class LearntFeedforward(Controller):
         rate: float = 1.0,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(proportional=proportional, inertia=inertia, stribeck_velocity=stribeck_velocity, rate=rate)
         if not 0.0 <= lag < math.inf:
             raise ValueError(f"lag = {lag} is not allowed: it must be finite and not negative")

@@ -303,7 +303,7 @@ class LuGreGradient(IdentifyingController):
         floor: float = 1.2,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(
             proportional=proportional,
             inertia=inertia,

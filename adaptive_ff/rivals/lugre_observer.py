@@ -164,7 +164,7 @@ class LuGreObserver(Controller):
         gain: float = 0.0,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(stiffness=stiffness, coulomb=model.coulomb)
         if not 0.0 <= gain < math.inf:
             raise ValueError(f"gain = {gain} is not allowed: it must be finite and not negative")

@@ -219,7 +219,7 @@ class ModelBased(Controller):
             raise ValueError(f"held = {held} is not allowed: it must be from 0 to 1")
         if not 0.0 <= velocity_lag < math.inf:
             raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
-        feedback, assumed = check_gains(proportional, integral, delay, period), TorqueModel(*map(float, model))
+        feedback, assumed = check_gains(proportional, integral, period, delay), TorqueModel(*map(float, model))
         parameters = ModelBasedParameters(
             feedback,
             assumed,

@@ -236,7 +236,7 @@ class PaperController(IdentifyingController):
         memory: float = 5.0,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(
             proportional=proportional,
             period=period,

@@ -160,7 +160,7 @@ class Repetitive(Controller):
         gain: float = 0.3,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(inertia=inertia)
         if cycle < 0 or (cycle > 0 and not 0 <= lead < cycle):
             raise ValueError(

@@ -27,6 +27,14 @@ METRIC_UNITS = {
 }
 """Units of the figures of merit that every run has."""
 
+POSITION_UNITS = {
+    "rms_position_error": "rad",
+    "max_position_error": "rad",
+    "rms_position_error_settled": "rad",
+    "max_position_error_settled": "rad",
+}
+"""The same of those that a run with a position loop has as well."""
+
 
 @dataclass(frozen=True)
 class Metrics:

@@ -56,9 +56,9 @@ def main(
     if results:
         console.print(results_table(results))
         console.print(
-            "Feedforwards: none; the machine's own; fixed, fitted to the first half of the log (so that only the second "
-            "half tells how it fares on what it has not seen); adaptive from a cold start; from the state saved at the "
-            "end of the first log.",
+            "Feedforwards: none; the machine's own; fixed, fitted to the first half of the log, so that only the "
+            "second half tells how it fares on what it has not seen; adaptive from a cold start; from the state saved "
+            "at the end of the first log.",
             highlight=False,
             soft_wrap=True,
         )

@@ -126,13 +126,10 @@ def design_pi(
     UserWarning
         The gain cannot hold the falling part of the friction curve.
     """
-    check_numbers(inertia=inertia, period=period, delay=delay, maximum_sensitivity=maximum_sensitivity)
+    check_numbers(inertia=inertia)
     if bandwidth is not None:
         check_numbers(bandwidth=bandwidth)
     _check("inertia", inertia, inertia > 0.0, "positive, kg m^2")
-    _check("period", period, period > 0.0, "positive, s")
-    _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
-    _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
     largest = fastest_bandwidth(period, delay, maximum_sensitivity)
     if bandwidth is None:
         bandwidth = largest
@@ -162,24 +159,33 @@ def design_pi(
     )
 
 
-@cache
 def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float = PI_SENSITIVITY) -> float:
     """Return the largest bandwidth (Hz) for which the maximum sensitivity stays within a bound.
 
     Parameters
     ----------
     period : float
-        Sampling period, s.
+        Sampling period, s, positive.
     delay : int, optional
         Computation delay, whole periods.
     maximum_sensitivity : float, optional
-        Bound on the maximum sensitivity.
+        Bound on the maximum sensitivity, more than 1.
 
     Raises
     ------
     ValueError
-        No bandwidth meets the bound.
+        An argument is out of range, or no bandwidth meets the bound.
     """
+    check_numbers(period=period, delay=delay, maximum_sensitivity=maximum_sensitivity)
+    _check("period", period, period > 0.0, "positive, s")
+    _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
+    _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
+    return _fastest_relative(int(delay), float(maximum_sensitivity)) / period
+
+
+@cache
+def _fastest_relative(delay: int, maximum_sensitivity: float) -> float:
+    """Return the largest bandwidth times period within a bound on the maximum sensitivity."""
 
     def sensitivity(relative_bandwidth: float) -> float:
         return _margins(relative_bandwidth, delay).maximum_sensitivity
@@ -189,7 +195,7 @@ def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float 
             f"maximum_sensitivity = {maximum_sensitivity:g} is not allowed: even the slowest loop has "
             f"{sensitivity(SLOWEST):.3f}"
         )
-    return largest_setting(sensitivity, maximum_sensitivity, SLOWEST, 0.5) / period
+    return largest_setting(sensitivity, maximum_sensitivity, SLOWEST, 0.5)
 
 
 def _loop(relative_bandwidth: float, delay: int) -> tuple[NDArray[Any], NDArray[Any]]:

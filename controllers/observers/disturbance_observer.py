@@ -167,7 +167,7 @@ class DisturbanceObserver(Controller):
         bandwidth: float,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(inertia=inertia, bandwidth=bandwidth)
         parameters = DisturbanceObserverParameters(
             feedback, float(inertia), 2.0 * math.pi * float(bandwidth), float(period)

@@ -158,7 +158,7 @@ class ExtendedState(Controller):
     def __init__(
         self, proportional: float, period: float, *, inertia: float, bandwidth: float, delay: float = 0.0
     ) -> None:
-        feedback = check_gains(proportional, 0.0, delay, period)
+        feedback = check_gains(proportional, 0.0, period, delay)
         check_positive(inertia=inertia, bandwidth=bandwidth)
         parameters = ExtendedStateParameters(feedback, float(inertia), 2.0 * math.pi * float(bandwidth), float(period))
         super().__init__(parameters, period, initial_extended_state_state)

@@ -179,7 +179,7 @@ class KalmanDisturbance(Controller):
         disturbance_gain: float,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(inertia=inertia, disturbance_gain=disturbance_gain)
         if not 0.0 < velocity_gain <= 1.0:
             raise ValueError(f"velocity_gain = {velocity_gain} is not allowed: it must be above 0 and at most 1")

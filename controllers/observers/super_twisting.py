@@ -179,7 +179,7 @@ class SuperTwisting(Controller):
         bound: float,
         delay: float = 0.0,
     ) -> None:
-        feedback = check_gains(proportional, integral, delay, period)
+        feedback = check_gains(proportional, integral, period, delay)
         check_positive(inertia=inertia, bound=bound)
         parameters = SuperTwistingParameters(feedback, float(inertia), float(bound), float(period))
         super().__init__(parameters, period, initial_super_twisting_state)

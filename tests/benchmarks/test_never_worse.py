@@ -14,6 +14,7 @@ from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, WEIGHTS, draw_c
 from benchmarks.never_worse import (
     COARSE_ENCODERS,
     DATA_SHEETS,
+    LAGS_UNTOLD,
     LIGHT_PEAKS,
     MAPS,
     SITUATIONS,
@@ -34,7 +35,7 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DATA_SHEETS, *COARSE_ENCODERS}
+    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *LAGS_UNTOLD, *DATA_SHEETS, *COARSE_ENCODERS}
     assert SITUATIONS.keys() - made <= set(scenario_names())
 
 

@@ -149,7 +149,10 @@ def test_bad_gain_is_refused_by_name(name, gain):
     with pytest.raises(ValueError, match=rf"^{name} = {gain} is not allowed"):
         PI(**gains, period=PERIOD)
     with pytest.raises(ValueError, match=rf"^{name} = "):
-        check_gains(**gains)
+        check_gains(**gains, period=PERIOD)
+    for period in (0.0, -0.01, math.nan, math.inf):
+        with pytest.raises(ValueError, match=rf"^period = {period} is not allowed"):
+            check_gains(*GAINS, period)
 
 
 @pytest.mark.parametrize("delay", [-0.5, 10.5, math.nan, math.inf])
@@ -386,8 +389,8 @@ def test_torque_that_is_handed_over_leaves_the_integral():
     loop.step(0.5, 0.1)
     state = loop.state
     assert hand_over(loop.parameters, state, 3.0) == state._replace(integral=state.integral - 3.0)
-    assert hand_over(check_gains(100.0, 0.0), state, 3.0) is state
-    assert hand_over(check_gains(0.1, 0.5), state, 3.0).integral == state.integral - 3.0
+    assert hand_over(check_gains(100.0, 0.0, 0.01), state, 3.0) is state
+    assert hand_over(check_gains(0.1, 0.5, 0.01), state, 3.0).integral == state.integral - 3.0
 
 
 def test_with_a_measurement_nothing_fades_however_long_there_was_none():

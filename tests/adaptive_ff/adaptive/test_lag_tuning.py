@@ -95,7 +95,7 @@ def measured_error(course, lag, delay):
 
 def slopes(course, lag, delay, velocity_lag):
     """Slope of the error by the lag at each sample, from the reference alone."""
-    feedback = check_gains(*GAINS, delay)
+    feedback = check_gains(*GAINS, 0.01, delay)
     state, feedforward, found = initial_timing_state(feedback, lag, lag), initial_feedforward_state(), []
     reference = course.reference[course.samples]
     plans = zip(itertools.pairwise(reference.tolist()), itertools.pairwise(course.acting.tolist()), strict=True)
@@ -139,7 +139,7 @@ class Samples:
 
     def learn(self):
         """State of the module after all samples."""
-        state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
+        state = initial_timing_state(check_gains(*GAINS, 0.01), LAG, LAG)
         rows = zip(self.slopes, self.lags, self.errors, self.learnt, self.durations, strict=True)
         for slope, lag, error, learnt, duration in rows:
             state = state._replace(slope=float(slope), lag=float(lag))
@@ -216,7 +216,7 @@ def test_the_best_lag_is_a_possible_one():
 
 @pytest.mark.parametrize("young", [True, False])
 def test_without_evidence_what_comes_is_fitted_around_the_lag_identified_now(young):
-    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
+    state = initial_timing_state(check_gains(*GAINS, 0.01), LAG, LAG)
     assert drop_stale_evidence(state, 1.01 * LAG, PERIOD, young) == state._replace(evidence=empty_evidence(1.01 * LAG))
 
 
@@ -229,7 +229,7 @@ def test_evidence_is_kept_at_the_very_limit_of_how_far_the_lag_may_move():
 
 @pytest.mark.parametrize(("squares", "fourth", "learns"), [(1.0, 1e-100, 0), (1e-100, 1.0, 0), (1e-99, 1e-99, 1)])
 def test_sums_of_a_joint_at_rest_for_very_long_are_nothing_to_learn_from(squares, fourth, learns):
-    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)._replace(slope=1e-30)
+    state = initial_timing_state(check_gains(*GAINS, 0.01), LAG, LAG)._replace(slope=1e-30)
     known = empty_evidence(LAG)._replace(energy=1.0, squares=squares, fourth=fourth)
     after = learn_timing(state._replace(evidence=known), 0.0, 1.0, 4.0, 0.0)
     assert (after.evidence.information > 0.0) == learns
@@ -247,7 +247,7 @@ def test_asking_for_the_best_lag_drops_nothing():
 
 @given(identified=st.floats(0.0, LARGEST), period=st.floats(1e-4, 0.1))
 def test_without_evidence_the_best_lag_is_the_identified_one_bit_for_bit(identified, period):
-    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
+    state = initial_timing_state(check_gains(*GAINS, 0.01), LAG, LAG)
     assert best_lag(state, identified, LARGEST, period, hidden=False) == identified
 
 
@@ -257,7 +257,7 @@ def test_without_evidence_the_best_lag_is_the_identified_one_bit_for_bit(identif
     )
 )
 def test_best_lag_is_possible_whatever_slopes_and_errors(samples):
-    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)
+    state = initial_timing_state(check_gains(*GAINS, 0.01), LAG, LAG)
     for slope, error, duration in samples:
         state = learn_timing(state._replace(slope=slope), error, 1.0, 4.0, duration)
         assert 0.0 <= best_lag(state, LAG, LARGEST, PERIOD, hidden=False) <= LARGEST
@@ -265,7 +265,7 @@ def test_best_lag_is_possible_whatever_slopes_and_errors(samples):
 
 def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
     """Of a joint that exists in a test bench only: the level of the error fades until it is no longer a number."""
-    state = initial_timing_state(check_gains(*GAINS), LAG, LAG)._replace(slope=3.0)
+    state = initial_timing_state(check_gains(*GAINS, 0.01), LAG, LAG)._replace(slope=3.0)
     for k in range(4000):
         state = learn_timing(state, 1e-17 if k == 0 else 0.0, 1.0 + k, 4.0, 1.0)
         state = drop_stale_evidence(state, 1.2 * LAG, PERIOD, True)
@@ -275,7 +275,7 @@ def test_errors_of_exactly_zero_for_very_long_leave_the_lag_possible():
 
 def test_a_slope_that_grows_without_bounds_starts_anew():
     """Gains for a joint of 20 kg m^2, assumed to be one of 0.5: the loop that they make with it is not stable."""
-    feedback = check_gains(*pi_gains(20.0, 10.0))
+    feedback = check_gains(*pi_gains(20.0, 10.0), 0.01)
     state, grown, anew = initial_timing_state(feedback, LAG, LAG), 0.0, 0
     for k in range(3000):
         before = state.slope
@@ -354,8 +354,8 @@ def test_tuned_lag_is_the_one_fed_forward():
 
 
 def test_the_feedforward_is_late_until_the_errors_have_told_of_the_lag():
-    guessed = initial_timing_state(check_gains(*GAINS), LAG, LAG)
-    known = initial_timing_state(check_gains(*GAINS), LAG, 0.05 * LAG)
+    guessed = initial_timing_state(check_gains(*GAINS, 0.01), LAG, LAG)
+    known = initial_timing_state(check_gains(*GAINS, 0.01), LAG, 0.05 * LAG)
     assert 0.8 * LATE < lateness(guessed, LAG) < LATE
     assert lateness(known, LAG) < 0.1 * LATE
     assert lateness(guessed, 1e-4) < 1e-4
@@ -423,7 +423,7 @@ def test_evidence_is_that_of_fading_sums(seed):
     """Oracle: sums over all samples, each with the weight that it has left."""
     rng, memory, duration, lag = np.random.default_rng(seed), 0.7, 0.01, 0.03
     slopes, errors = rng.standard_normal(300), 0.2 + 0.5 * rng.standard_normal(300)
-    state = initial_timing_state(check_gains(*GAINS), lag, lag)
+    state = initial_timing_state(check_gains(*GAINS, 0.01), lag, lag)
     learnt = memory
     sums, fitted = np.zeros(4), np.zeros(2)
     for slope, error in zip(slopes, errors, strict=True):
@@ -443,7 +443,7 @@ def test_evidence_is_that_of_fading_sums(seed):
 @pytest.mark.parametrize(("hidden", "deviation"), [(False, PRIOR_DEVIATION * 0.001), (True, HIDDEN_DEVIATION)])
 def test_a_lag_that_noise_hides_weighs_less_against_what_the_errors_say(hidden, deviation):
     """Oracle: the mean of two independent numbers, each weighted by the inverse of its variance."""
-    state = initial_timing_state(check_gains(*GAINS), LAG, 0.1)
+    state = initial_timing_state(check_gains(*GAINS, 0.01), LAG, 0.1)
     evidence = empty_evidence(LAG)._replace(information=1.0 / 0.004**2, weighted=0.03 / 0.004**2, energy=1.0)
     expected = np.average([LAG, 0.03], weights=[1.0 / deviation**2, 1.0 / 0.004**2])
     found = best_lag(state._replace(evidence=evidence), LAG, LARGEST, 0.001, hidden=hidden)

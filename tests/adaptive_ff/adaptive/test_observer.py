@@ -25,7 +25,7 @@ from adaptive_ff.simulation.experiment import empty_record
 from controllers import check_gains
 
 PERIOD = 0.01
-FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.0)
+FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.01)
 INERTIA = SCENARIO.feedback.inertia
 OBSERVER = ObserverParameters(20.0, INERTIA, 0.0, PERIOD)
 
@@ -136,7 +136,10 @@ def test_what_an_outer_loop_asks_for_is_no_error():
 
 def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     """Second differences tell too little of it; where the model does not fit, what is left may be an error."""
-    observer, feedback = ObserverParameters(65.0, INERTIA, 0.0, 0.001), check_gains(314.0 * INERTIA, 4000.0 * INERTIA)
+    observer, feedback = (
+        ObserverParameters(65.0, INERTIA, 0.0, 0.001),
+        check_gains(314.0 * INERTIA, 4000.0 * INERTIA, 0.01),
+    )
     white, noise = 0.002 * np.random.default_rng(5).standard_normal(20000), 0.0
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
     for value in white:

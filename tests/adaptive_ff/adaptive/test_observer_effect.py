@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.observer_effect import FAR_WORSE, RETURN, WORSE, advance_effect, initial_effect
+from adaptive_ff.adaptive.observer_effect import (
+    FAR_WORSE,
+    FORGIVES,
+    RETURN,
+    WORSE,
+    advance_effect,
+    initial_effect,
+)
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.run import simulate
 from adaptive_ff.comparison.windows import judge
 
 PERIOD = 0.01
@@ -49,6 +58,58 @@ def test_the_share_comes_back_slowly():
     assert bad.share <= PERIOD / RETURN
     quiet = after(5.0, 0.01, gain=0.0, begin=bad)
     assert quiet.share == pytest.approx(5.0 / RETURN, rel=0.01)
+
+
+def shaken(error, *, variance=0.0, peak=0.35, gain=1.0, predicted=1.0):
+    """Return the state after a series of errors, each of which would have been larger without the observer."""
+    effect = initial_effect()
+    for value in error:
+        effect = advance_effect(effect, value, predicted, 0.0, variance, peak, gain * effect.share, PERIOD)
+    return effect
+
+
+TIME = PERIOD * np.arange(500)
+OSCILLATION = 0.05 * np.sin(2.0 * np.pi * 4.0 * TIME)
+
+
+def test_a_steady_oscillation_is_blamed_on_the_observer_whatever_is_predicted():
+    assert shaken(OSCILLATION).ceiling < 0.02
+    assert shaken(OSCILLATION).share < 0.02
+
+
+def test_its_ceiling_rises_slowly():
+    bad = shaken(OSCILLATION)
+    quiet = after(30.0, 0.001, gain=0.0, begin=bad)
+    assert quiet.share == pytest.approx(bad.ceiling + 30.0 / FORGIVES, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        np.where(np.mod(TIME, 1.0) < 0.2, 0.1, 0.0) * np.sign(np.sin(2.0 * np.pi * 0.5 * TIME)),  # reversals
+        np.full(TIME.size, 0.05),  # a ramp with a wrong inertia
+        np.random.default_rng(101).normal(0.0, 0.05, TIME.size),  # what is not steady
+        0.2 * OSCILLATION,  # small beside the plan
+    ],
+)
+def test_another_error_is_none(error):
+    assert shaken(error).ceiling == 1.0
+
+
+def test_an_oscillation_without_the_observer_or_within_the_noise_is_none():
+    assert shaken(OSCILLATION, gain=0.4).ceiling == 1.0
+    assert shaken(OSCILLATION, variance=0.5 * 0.05**2).ceiling == 1.0
+
+
+@pytest.mark.parametrize("lag", [0.013, 0.02])
+def test_an_observer_lets_go_where_a_lag_of_the_drive_that_nobody_tells_makes_it_oscillate(lag):
+    late = load_scenario().modified(seed=101, actuator={"lag": lag, "reports_torque": False})
+    assert judge(late, draws=1).settled > 1.5  # 0.45 and 0.33 where it stays
+    controller = make_controller(late, "adaptive")
+    simulate(late, controller)
+    assert any(
+        "the loop oscillated with it" in line for line in str(controller.diagnose()).replace("\n", " ").split(". ")
+    )
 
 
 @pytest.mark.parametrize("seed", [101, 102])

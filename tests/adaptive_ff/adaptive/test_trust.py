@@ -27,7 +27,7 @@ from adaptive_ff.simulation.experiment import empty_record
 from controllers import check_gains
 
 PERIOD, SLOWEST = 0.01, 0.01
-FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.0)
+FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.01)
 INERTIA = SCENARIO.feedback.inertia
 
 

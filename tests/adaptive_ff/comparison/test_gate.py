@@ -15,8 +15,9 @@ from adaptive_ff import (
     read_baseline,
     regressions,
 )
-from adaptive_ff.comparison.baseline import GATED, scenario_differences
+from adaptive_ff.comparison.baseline import scenario_differences
 from adaptive_ff.scenario.reference import Recorded
+from adaptive_ff.simulation.metrics import METRIC_UNITS
 
 SHORT = load_scenario().modified(duration=2.0, controllers=["pi", "fixed", "oracle"])
 
@@ -46,7 +47,7 @@ def test_same_result_passes(comparison, baseline):
     assert_no_regression(comparison, baseline)
 
 
-@pytest.mark.parametrize("figure", GATED)
+@pytest.mark.parametrize("figure", METRIC_UNITS)
 def test_each_figure_is_gated(comparison, baseline, figure):
     old = comparison.to_dict()["controllers"]["pi"][figure]
     changed(baseline, **{figure: old / 1.06})
@@ -104,16 +105,46 @@ def test_most_particular_tolerance_counts(comparison, baseline):
 
 def test_oracle_is_guarded_only_where_it_is_chosen(comparison, baseline):
     content = read_baseline(baseline)
-    for figure in GATED:
+    for figure in METRIC_UNITS:
         content["controllers"]["oracle"][figure] *= 0.5
     assert regressions(comparison, content) == []
-    assert len(regressions(comparison, content, controllers=["oracle"])) == len(GATED)
+    assert len(regressions(comparison, content, controllers=["oracle"])) == len(METRIC_UNITS)
     (sentence,) = regressions(comparison, content, controllers=["oracle"], metrics=["max_error"])
     assert sentence.startswith("oracle: max_error grew")
     with pytest.raises(InputError, match="'adaptive' is not in the baseline; there are pi, fixed, oracle"):
         regressions(comparison, content, controllers=["adaptive"])
     with pytest.raises(InputError, match="metric 'rms' is not known; there are rms_error"):
         regressions(comparison, content, metrics=["rms"])
+
+
+def test_position_errors_are_gated_behind_a_position_loop(tmp_path):
+    moved = compare(SHORT.modified(position={}, controllers=["pi"]))
+    path = tmp_path / "cascade.json"
+    moved.write(path)
+    assert regressions(moved, read_baseline(path), 0.0) == []
+    old = moved.to_dict()["controllers"]["pi"]["rms_position_error"]
+    changed(path, rms_position_error=old / 1.06)
+    (sentence,) = regressions(moved, read_baseline(path), 0.05)
+    assert "rms_position_error grew" in sentence
+    assert "mrad (6.0 %" in sentence
+    assert regressions(moved, read_baseline(path), 0.05, metrics=["max_position_error", "rms_error"]) == []
+    changed(path, rms_position_error="far")
+    with pytest.raises(InputError, match=r"controllers\.pi\.rms_position_error = 'far' is not allowed"):
+        read_baseline(path)
+
+
+def test_figure_that_a_baseline_does_not_have_can_not_be_asked_for(comparison, baseline):
+    with pytest.raises(InputError, match=r"metric 'rms_position_error' is not in the baseline of pi; there are rms_e"):
+        regressions(comparison, read_baseline(baseline), metrics=["rms_position_error"])
+
+
+@pytest.mark.parametrize("name", ["controllers", "metrics"])
+def test_gate_that_looks_at_nothing_is_refused(comparison, baseline, name):
+    stored = read_baseline(baseline)
+    with pytest.raises(InputError, match=rf"^{name} = \[\] is not allowed: name one at least"):
+        regressions(comparison, stored, **{name: []})
+    with pytest.raises(InputError, match=rf"^{name} = 'pi' is not allowed: it must be a list of names, such as"):
+        regressions(comparison, stored, **{name: "pi"})
 
 
 def test_own_controller_is_guarded_by_default(comparison, baseline):

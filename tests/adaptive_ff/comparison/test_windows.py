@@ -5,7 +5,15 @@ import pytest
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.comparison.windows import Errors, Judgement, judge, judge_chance, noisy_courses, run_errors, window_slices
+from adaptive_ff.comparison.windows import (
+    Errors,
+    Judgement,
+    judge,
+    judge_chance,
+    noisy_courses,
+    run_errors,
+    window_slices,
+)
 from adaptive_ff.simulation.metrics import rms
 
 SCENARIO = load_scenario().modified(duration=23.0, change=[{"time": 11.0, "load": 30.0}])
