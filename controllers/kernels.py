@@ -56,9 +56,14 @@ class Inputs(NamedTuple):
 
 @register_jitable
 def planned_inputs(
-    reference: float, velocity: float, next_reference: float, realised_torque: float, dt: float
+    reference: float,
+    velocity: float,
+    next_reference: float,
+    realised_torque: float,
+    dt: float,
+    position: float = math.nan,
 ) -> Inputs:
-    """Return the inputs along a plan without an outer loop, with no position, known torque or given inertia.
+    """Return the inputs along a plan without an outer loop, with no known torque or given inertia.
 
     Parameters
     ----------
@@ -68,10 +73,12 @@ def planned_inputs(
         Mean torque that the drive gave over the last period, N m.
     dt : float
         Time since the last sample, s.
+    position : float, optional
+        Measured position, rad.
     """
     unknown = math.nan
     return Inputs(
-        reference, velocity, next_reference, 0.0, unknown, realised_torque, 0.0, unknown, dt, unknown, unknown
+        reference, velocity, next_reference, 0.0, position, realised_torque, 0.0, unknown, dt, unknown, unknown
     )
 
 

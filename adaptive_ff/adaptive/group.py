@@ -70,10 +70,10 @@ class JointGroup:
     Raises
     ------
     TypeError
-        The joints are not given by name.
+        The joints are not given by name, or are no adaptive controllers.
     ValueError
-        There is no joint, periods differ, a name is unknown or precedes itself, or a joint was made for fewer
-        regressors than those that follow make, two for each, or would need more than 20.
+        There is no joint, one stands under two names, periods differ, a name is unknown or precedes itself, or a joint
+        was made for fewer regressors than those that follow make, two for each, or would need more than 20.
 
     Examples
     --------
@@ -95,6 +95,10 @@ class JointGroup:
             raise ValueError("joints = {} is not allowed: there must be one at least")
         self.joints = dict(joints)
         self._controllers = tuple(self.joints.values())
+        for name, controller in self.joints.items():
+            check_kind(name, controller, AdaptiveController, "an AdaptiveController")
+        if len({id(controller) for controller in self._controllers}) < len(self._controllers):
+            raise ValueError("joints is not allowed: one controller stands under two names; each joint needs its own")
         periods = {controller.period for controller in self._controllers}
         if len(periods) > 1:
             raise ValueError(f"periods = {sorted(periods)} are not allowed: all joints must have the same")

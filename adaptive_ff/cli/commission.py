@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from adaptive_ff.cli.columns import chosen_columns, is_current, read_columns, warn_of_degrees, with_torque_constant
+from adaptive_ff.cli.columns import (
+    chosen_columns,
+    columns_taken,
+    is_current,
+    read_columns,
+    warn_of_degrees,
+    with_torque_constant,
+)
 from adaptive_ff.cli.options import (
     Formats,
     JsonCopy,
@@ -15,6 +22,7 @@ from adaptive_ff.cli.options import (
     Scale,
     ScenarioFile,
     TorqueConstant,
+    TorqueDelay,
     picture_formats,
 )
 from adaptive_ff.cli.places import places
@@ -23,6 +31,7 @@ from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
     from adaptive_ff.design_studies.commissioning import Gain
+    from adaptive_ff.identify.result import LogIdentification
     from adaptive_ff.logs.log import Log
 
 
@@ -31,8 +40,8 @@ def commission_command(
     log: Annotated[
         Path | None,
         typer.Option(
-            help="Log of a real joint (CSV, NPZ, MAT, HDF5 or Parquet: time, position or velocity, torque or current) "
-            "instead of a simulated recording."
+            help="Log of a real joint (CSV, NPZ, MAT, HDF5, Parquet or MCAP: time, position or velocity, torque or "
+            "current) instead of a simulated recording."
         ),
     ] = None,
     time_column: Annotated[str | None, typer.Option(help="Column of the log's time, s.")] = None,
@@ -44,6 +53,7 @@ def commission_command(
     known_torque: KnownTorque = None,
     scale: Scale = None,
     torque_constant: TorqueConstant = None,
+    torque_delay: TorqueDelay = None,
     period: Annotated[float, typer.Option(help="Period of the exciting motion, s.")] = 10.0,
     position: Annotated[float | None, typer.Option(help="Largest distance of the motion from its start, rad.")] = None,
     velocity: Annotated[float | None, typer.Option(help="Largest velocity, rad/s; chosen if not given.")] = None,
@@ -73,7 +83,7 @@ def commission_command(
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
     linear = loaded.joint.axis == "linear"
     columns = time_column, position_column, velocity_column, torque_column, known_torque
-    given = _given(log, columns, scale or [], torque_constant)
+    given, taken = _given(log, columns, scale or [], torque_constant, torque_delay)
     with places(out, json) as (stage, beside):
         announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
@@ -92,7 +102,8 @@ def commission_command(
                 pictures["excitation"] = plot_excitation(recorded.motion, linear=linear)
                 write_csv(stage / "log.csv", recorded.columns)
                 given = read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque")
-            found = identify_log(given, torque_delay=0.5 * loaded.sampling.period, linear=linear)
+                torque_delay = 0.5 * loaded.sampling.period  # the torque of a row is held over the coming period
+            found = identify_log(given, torque_delay=torque_delay or 0.0, linear=linear)
             work = progress.add_task("bandwidth", total=2.0)
             shares: dict[str, float] = {}
 
@@ -105,7 +116,8 @@ def commission_command(
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
         write_stamped(pictures, stage, drawn, source if log is None else str(log))
-        shown: list[Table | str] = [parameters_table(found), best_table(study), *found.verdict, *_said(gain)]
+        shown: list[Table | str] = [parameters_table(found), best_table(study), *taken, *found.verdict]
+        shown += _said(gain) if log is None else _taken_from(source, found)
         if report:
             title = f"Commissioning of {source if log is None else log}"
             write_report(stage / NAME, title, shown, pictures, {"Scenario": to_toml(result)})
@@ -125,15 +137,22 @@ def commission_command(
 
 
 def _given(
-    log: Path | None, columns: tuple[str | None, ...], scale: list[str], torque_constant: float | None
-) -> "Log | None":
-    """Read the log that is given, if one is; columns of time, position, velocity, torque and known torque."""
+    log: Path | None,
+    columns: tuple[str | None, ...],
+    scale: list[str],
+    torque_constant: float | None,
+    torque_delay: float | None,
+) -> "tuple[Log | None, list[str]]":
+    """Read the log that is given, if one is, and say which columns were taken.
+
+    The columns are those of time, position, velocity, torque and known torque.
+    """
     from adaptive_ff.logs.columns import read_scales
 
     if log is None:
-        if any(columns) or scale or torque_constant is not None:
-            raise InputError("columns, --scale and --torque-constant are those of a --log; give one")
-        return None
+        if any(columns) or scale or torque_constant is not None or torque_delay is not None:
+            raise InputError("columns, --scale, --torque-constant and --torque-delay are those of a --log; give one")
+        return None, []
     time, position, velocity, torque, known = columns
     chosen = chosen_columns(log, time, None, position, velocity, torque, known, ending="-column")
     scales = with_torque_constant(read_scales(scale), chosen, torque_constant)
@@ -142,11 +161,22 @@ def _given(
             f"{log}: the column {chosen['torque']} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
         )
     warn_of_degrees(chosen, scales)
-    return read_columns(log, chosen, None, scales)
+    return read_columns(log, chosen, None, scales), [columns_taken(chosen)]
+
+
+def _taken_from(source: str, found: "LogIdentification") -> list[str]:
+    """Return what of the scenario is not from the log, and what of the log is not in the scenario."""
+    from adaptive_ff.identify.scenario_text import left_out
+
+    left = left_out(found)
+    return [
+        f"In scenario.toml sampling, drive, sensor and reference are those of {source}, not of the log; set them.",
+        *([f"The log shows {' and '.join(left)} as well; the simulated joint does without."] if left else []),
+    ]
 
 
 def _said(gain: "Gain | None") -> list[str]:
-    """Return what was gained, and what to do on a real joint."""
+    """Return what was gained on the simulated joint, and what to do on a real one."""
     if gain is None:
         return []
     return [
@@ -154,5 +184,6 @@ def _said(gain: "Gain | None") -> list[str]:
         f"({gain.before_bandwidth:.3g} Hz), {gain.best_pi:.3g} with the bandwidth that suits PI "
         f"({gain.best_pi_bandwidth:.3g} Hz), {gain.after:.3g} commissioned ({gain.after_bandwidth:.3g} Hz).",
         "On a real joint: run excitation.csv several times in a row under its own loop, record time, velocity and "
-        "torque, and give the log with --log.",
+        "torque, and give the log with --log (and half a period as --torque-delay where the torque of a row acts over "
+        "the coming period).",
     ]

@@ -29,7 +29,7 @@ def compare_command(
         typer.Option(help="Recorded reference (CSV: time and velocity or position), instead of the file's."),
     ] = None,
     own: OwnControllers = None,
-    out: Annotated[Path, typer.Option(help="Folder for plots (PNG), time series (CSV) and result.json.")] = OUT,
+    out: Annotated[Path, typer.Option(help="Folder for plots, time series (CSV) and result.json.")] = OUT,
     json: JsonCopy = None,
     formats: Formats = "png",
     report: Report = False,

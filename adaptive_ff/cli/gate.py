@@ -53,6 +53,7 @@ class Gate:
 
     def judge(self, comparison: "Comparison", errors: Console) -> int:
         """Print what got worse, or that nothing did, and return the exit status."""
+        from adaptive_ff.comparison.baseline import GATED
         from adaptive_ff.comparison.gate import regressions
 
         options = {"controllers": self._controllers, "metrics": self._metrics}
@@ -60,9 +61,9 @@ class Gate:
         for sentence in worse:
             errors.print(f"worse than {self._path}: {sentence}", markup=False)
         if not worse:
-            figures = (
-                f"{'all' if self._metrics is None else len(self._metrics)} figures of {', '.join(self._controllers)}"
-            )
+            there = self._baseline["controllers"][self._controllers[0]]
+            count = len([name for name in self._metrics or GATED if name in there])
+            figures = f"{count} figures of {', '.join(self._controllers)}"
             Printer().say(f"Nothing is worse than in {self._path}, within the tolerances: {figures}")
         return WORSE if worse else 0
 

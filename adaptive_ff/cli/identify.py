@@ -33,6 +33,7 @@ from adaptive_ff.cli.options import (
     Time,
     Torque,
     TorqueConstant,
+    TorqueDelay,
     Velocity,
     known_periods,
     picture_formats,
@@ -67,9 +68,7 @@ def identify_command(
     validate: Annotated[
         Path | None, typer.Option(help="Another log, of the same columns, to validate on; all of LOG is then fitted.")
     ] = None,
-    torque_delay: Annotated[
-        float, typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held.")
-    ] = 0.0,
+    torque_delay: TorqueDelay = None,
     torque_constant: TorqueConstant = None,
     model: Annotated[
         str,
@@ -107,7 +106,7 @@ def identify_command(
             bandwidth=bandwidth,
             held_out=held_out,
             validation=other,
-            torque_delay=torque_delay,
+            torque_delay=torque_delay or 0.0,
             linear=linear,
             is_current=is_current(columns["torque"]) and columns["torque"] not in scales,
             model=model,

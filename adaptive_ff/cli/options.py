@@ -55,7 +55,7 @@ def picture_formats(text: str) -> tuple[str, ...]:
     return names
 
 
-LogFile = Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5 or Parquet file.", show_default=False)]
+LogFile = Annotated[Path, typer.Argument(help="CSV, NPZ, MAT, HDF5, Parquet or MCAP file.", show_default=False)]
 Time = Annotated[str | None, typer.Option(help="Column of the time, s.")]
 Period = Annotated[float | None, typer.Option(help="Constant sample time, s, instead of a column.")]
 Position = Annotated[str | None, typer.Option(help="Column of the position, rad; NAME[3] is a table's 4th.")]
@@ -64,6 +64,10 @@ Torque = Annotated[str | None, typer.Option(help="Column of the drive's torque, 
 TorqueConstant = Annotated[
     float | None,
     typer.Option(help="Torque by current, N m/A (N/A), where the column of the torque is a current in A."),
+]
+TorqueDelay = Annotated[
+    float | None,
+    typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held."),
 ]
 KnownTorque = Annotated[
     str | None, typer.Option(help="Column of a torque that is known (gravity, coupling), N m; it is subtracted.")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_current, read_columns, with_torque_constant
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -20,6 +20,8 @@ from adaptive_ff.cli.options import (
     Scale,
     Time,
     Torque,
+    TorqueConstant,
+    TorqueDelay,
     Velocity,
     picture_formats,
 )
@@ -45,6 +47,7 @@ def replay_command(
     velocity: Velocity = None,
     torque: Torque = None,
     known_torque: KnownTorque = None,
+    torque_constant: TorqueConstant = None,
     reference_velocity: Annotated[str | None, typer.Option(help="Column of the reference velocity, rad/s.")] = None,
     reference_position: Annotated[
         str | None, typer.Option(help="Column of the reference position, rad, instead of a velocity.")
@@ -73,10 +76,7 @@ def replay_command(
         float | None,
         typer.Option(help="A slower one that speeds up moves from this path on, rad; the noise of the position."),
     ] = None,
-    torque_delay: Annotated[
-        float | None,
-        typer.Option(help="Time after its stamp at which a torque acts, s; half a period where it is held."),
-    ] = None,
+    torque_delay: TorqueDelay = None,
     velocity_cutoff: Annotated[
         float | None, typer.Option(help="Low-pass behind differences of the position, Hz; where its noise asks for it.")
     ] = None,
@@ -115,7 +115,8 @@ def replay_command(
         RECORDED: feedforward,
     }
     extra = {name: column for name, column in named.items() if column is not None}
-    given = read_columns(log, columns, period, read_scales(scale or []), extra)
+    scales = with_torque_constant(read_scales(scale or []), columns, torque_constant)
+    given = read_columns(log, columns, period, scales, extra)
     saved = None if state is None else read_state(state)
     errors = error_console()
     with places(out, json, save_state) as (stage, beside):
@@ -137,6 +138,7 @@ def replay_command(
             band=band,
             state=saved,
             linear=linear,
+            is_current=is_current(columns["torque"]) and columns["torque"] not in scales,
         )
         figures, shown = found.plot(None), _shown(found, columns)
         write_figures(figures, stage, drawn)

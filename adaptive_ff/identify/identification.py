@@ -1,6 +1,5 @@
 """Identification of a joint from a log: the steps from the samples to the result."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -38,6 +37,9 @@ LAG_CYCLES = 1.0
 
 LAG_POINTS = 201
 """Points of the profile over the friction lag."""
+
+LONGEST_DELAY = 1.0
+"""Longest time after its stamp at which a torque may act, s; a longer one is a slip of the unit."""
 
 FEWEST_ROWS = 30
 """Rows at which the joint slides that a fit needs."""
@@ -279,7 +281,10 @@ def _moves_both_ways(problem: Problem) -> bool:
 def _check_arguments(held_out: float, torque_delay: float, confidence: float) -> None:
     if not 0.0 <= held_out < 1.0:
         raise InputError(f"held_out = {held_out:g} is not allowed: it must be zero or more, and less than one")
-    if not math.isfinite(torque_delay):
-        raise InputError(f"torque_delay = {torque_delay:g} s is not allowed: it must be finite")
+    if not abs(torque_delay) <= LONGEST_DELAY:
+        raise InputError(
+            f"torque_delay = {torque_delay:g} s is not allowed: it must be from {-LONGEST_DELAY:g} to "
+            f"{LONGEST_DELAY:g} s"
+        )
     if not 0.0 < confidence < 1.0:
         raise InputError(f"confidence = {confidence:g} is not allowed: it must lie between 0 and 1")

@@ -49,6 +49,11 @@ def reference_columns(found: LogIdentification) -> dict[str, Array]:
     return {"time": time, "velocity": velocity}
 
 
+def left_out(found: LogIdentification) -> list[str]:
+    """Return the names of what the log shows of a joint and its scenario does without."""
+    return [name for name in LEFT_OUT if _identifiable(found, name)] + _unmapped(found)
+
+
 def scenario_text(found: LogIdentification, reference: str) -> str:
     """Return the scenario of an identified joint.
 
@@ -74,7 +79,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
     period = float(f"{found.period:.4g}")
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    left = [name for name in LEFT_OUT if _identifiable(found, name)] + _unmapped(found)
+    left = left_out(found)
     head = [
         f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
         "Linear axes: read m, N and kg for rad, N m and kg m^2.",

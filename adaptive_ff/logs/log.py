@@ -59,6 +59,27 @@ class Log:
     columns: dict[str, str] = field(default_factory=dict)
     factors: dict[str, float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Refuse series that are none, or of different lengths.
+
+        Raises
+        ------
+        ValueError
+            A series is no one-dimensional array of numbers, its length is not that of the times, or there is neither a
+            position nor a velocity.
+        """
+        if self.position is None and self.velocity is None:
+            raise ValueError(f"{self.name}: position and velocity are both missing; a log has one of them")
+        roles = {"time": self.time, "torque": self.torque, "position": self.position, "velocity": self.velocity}
+        for role, series in {**roles, **self.extra}.items():
+            if series is None:
+                continue
+            kind = getattr(series, "dtype", np.dtype(object)).kind
+            if kind not in "fiu" or series.ndim != 1:
+                raise ValueError(f"{self.name}: {role} must be a one-dimensional array of numbers")
+            if series.size != self.time.size:
+                raise ValueError(f"{self.name}: {role} has {series.size} samples; it must have {self.time.size}")
+
     @property
     def motion(self) -> Array:
         """The position, or the velocity where there is none."""

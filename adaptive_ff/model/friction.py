@@ -11,9 +11,11 @@ stands beside the paper's friction and is zero where the joint is symmetric. The
 """
 
 import math
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 from numba.extending import register_jitable
+
+from controllers.checks import check_numbers
 
 
 class TorqueModel(NamedTuple):
@@ -106,6 +108,43 @@ class TorqueModel(NamedTuple):
             adhesion_half - slip_half,
             slope_half,
         )
+
+
+POSITIVE = ("inertia", "stribeck_velocity", "stribeck_shape")
+"""Fields of the model that are positive ..."""
+
+NOT_NEGATIVE = ("coulomb", "stiction", "viscous", "friction_lag", "presliding", "micro_damping")
+"""... and those that are zero or more; the others are any finite numbers."""
+
+
+def checked_model(name: str, model: Any) -> TorqueModel:
+    """Return a model of numbers that a joint can have.
+
+    Parameters
+    ----------
+    name : str
+        What it is called in messages.
+    model : TorqueModel
+        The model.
+
+    Raises
+    ------
+    TypeError
+        It is no model, or a field is no number.
+    ValueError
+        A field is not possible; the message names it.
+    """
+    if not isinstance(model, TorqueModel):
+        raise TypeError(f"{name} = {model!r} is not allowed: it must be a TorqueModel")
+    check_numbers(**{f"{name}.{field}": value for field, value in model._asdict().items()})
+    for field, value in model._asdict().items():
+        least = "positive" if field in POSITIVE else "zero or more" if field in NOT_NEGATIVE else ""
+        below = value <= 0.0 if least == "positive" else value < 0.0 if least else False
+        if below or not math.isfinite(value):
+            raise ValueError(
+                f"{name}.{field} = {value:g} is not allowed: it must be {f'{least} and ' if least else ''}finite"
+            )
+    return TorqueModel(*map(float, model))
 
 
 ESTIMATED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")

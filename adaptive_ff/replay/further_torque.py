@@ -36,6 +36,11 @@ class FurtherTorque(NamedTuple):
     bend: float = 1.0
     lag: float = 0.0
 
+    @property
+    def has_gravity(self) -> bool:
+        """Whether there is a torque of gravity."""
+        return self.sine != 0.0 or self.cosine != 0.0
+
     def along(self, seen: Seen, period: float, lagged: float, *, is_position: bool) -> tuple[Array, float]:
         """Return the mean torque over the period that begins with each sample, and the friction at the end.
 
@@ -53,7 +58,7 @@ class FurtherTorque(NamedTuple):
         coming = np.where(np.isfinite(seen.coming), seen.coming, seen.reference)
         speed = 0.5 * (seen.reference + coming)
         torque = np.zeros(speed.size)
-        if is_position and (self.sine != 0.0 or self.cosine != 0.0):
+        if is_position and self.has_gravity:
             middle = seen.measurement + 0.5 * period * speed
             torque += self.sine * np.sin(middle) + self.cosine * np.cos(middle)
         if not self.shape:
@@ -70,7 +75,7 @@ class FurtherTorque(NamedTuple):
     def sentence(self) -> str:
         """Return what it has, as a sentence; empty where it has nothing."""
         parts = []
-        if self.sine != 0.0 or self.cosine != 0.0:
+        if self.has_gravity:
             parts.append(f"gravity of {self.sine:.3g} sin q + {self.cosine:.3g} cos q")
         if self.shape:
             parts.append(f"friction of {self.size:.3g} that saturates from {self.bend:.3g} on")

@@ -91,12 +91,13 @@ def split_log(log: Log, pieces: list[Piece], settings: ReplaySettings, band: flo
             elapsed = np.full(stop - start, settings.period)
             first = max(start, piece.start + 1)
             elapsed[first - start :] = np.diff(log.time[first - 1 : stop])
+            position = np.full(stop - start, np.nan) if log.position is None else log.position[start:stop]
             yield Part(
                 start,
                 start == piece.start,
                 stop == piece.stop,
                 log.time[start:stop],
-                Seen(reference[:-1], reference[1:], log.motion[start:stop], torque[:-1], elapsed),
+                Seen(reference[:-1], reference[1:], log.motion[start:stop], torque[:-1], elapsed, position),
                 torque[1:],
                 None if recorded is None else mean_torque(recorded, piece, start + 1, stop + 1, shift),
             )

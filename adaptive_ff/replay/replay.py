@@ -8,7 +8,8 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.logs.sanity import look_through
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
+from adaptive_ff.model.identifying import has_gravity
 from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
 from adaptive_ff.replay.fixed import fit_fixed
 from adaptive_ff.replay.following import SAMPLES, as_followed, motion_lead
@@ -47,6 +48,7 @@ def replay_log(
     band: float = BAND,
     state: str | None = None,
     linear: bool = False,
+    is_current: bool = False,
     part: int = PART,
     progress: Callable[[float], None] | None = None,
     **given: Any,
@@ -76,6 +78,8 @@ def replay_log(
         those saved with it. What it knows of the inertia counts for little, as the posture may be another one.
     linear : bool, optional
         Whether the joint is a linear axis, in m and N.
+    is_current : bool, optional
+        Whether the torque of the log is a current, in A: estimates are then in A as well, as inertia in A s^2/rad.
     part : int, optional
         Samples that are worked on at once; the result does not depend on it.
     progress : callable, optional
@@ -122,6 +126,8 @@ def replay_log(
     if saved is None:
         largest = largest_reference(log, pieces, period, reference_band)
         settings = usual_settings(Recorded(log, pieces, period, reference_band, largest), given, model, note)
+    if log.position is None and has_gravity(IDENTIFIED[settings.identify]):
+        raise InputError(f"identify = {settings.identify!r} is not allowed: {log.name} has no position")
     notes = [
         note,
         *(f"{one[0].upper()}{one[1:]}." for one in said),
@@ -142,9 +148,10 @@ def replay_log(
             progress(done / used)
     left = tape.judge.result()
     notes += worse_than_none(left)
+    notes += gravity_left_out(settings, runners)
     return Replay(
         log.name,
-        "N" if linear else "N m",
+        "A" if is_current else "N" if linear else "N m",
         settings,
         judged,
         log.time.size,
@@ -156,6 +163,14 @@ def replay_log(
         tape.series(),
         tape.adaptive(),
     )
+
+
+def gravity_left_out(settings: ReplaySettings, runners: Mapping[str, Runner]) -> list[str]:
+    """Say that the adaptive feedforward does not identify the gravity that the fixed one has."""
+    fixed = runners.get(FIXED)
+    if fixed is None or not fixed.further.has_gravity or has_gravity(IDENTIFIED[settings.identify]):
+        return []
+    return ["The adaptive feedforward does not identify gravity, as the log asks for: give identify = gravity."]
 
 
 def worse_than_none(left: Mapping[str, Left]) -> list[str]:

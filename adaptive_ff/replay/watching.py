@@ -25,6 +25,8 @@ class Seen(NamedTuple):
         Mean torque over the period that ends at the sample, N m; not a number where it is not known.
     elapsed : ndarray, shape (n,)
         Length of that period, s.
+    position : ndarray, shape (n,)
+        Measured position (rad), for gravity; not a number where there is none.
     """
 
     reference: Array
@@ -32,6 +34,7 @@ class Seen(NamedTuple):
     measurement: Array
     realised: Array
     elapsed: Array
+    position: Array
 
 
 def _watch(
@@ -40,7 +43,9 @@ def _watch(
     for k in range(seen.reference.size):
         velocity, observed = estimate_velocity(observer, observed, seen.measurement[k], seen.elapsed[k])
         realised = seen.realised[k]
-        inputs = planned_inputs(seen.reference[k], velocity, seen.coming[k], realised, seen.elapsed[k])
+        inputs = planned_inputs(
+            seen.reference[k], velocity, seen.coming[k], realised, seen.elapsed[k], seen.position[k]
+        )
         output, state = step(block, state, inputs)
         feedforward[k] = output.feedforward
         write_estimates(block, state, estimates[k])

@@ -31,12 +31,12 @@ def parameters_table(found: LogIdentification) -> Table:
         remark = "" if reported.is_known else "not apart from zero" if used else "not identifiable"
         if confounded:
             remark = f"confounded with {', '.join(name.replace('_', ' ') for name in confounded)}"
-        ends = (f"{end:.3g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
+        ends = (f"{end:.4g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
         style = None if identifiable else "dim"
         table.add_row(f"{name}, {found.units[name]}", f"{estimate.value:.4g}", *ends, remark, style=style)
     share = None if found.position_map is None else found.position_map.load_share
     if share is not None:
-        numbers = (f"{share.value:.4g}", f"{share.lower:.3g}", f"{share.upper:.3g}")
+        numbers = (f"{share.value:.4g}", f"{share.lower:.4g}", f"{share.upper:.4g}")
         table.add_row(f"load_friction, 1/({found.units['torque']})", *numbers, "")
     return table
 

@@ -125,6 +125,16 @@ def _limit(axes: Axes, series: Sequence[Array]) -> None:
             axes.set_ylim(-limit, limit)
 
 
+def _unit(name: str, torque: str) -> str:
+    """Return the unit of an estimate where the torque is in N m, in N (a linear axis), or in A (a current)."""
+    unit = UNITS[name]
+    if torque == "N":
+        return unit.replace("kg m²", "kg").replace("N m", "N").replace("/rad", "/m")
+    if torque == "A":
+        return "A s²/rad" if unit == "kg m²" else unit.replace("N m", "A", 1)
+    return unit
+
+
 def _estimates(replay: Replay) -> Figure:
     time = elapsed(replay.series.time)
     histories = replay.series.estimates
@@ -133,10 +143,8 @@ def _estimates(replay: Replay) -> Figure:
     for axes, name in zip(panels, names, strict=True):
         for which, history in histories.items():
             draw_series(axes, time, history[name], LOOKS[which])
-        unit = UNITS[name] if replay.unit == "N m" else UNITS[name].replace("kg m²", "kg").replace("N m", "N")
-        unit = unit.replace("/rad", "/m") if replay.unit == "N" else unit
         log = f"{Path(replay.name).name}: " if axes is panels[0] else ""
-        label_above(axes, f"{log}{name.replace('_', ' ')} ({unit})")
+        label_above(axes, f"{log}{name.replace('_', ' ')} ({_unit(name, replay.unit)})")
     panels[-1].set_xlim(float(time[0]), float(time[-1]))
     panels[-1].set_xlabel("time (s)")
     explain_looks(figure, [LOOKS[which] for which in histories])

@@ -20,7 +20,7 @@ from adaptive_ff.model.feedforward import (
     released,
     step_feedforward,
 )
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.friction import TorqueModel, checked_model
 from adaptive_ff.model.turning import Turning, turning_of
 from controllers import (
     ESTIMATES,
@@ -39,6 +39,7 @@ from controllers import (
     with_reference,
     without_estimates,
 )
+from controllers.checks import check_numbers
 
 FIELDS = len(TorqueModel._fields)
 
@@ -219,7 +220,10 @@ class ModelBased(Controller):
             raise ValueError(f"held = {held} is not allowed: it must be from 0 to 1")
         if not 0.0 <= velocity_lag < math.inf:
             raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
-        feedback, assumed = check_gains(proportional, integral, period, delay), TorqueModel(*map(float, model))
+        feedback, assumed = check_gains(proportional, integral, period, delay), checked_model("model", model)
+        for place, (time, changed) in enumerate(changes):
+            check_numbers(**{f"changes[{place}] time": time})
+            checked_model(f"changes[{place}]", changed)
         parameters = ModelBasedParameters(
             feedback,
             assumed,

@@ -398,3 +398,20 @@ def test_with_a_measurement_nothing_fades_however_long_there_was_none():
     inputs = planned_inputs(0.5, 0.1, math.nan, math.nan, PERIOD)
     guard = controller.state.guard._replace(lost=10.0)
     assert feed_back(controller.parameters, controller.state, inputs, guard)[0].torque == pytest.approx(40.0)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"velocity": "0.1"}, {"position": "0.5"}, {"realised_torque": []}, {"acting_reference": "soon"}, {"dt": "x"}],
+)
+def test_step_that_is_refused_changes_nothing(wrong):
+    one, twin = (PI(*GAINS, PERIOD, delay=1) for _ in range(2))
+    for controller in (one, twin):
+        for _ in range(5):
+            controller.step(0.1, 0.0)
+    given = {"velocity": 0.0, "acting_reference": 0.2, "next_acting_reference": 0.3, **wrong}
+    (name,) = wrong
+    with pytest.raises(TypeError, match=rf"^{name} = "):
+        one.step(0.1, **given)
+    assert one.state == twin.state
+    assert one.step(0.1, 0.02, next_reference=0.2) == twin.step(0.1, 0.02, next_reference=0.2)

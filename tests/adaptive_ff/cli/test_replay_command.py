@@ -154,3 +154,16 @@ def test_every_setting_of_a_replay_is_an_option():
 def test_setting_that_there_is_not_is_refused():
     with pytest.raises(InputError, match="speed = 3 is no setting of a replay; allowed: inertia, stribeck_velocity"):
         replay_log(make_log(duration=20.0), speed=3)
+
+
+def test_a_current_is_replayed_in_amperes_unless_its_constant_is_given(tmp_path):
+    log = make_log(noise=0.05, duration=20.0)
+    write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "current": 2.0 * log.torque})
+    amperes = run_command_line("replay", tmp_path / "log.csv", "--torque", "current", "--out", tmp_path / "a")
+    assert "rms in A," in " ".join(amperes.out.split())
+    assert json.loads((tmp_path / "a" / "replay.json").read_text())["unit"] == "A"
+    options = ("--torque", "current", "--torque-constant", "0.5", "--out", tmp_path / "b")
+    run_command_line("replay", tmp_path / "log.csv", *options)
+    found, inertia = json.loads((tmp_path / "b" / "replay.json").read_text()), 2.0
+    assert found["unit"] == "N m"
+    assert found["estimates"]["adaptive"]["inertia"] == pytest.approx(inertia, rel=0.1)

@@ -8,10 +8,11 @@ import pytest
 from command_line import refusal, run_command_line
 from scenario_files import built_in, write_scenario
 
-from adaptive_ff import load_scenario, simulate
+from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.design_studies import exciting_motion
 from adaptive_ff.design_studies.excitation import find_excitations, polished
 from adaptive_ff.files import write_csv
+from adaptive_ff.identify import identification
 
 
 @pytest.fixture(scope="module")
@@ -68,12 +69,32 @@ def test_gain_is_that_of_runs_on_the_true_joint(commissioned):
 
 def test_log_takes_the_place_of_the_recording(commissioned, tmp_path):
     folder, _, scenario = commissioned
-    outcome = run_command_line("commission", scenario, "--log", folder / "log.csv", "--out", tmp_path / "again")
+    held = ("--torque-delay", "0.001")  # over the period of 2 ms that begins with a row
+    outcome = run_command_line("commission", scenario, "--log", folder / "log.csv", *held, "--out", tmp_path / "again")
     assert outcome.status == 0, outcome.err
     assert "On the simulated joint" not in outcome.out
+    said = " ".join(outcome.out.split())
+    assert "Columns: time time, velocity velocity, torque torque." in said
+    assert f"sampling, drive, sensor and reference are those of {scenario}, not of the log" in said
     assert not (tmp_path / "again" / "excitation.csv").exists()
     again, first = (load_scenario(path / "scenario.toml") for path in (tmp_path / "again", folder))
     assert again == first
+
+
+def test_torque_of_a_log_acts_at_its_stamp_unless_said_otherwise(commissioned, tmp_path, monkeypatch):
+    folder, _, scenario = commissioned
+    delays = []
+
+    def seen(log, *, torque_delay, **_):
+        delays.append(torque_delay)
+        raise InputError("seen")
+
+    monkeypatch.setattr(identification, "identify_log", seen)
+    given = ("commission", scenario, "--log", folder / "log.csv", "--out", tmp_path / "again")
+    assert refusal(*given) == "adaptive-ff: seen"
+    assert refusal(*given, "--torque-delay", "0.003") == "adaptive-ff: seen"
+    assert delays == [0.0, 0.003]
+    assert "--torque-delay are those of a --log" in refusal("commission", scenario, "--torque-delay", "0.003")
 
 
 def read_table(path):
@@ -87,7 +108,7 @@ def test_log_in_other_columns_and_units_is_the_same_log(commissioned, tmp_path):
     changed = {"ms": 1e3 * series["time"], "w": np.degrees(series["velocity"]), "i_q": series["torque"] / 8.0}
     write_csv(tmp_path / "log.csv", changed)
     named = ["--time-column", "ms", "--velocity-column", "w", "--torque-column", "i_q"]
-    scaled = ["--scale", "ms=1e-3", "--scale", "w=pi/180", "--torque-constant", "8"]
+    scaled = ["--scale", "ms=1e-3", "--scale", "w=pi/180", "--torque-constant", "8", "--torque-delay", "0.001"]
     again = ["commission", scenario, "--log", tmp_path / "log.csv", "--out", tmp_path / "again"]
     assert run_command_line(*again, *named, *scaled).status == 0
     found, first = (load_scenario(path / "scenario.toml") for path in (tmp_path / "again", folder))

@@ -14,7 +14,7 @@ def seen(size=400):
     reference = np.sin(2.0 * time)
     position = 0.5 * (1.0 - np.cos(2.0 * time))
     nothing = np.full(size, np.nan)
-    return Seen(reference[:-1], reference[1:], position[:-1], nothing, np.full(size, PERIOD)), time
+    return Seen(reference[:-1], reference[1:], position[:-1], nothing, np.full(size, PERIOD), nothing), time
 
 
 def test_gravity_is_that_at_the_middle_of_the_period():

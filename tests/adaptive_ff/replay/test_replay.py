@@ -330,3 +330,25 @@ def test_log_without_a_joint_needs_an_inertia():
         replay_log(Log("still", time, log.torque, velocity=np.zeros(2000)), inertia=1.0)
     with pytest.raises(InputError, match="no piece of 10 samples"):
         replay_log(Log("short", time[:9], time[:9], velocity=time[:9]), inertia=1.0)
+
+
+def weighted(duration=40.0):
+    """A log of a joint with a weight of 8 N m."""
+    log = make_log(duration=duration, noise=0.05)
+    return replace(log, torque=log.torque + 8.0 * np.sin(log.position))
+
+
+def test_gravity_is_learnt_from_the_position_of_the_log():
+    log = weighted()
+    with_gravity = replay_log(log, identify="gravity")
+    assert with_gravity.estimates["adaptive"]["gravity_sin"] == pytest.approx(8.0, rel=0.05)
+    assert not any("identify = gravity" in note for note in with_gravity.notes)
+    without = replay_log(log)
+    assert any("does not identify gravity" in note for note in without.notes)
+    assert without.left["adaptive"].second_half > 3.0 * with_gravity.left["adaptive"].second_half
+
+
+def test_gravity_without_a_position_is_refused():
+    log = make_log(duration=10.0, as_position=False)
+    with pytest.raises(InputError, match="identify = 'gravity' is not allowed: log has no position"):
+        replay_log(log, identify="gravity")

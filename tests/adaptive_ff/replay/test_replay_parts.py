@@ -157,6 +157,7 @@ def test_watching_in_plain_python_agrees_bit_for_bit():
         log.position,
         np.append(np.nan, log.torque[:-1]),
         np.full(count, 0.002),
+        log.position,
     )
     found = []
     for loop in (watch, watch.py_func):

@@ -150,3 +150,15 @@ def test_delay_that_is_not_finite_is_refused_by_name(delay):
 def test_bound_that_no_loop_meets_is_refused():
     with pytest.raises(ValueError, match=r"maximum_sensitivity = 1\.0001 is not allowed"):
         fastest_bandwidth(0.01, 0, 1.0001)
+
+
+def test_whole_numbers_of_periods_may_be_floats():
+    assert design_pi(2.0, 0.013, delay=np.float64(3.0)) == design_pi(2.0, 0.013, delay=3)
+    assert fastest_bandwidth(0.013, 3.0) == fastest_bandwidth(0.013, 3)
+
+
+@pytest.mark.parametrize("wrong", [{"period": -0.01}, {"period": 0.0}, {"delay": 0.5}, {"maximum_sensitivity": np.nan}])
+def test_fastest_bandwidth_refuses_by_name(wrong):
+    (name,) = wrong
+    with pytest.raises(ValueError, match=rf"^{name} = "):
+        fastest_bandwidth(**{"period": 0.01, **wrong})
