@@ -110,10 +110,10 @@ class TorqueModel(NamedTuple):
         )
 
 
-POSITIVE = ("inertia", "stribeck_velocity", "stribeck_shape")
+POSITIVE = ("stribeck_velocity", "stribeck_shape")
 """Fields of the model that are positive ..."""
 
-NOT_NEGATIVE = ("coulomb", "stiction", "viscous", "friction_lag", "presliding", "micro_damping")
+NOT_NEGATIVE = ("inertia", "coulomb", "stiction", "viscous", "friction_lag", "presliding", "micro_damping")
 """... and those that are zero or more; the others are any finite numbers."""
 
 

@@ -245,7 +245,7 @@ def test_a_chain_of_eleven_is_taken_and_one_of_twelve_refused_with_a_way_out():
         JointGroup.from_table(chain(12))
     with pytest.raises(ValueError, match=r"^joint_0\.regressors = 21 is not allowed: .* 10 joints .* and 1 given"):
         JointGroup.from_table(chain(11, regressors=1))
-    joints = {f"joint_{place}": one for place, one in enumerate([*controllers((0,)).values()] * 12)}
+    joints = {f"joint_{place}": next(iter(controllers((0,)).values())) for place in range(12)}
     with pytest.raises(ValueError, match=r"^joint_0\.regressors = 22 is not allowed"):
         JointGroup(joints, {name: list(joints)[:place] for place, name in enumerate(joints)})
 

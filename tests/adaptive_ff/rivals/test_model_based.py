@@ -10,7 +10,13 @@ from adaptive_ff.rivals.model_based import ModelBased
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("inertia", 0.0), ("coulomb", -1.0), ("friction_lag", math.nan), ("stribeck_velocity", 0.0), ("offset", math.inf)],
+    [
+        ("inertia", -1.0),
+        ("coulomb", -1.0),
+        ("friction_lag", math.nan),
+        ("stribeck_velocity", 0.0),
+        ("offset", math.inf),
+    ],
 )
 def test_model_that_no_joint_has_is_refused_by_name(field, value):
     good = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
