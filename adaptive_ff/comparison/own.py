@@ -5,6 +5,7 @@ import importlib.util
 import math
 import pickle
 import sys
+import zlib
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from inspect import Parameter, signature
@@ -19,6 +20,9 @@ from controllers import ESTIMATES, STEPS, Inputs, Output
 
 MODULE = "own_controller_"
 """Begins the names of the modules that own controllers are loaded as."""
+
+FOLDERS: set[Path] = set()
+"""Folders that own controllers were loaded from."""
 
 OFFERED = ("scenario", "proportional", "integral", "period", "inertia")
 """Arguments that a factory may take, by name; a single one of another name is given the scenario."""
@@ -250,6 +254,15 @@ def _arguments(name: str, factory: Callable[..., Any], scenario: Scenario) -> di
     return chosen
 
 
+def _forget_namesakes(folder: Path) -> None:
+    """Forget modules of other own controllers' folders where this folder has one of the same name."""
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None)
+        home = Path(file).parent if file else None
+        if home in FOLDERS and home != folder and (folder / f"{name}.py").is_file():
+            del sys.modules[name]
+
+
 @lru_cache(maxsize=64)
 def load_own(place: str) -> Any:
     """Load an own controller from ``FILE.py:NAME``.
@@ -265,19 +278,24 @@ def load_own(place: str) -> Any:
         raise InputError(f"own controller {place!r} is not allowed: it must be FILE.py:NAME, such as mine.py:Mine")
     if not path.is_file():
         raise InputError(f"{path}: cannot be read: there is no such file")
-    stem = f"{MODULE}{path.stem}"
+    folder = path.resolve().parent
+    stem = f"{MODULE}{path.stem}_{zlib.crc32(str(folder).encode()):08x}"
     spec = importlib.util.spec_from_file_location(stem, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[stem] = module
-    folder = str(path.resolve().parent)
-    if folder not in sys.path:
-        sys.path.append(folder)  # so that it may import what lies beside it
+    _forget_namesakes(folder)
+    sys.path.insert(0, str(folder))  # so that it may import what lies beside it
     try:
         spec.loader.exec_module(module)
     except Exception as error:
         raise InputError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
+    finally:
+        sys.path.remove(str(folder))
+        if str(folder) not in sys.path:
+            sys.path.append(str(folder))  # and may do so later
+        FOLDERS.add(folder)
     if not hasattr(module, name):
         own = [key for key, value in vars(module).items() if getattr(value, "__module__", None) == stem]
         raise InputError(f"{path}: there is no {name}; there are {', '.join(own) or 'no classes or functions'}")

@@ -11,7 +11,7 @@ from command_line import refusal, run_command_line
 from scenario_files import write_scenario
 
 from adaptive_ff import InputError, compare, simulate
-from adaptive_ff.comparison.own import OFFERED, make_own
+from adaptive_ff.comparison.own import OFFERED, load_own, make_own
 from controllers import PI
 
 SHORT = SCENARIO.modified(duration=4.0, controllers=["pi", "oracle"])
@@ -304,3 +304,17 @@ def test_bad_file_or_name_is_refused_on_the_command_line(source, tmp_path, place
     broken.write_text("import nowhere_to_be_found", encoding="utf-8")
     line = refusal("compare", "--own", f"{broken}:Mine", "--out", tmp_path / "out")
     assert "broken.py: cannot be loaded: ModuleNotFoundError: No module named 'nowhere_to_be_found'" in line
+
+
+def test_own_controllers_import_what_lies_beside_them_whatever_else_has_that_name(tmp_path):
+    found = []
+    for gain in (100.0, 200.0):
+        folder = tmp_path / f"gain_{gain:g}"
+        folder.mkdir()
+        (folder / "the_gain.py").write_text(f"GAIN = {gain}\n")
+        (folder / "mine.py").write_text(
+            "from the_gain import GAIN\n\n\nclass Mine:\n    def step(self, reference, velocity, **_):\n"
+            "        return GAIN * (reference - velocity)\n"
+        )
+        found.append(load_own(f"{folder / 'mine.py'}:Mine")().step(1.0, 0.0))
+    assert found == [100.0, 200.0]
