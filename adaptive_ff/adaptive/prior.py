@@ -209,6 +209,7 @@ def prior_of(
     ranges = possible_ranges(inertia, largest_lag, len(names))
     scale = parameter_units(names, inertia, proportional, stribeck[0])
     if model is None:
+        _deviations(names, scale, scale, deviation)  # checked, though without a model it is of no use
         lag = min(inertia / proportional, LONGEST_GUESS)
         return frictionless_prior(names, scale, inertia, lag), ranges
     if isinstance(model, TorqueModel):

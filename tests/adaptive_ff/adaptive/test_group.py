@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import WITH_GRAVITY, AdaptiveController, JointGroup
-from controllers import pi_gains
+from controllers import PI, pi_gains
 
 PERIOD, SAMPLES = 0.01, 300
 JOINT = dict(zip(("proportional", "integral"), pi_gains(20.0, 10.0), strict=True))
@@ -231,3 +231,15 @@ def test_takeover_and_switches_of_a_group():
     run(group, samples=100)
     assert group.estimates["elbow"] == held
     assert set(group.diagnose()) == {"shoulder", "elbow"}
+
+
+def test_what_is_no_adaptive_controller_is_refused_by_name():
+    for other in (PI(100.0, 1000.0, 0.01), 3):
+        with pytest.raises(TypeError, match=r"^elbow = .* is not allowed: it must be an AdaptiveController"):
+            JointGroup({"elbow": other})
+
+
+def test_one_controller_under_two_names_is_refused():
+    one = AdaptiveController(100.0, 1000.0, 0.01, inertia=2.0, stribeck_velocity=0.05)
+    with pytest.raises(ValueError, match="one controller stands under two names"):
+        JointGroup({"shoulder": one, "elbow": one})

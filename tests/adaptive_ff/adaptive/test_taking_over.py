@@ -148,6 +148,7 @@ def test_a_model_may_be_the_estimates_of_another_controller():
         ({"model": {"coulomb": 3.0}}, r"^model has no inertia"),
         ({"model": {"inertia": 20.0, "colomb": 3.0}}, r"^model.colomb is not known: it must be one of coulomb, "),
         ({"model": TRUE, "deviation": 0.0}, r"^deviation = 0.0 is not allowed"),
+        ({"deviation": -5.0}, r"^deviation = -5.0 is not allowed"),
         ({"model": TRUE, "deviation": {"inertia": math.nan}}, r"^deviation.inertia = nan is not allowed"),
         ({"model": TRUE, "deviation": {"mass": 1.0}}, r"^deviation.mass is not allowed: it must be one of inertia"),
         ({"torque_limit": 0.0}, r"^torque_limit = 0.0 N m is not allowed"),
