@@ -27,6 +27,10 @@ WELL, POORLY = 0.1, 0.4
 NOTHING = 0.9
 """Relative error from which a torque has so little to do with the motion that it cannot be the drive's."""
 
+CLEARLY = 1.1
+"""Torque at rest over Coulomb friction from which on it tells of stiction: its largest value has noise, and what begins
+to move the joint, some per cent."""
+
 WORSE = 1.5
 """Error of the validation over that of the fit from which the former is said to be worse."""
 
@@ -89,8 +93,8 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
         )
     if found.selection.lead > found.period:
         said.append(
-            f"friction seems to lead the motion by {1e3 * found.selection.lead:.3g} ms: the motion is recorded later "
-            "than the torque"
+            f"friction seems to lead the motion by {1e3 * found.selection.lead:.3g} ms: the motion may be "
+            "recorded later than the torque; if it is, give that time as --torque-delay"
         )
     return said
 
@@ -199,7 +203,7 @@ def _of_missing(found: LogIdentification) -> list[str]:
         )
     for term, reason in found.selection.refused.items():
         sentences.append(f"Not identifiable is {_words(term)}: {reason}.")
-    if found.rest_torque is not None and found.rest_torque > found.parameters["coulomb"].estimate.upper:
+    if shows_stiction(found.rest_torque, found.parameters["coulomb"].estimate.upper):
         sentences.append(
             f"At rest the torque reached {found.rest_torque:.3g} {found.units['torque']}, more than Coulomb friction: "
             "stiction is at least about that, if the joint did rest."
@@ -245,3 +249,8 @@ def _words(name: str) -> str:
 def _listed(names: list[str]) -> str:
     words = list(dict.fromkeys(_words(name) for name in names))
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def shows_stiction(rest_torque: float | None, coulomb: float) -> bool:
+    """Tell whether the largest torque at rest, None without a rest, is clearly more than Coulomb friction, N m."""
+    return rest_torque is not None and rest_torque > CLEARLY * coulomb

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff.identify.identification import rest_torque
+from adaptive_ff.identify.verdict import shows_stiction
 
 ANGLE = np.linspace(-1.5, 1.5, 31)
 
@@ -31,3 +32,9 @@ def test_without_a_position_there_is_no_gravity_to_take_off():
 def test_only_rest_counts():
     moving = piece(np.full(31, 9.0), np.zeros(31, dtype=bool))
     assert rest_torque(SimpleNamespace(pieces=[moving]), {}) is None
+
+
+def test_torque_at_rest_a_little_above_coulomb_friction_says_nothing_of_stiction():
+    assert shows_stiction(3.4, 3.0)
+    assert not shows_stiction(3.2, 3.0)  # noise, and the beginning of a motion
+    assert not shows_stiction(None, 3.0)
