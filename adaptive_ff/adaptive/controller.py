@@ -400,6 +400,8 @@ class AdaptiveController(AdaptiveBase):
         if min(trust.xx, trust.yy, trust.peak) < 0.0 or trust.peak > LARGEST_VELOCITY:
             raise ValueError("state.trust is not allowed: mean squares and the largest speed must be plausible")
         check_share("observer.gain", state.observer.gain)
+        check_share("observer.effect.share", state.observer.effect.share)
+        check_share("observer.effect.ceiling", state.observer.effect.ceiling)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
         if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:

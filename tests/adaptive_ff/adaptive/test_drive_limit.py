@@ -61,6 +61,15 @@ def test_a_larger_one_is_doubted_until_the_joint_has_followed_with_it_too():
     assert pulled(doubted, 200.0, seconds=40.0 * TIME).proven == pytest.approx(200.0, rel=1e-2)
 
 
+def test_a_joint_that_follows_with_a_larger_one_is_not_doubted_meanwhile():
+    following_on = pulled(following(), 120.0, seconds=1.5 * TIME)
+    assert (following_on.unproven, following_on.doubt) == (True, 0.0)
+    assert pulled(following_on, 120.0, seconds=4.0 * TIME).proven > 110.0
+    behind = pulled(following(), 120.0, seconds=1.5 * TIME, velocity=0.4)
+    assert behind.unproven
+    assert behind.doubt > 0.5
+
+
 def test_beside_a_limit_it_is_doubted_for_good_and_only_the_feedback_is_left():
     state = pulled(following(), 900.0, seconds=5.0, plan=0.6)
     assert (state.unproven, believed_share(state, FRICTION)) == (True, 0.0)

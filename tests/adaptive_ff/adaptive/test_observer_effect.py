@@ -101,6 +101,15 @@ def test_an_oscillation_without_the_observer_or_within_the_noise_is_none():
     assert shaken(OSCILLATION, variance=0.5 * 0.05**2).ceiling == 1.0
 
 
+@pytest.mark.parametrize(("name", "value"), [("share", 1.5), ("ceiling", -0.1)])
+def test_a_state_with_an_impossible_share_is_refused(name, value):
+    controller = make_controller(load_scenario(), "adaptive")
+    effect = controller.state.observer.effect._replace(**{name: value})
+    controller.state = controller.state._replace(observer=controller.state.observer._replace(effect=effect))
+    with pytest.raises(ValueError, match=rf"state\.observer\.effect\.{name} = {value} is not allowed"):
+        controller.state_from_json(controller.state_to_json())
+
+
 @pytest.mark.parametrize("lag", [0.013, 0.02])
 def test_an_observer_lets_go_where_a_lag_of_the_drive_that_nobody_tells_makes_it_oscillate(lag):
     late = load_scenario().modified(seed=101, actuator={"lag": lag, "reports_torque": False})
