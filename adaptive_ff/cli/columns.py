@@ -70,6 +70,11 @@ def is_current(column: str) -> bool:
     return CURRENT.search(column) is not None
 
 
+def is_in_amperes(columns: Mapping[str, str], scales: Mapping[str, float]) -> bool:
+    """Tell whether the column of the torque is a current that no factor turns into a torque."""
+    return is_current(columns["torque"]) and columns["torque"] not in scales
+
+
 def warn_of_degrees(columns: Mapping[str, str], scales: Mapping[str, float]) -> None:
     """Warn where the name of a column says degrees, and no factor turns them into radians."""
     from adaptive_ff.logs.sanity import is_in_degrees

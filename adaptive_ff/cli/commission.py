@@ -9,7 +9,7 @@ from rich.table import Table
 from adaptive_ff.cli.columns import (
     chosen_columns,
     columns_taken,
-    is_current,
+    is_in_amperes,
     read_columns,
     warn_of_degrees,
     with_torque_constant,
@@ -117,7 +117,7 @@ def commission_command(
         pictures |= found.plot(None) | {"tune": study.plot()}
         write_stamped(pictures, stage, drawn, source if log is None else str(log))
         shown: list[Table | str] = [parameters_table(found), best_table(study), *taken, *found.verdict]
-        shown += _said(gain) if log is None else _taken_from(source, found)
+        shown += _taken_from(source, found) if gain is None else _said(gain)
         if report:
             title = f"Commissioning of {source if log is None else log}"
             write_report(stage / NAME, title, shown, pictures, {"Scenario": to_toml(result)})
@@ -156,7 +156,7 @@ def _given(
     time, position, velocity, torque, known = columns
     chosen = chosen_columns(log, time, None, position, velocity, torque, known, ending="-column")
     scales = with_torque_constant(read_scales(scale), chosen, torque_constant)
-    if is_current(chosen["torque"]) and chosen["torque"] not in scales:
+    if is_in_amperes(chosen, scales):
         raise InputError(
             f"{log}: the column {chosen['torque']} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
         )
@@ -175,10 +175,8 @@ def _taken_from(source: str, found: "LogIdentification") -> list[str]:
     ]
 
 
-def _said(gain: "Gain | None") -> list[str]:
+def _said(gain: "Gain") -> list[str]:
     """Return what was gained on the simulated joint, and what to do on a real one."""
-    if gain is None:
-        return []
     return [
         f"On the simulated joint: settled rms error {gain.before:.3g} with the PI loop as given "
         f"({gain.before_bandwidth:.3g} Hz), {gain.best_pi:.3g} with the bandwidth that suits PI "

@@ -49,11 +49,10 @@ class Gate:
         self._tolerance = _by_name(tolerance or [])
         Tolerances(self._tolerance, self._baseline["controllers"])
         self._controllers = guarded_controllers(self._baseline, controllers)
-        self._metrics = None if metrics is None else guarded_metrics(metrics)
+        self._metrics = guarded_metrics(self._baseline, metrics)
 
     def judge(self, comparison: "Comparison", errors: Console) -> int:
         """Print what got worse, or that nothing did, and return the exit status."""
-        from adaptive_ff.comparison.baseline import GATED
         from adaptive_ff.comparison.gate import regressions
 
         options = {"controllers": self._controllers, "metrics": self._metrics}
@@ -61,9 +60,7 @@ class Gate:
         for sentence in worse:
             errors.print(f"worse than {self._path}: {sentence}", markup=False)
         if not worse:
-            there = self._baseline["controllers"][self._controllers[0]]
-            count = len([name for name in self._metrics or GATED if name in there])
-            figures = f"{count} figures of {', '.join(self._controllers)}"
+            figures = f"{len(self._metrics)} figures of {', '.join(self._controllers)}"
             Printer().say(f"Nothing is worse than in {self._path}, within the tolerances: {figures}")
         return WORSE if worse else 0
 

@@ -10,7 +10,7 @@ import typer
 from adaptive_ff.cli.columns import (
     chosen_columns,
     columns_taken,
-    is_current,
+    is_in_amperes,
     read_columns,
     warn_of_degrees,
     with_torque_constant,
@@ -108,7 +108,7 @@ def identify_command(
             validation=other,
             torque_delay=torque_delay or 0.0,
             linear=linear,
-            is_current=is_current(columns["torque"]) and columns["torque"] not in scales,
+            is_current=is_in_amperes(columns, scales),
             model=model,
             position_periods=known_periods(position_period, gear_ratio),
             position_hats=position_hats,

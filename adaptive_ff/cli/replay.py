@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_current, read_columns, with_torque_constant
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_in_amperes, read_columns, with_torque_constant
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -138,7 +138,7 @@ def replay_command(
             band=band,
             state=saved,
             linear=linear,
-            is_current=is_current(columns["torque"]) and columns["torque"] not in scales,
+            is_current=is_in_amperes(columns, scales),
         )
         figures, shown = found.plot(None), _shown(found, columns)
         write_figures(figures, stage, drawn)

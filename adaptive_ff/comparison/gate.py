@@ -122,18 +122,33 @@ def guarded_controllers(baseline: Mapping[str, Any], chosen: Iterable[str] | Non
     return names
 
 
-def guarded_metrics(chosen: Iterable[str] | None = None) -> list[str]:
-    """Return the metrics that a gate looks at; all by default.
+def guarded_metrics(baseline: Mapping[str, Any], chosen: Iterable[str] | None = None) -> list[str]:
+    """Return the metrics that a gate looks at.
+
+    Parameters
+    ----------
+    baseline : mapping
+        The earlier result, which lacks those of the position without a position loop.
+    chosen : iterable of str, optional
+        Metrics; by default all that the baseline has.
 
     Raises
     ------
     InputError
-        One is not known, or there is none.
+        One is not known or not in the baseline, or there is none.
     """
-    names = list(GATED) if chosen is None else _several("metrics", chosen)
+    controllers = baseline["controllers"]
+    if chosen is None:
+        return [name for name in GATED if all(name in figures for figures in controllers.values())]
+    names = _several("metrics", chosen)
     for name in names:
         if name not in GATED:
             raise InputError(f"metric {name!r} is not known; there are {', '.join(GATED)}")
+        for controller, figures in controllers.items():
+            if name not in figures:
+                raise InputError(
+                    f"metric {name!r} is not in the baseline of {controller}; there are {', '.join(figures)}"
+                )
     return names
 
 
@@ -177,7 +192,7 @@ def regressions(
         The baseline is of another scenario or lacks a figure, or a tolerance, a controller or a metric is not allowed.
     """
     check_same_scenario(comparison.scenario, baseline, "baseline")
-    names, figures = guarded_controllers(baseline, controllers), guarded_metrics(metrics)
+    names, figures = guarded_controllers(baseline, controllers), guarded_metrics(baseline, metrics)
     tolerances = Tolerances(tolerance, baseline["controllers"])
     now = comparison.to_dict()["controllers"]
     found = []
@@ -185,13 +200,8 @@ def regressions(
         if name not in now:
             found.append(f"{name}: is in the baseline, but was not run")
             continue
-        there = baseline["controllers"][name]
         for figure in figures:
-            if figure not in there:  # without a position loop, or written before such figures were
-                if metrics is None:
-                    continue
-                raise InputError(f"metric {figure!r} is not in the baseline of {name}; there are {', '.join(there)}")
-            old, new = there[figure], now[name][figure]
+            old, new = baseline["controllers"][name][figure], now[name][figure]
             allowed = tolerances.of(name, figure)
             if new > old * (1.0 + allowed):
                 found.append(f"{name}: {_growth(figure, old, new)}, allowed {100.0 * allowed:g} %)")

@@ -138,12 +138,13 @@ def checked_model(name: str, model: Any) -> TorqueModel:
         raise TypeError(f"{name} = {model!r} is not allowed: it must be a TorqueModel")
     check_numbers(**{f"{name}.{field}": value for field, value in model._asdict().items()})
     for field, value in model._asdict().items():
-        least = "positive" if field in POSITIVE else "zero or more" if field in NOT_NEGATIVE else ""
-        below = value <= 0.0 if least == "positive" else value < 0.0 if least else False
-        if below or not math.isfinite(value):
-            raise ValueError(
-                f"{name}.{field} = {value:g} is not allowed: it must be {f'{least} and ' if least else ''}finite"
-            )
+        rule, allowed = "finite", math.isfinite(value)
+        if field in POSITIVE:
+            rule, allowed = "positive and finite", allowed and value > 0.0
+        elif field in NOT_NEGATIVE:
+            rule, allowed = "zero or more and finite", allowed and value >= 0.0
+        if not allowed:
+            raise ValueError(f"{name}.{field} = {value:g} is not allowed: it must be {rule}")
     return TorqueModel(*map(float, model))
 
 

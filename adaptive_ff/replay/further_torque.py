@@ -41,25 +41,23 @@ class FurtherTorque(NamedTuple):
         """Whether there is a torque of gravity."""
         return self.sine != 0.0 or self.cosine != 0.0
 
-    def along(self, seen: Seen, period: float, lagged: float, *, is_position: bool) -> tuple[Array, float]:
+    def along(self, seen: Seen, period: float, lagged: float) -> tuple[Array, float]:
         """Return the mean torque over the period that begins with each sample, and the friction at the end.
 
         Parameters
         ----------
         seen : Seen
-            Part of a log.
+            Part of a log; there is no gravity without a position.
         period : float
             Sample time, s.
         lagged : float
             Saturating friction at its start, N m.
-        is_position : bool
-            Whether a position is measured; there is no gravity without.
         """
         coming = np.where(np.isfinite(seen.coming), seen.coming, seen.reference)
         speed = 0.5 * (seen.reference + coming)
         torque = np.zeros(speed.size)
-        if is_position and self.has_gravity:
-            middle = seen.measurement + 0.5 * period * speed
+        if self.has_gravity and np.all(np.isfinite(seen.position)):
+            middle = seen.position + 0.5 * period * speed
             torque += self.sine * np.sin(middle) + self.cosine * np.cos(middle)
         if not self.shape:
             return torque, 0.0

@@ -255,4 +255,4 @@ def _runners(
     if saved is not None:
         controllers[SAVED] = saved
     observer = settings.observer(is_position=is_position)
-    return {name: Runner(controller, observer, is_position=is_position) for name, controller in controllers.items()}
+    return {name: Runner(controller, observer) for name, controller in controllers.items()}

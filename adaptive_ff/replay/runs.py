@@ -27,8 +27,6 @@ class Runner:
         The controller; it is advanced.
     observer : NamedTuple
         What makes a velocity.
-    is_position : bool
-        Whether a position is measured.
 
     Attributes
     ----------
@@ -36,8 +34,8 @@ class Runner:
         Terms that are fed forward beside what the controller does.
     """
 
-    def __init__(self, controller: Controller, observer: Any, *, is_position: bool) -> None:
-        self.controller, self._observer, self._is_position = controller, observer, is_position
+    def __init__(self, controller: Controller, observer: Any) -> None:
+        self.controller, self._observer = controller, observer
         self._observed: Any = None
         self.further, self._lagged = FurtherTorque(), 0.0
 
@@ -51,9 +49,7 @@ class Runner:
         observer, observed = self._observer, self._observed
         _, self._observed = watch(controller.native, 0, observer, observed, seen, feedforward, estimates)
         if self.further != FurtherTorque():
-            further, self._lagged = self.further.along(
-                seen, controller.period, self._lagged, is_position=self._is_position
-            )
+            further, self._lagged = self.further.along(seen, controller.period, self._lagged)
             feedforward += further
         return feedforward, estimates
 

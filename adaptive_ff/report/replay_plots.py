@@ -8,6 +8,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from adaptive_ff.identify.units import of_current
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.model.friction import UNITS
 from adaptive_ff.replay.result import COLD, FIXED, RECORDED, SAVED, Replay
@@ -131,7 +132,7 @@ def _unit(name: str, torque: str) -> str:
     if torque == "N":
         return unit.replace("kg m²", "kg").replace("N m", "N").replace("/rad", "/m")
     if torque == "A":
-        return "A s²/rad" if unit == "kg m²" else unit.replace("N m", "A", 1)
+        return of_current(UNITS)[name]
     return unit
 
 

@@ -134,7 +134,7 @@ def test_command_prints_the_rows_and_writes_them(tmp_path, monkeypatch):
     assert "payload_half" in result.output
     (row,) = json.loads(target.read_text())["rows"]
     assert row["settled"] == pytest.approx(1.0, rel=0.1)  # friction is nearly all of this error
-    assert row["missed"] == [] if row["settled"] >= 1.0 else ["settled"]
+    assert row["missed"] == ([] if row["settled"] >= 1.0 else ["settled"])
     result = CliRunner().invoke(app, [*options, "--controller", "pi", "--json", str(target)])
     assert "under other noise" in " ".join(result.output.split())
     (chance,) = json.loads(target.read_text())["rows"]

@@ -19,18 +19,18 @@ def seen(size=400):
 
 def test_gravity_is_that_at_the_middle_of_the_period():
     given, time = seen()
-    torque, lagged = FurtherTorque(sine=2.0, cosine=-1.0).along(given, PERIOD, 0.0, is_position=True)
+    torque, lagged = FurtherTorque(sine=2.0, cosine=-1.0).along(given._replace(position=given.measurement), PERIOD, 0.0)
     middle = 0.5 * (1.0 - np.cos(2.0 * (time[:-1] + 0.5 * PERIOD)))
     assert torque == pytest.approx(2.0 * np.sin(middle) - np.cos(middle), abs=1e-4)
     assert lagged == 0.0
-    without, _ = FurtherTorque(sine=2.0).along(given, PERIOD, 0.0, is_position=False)
+    without, _ = FurtherTorque(sine=2.0).along(given, PERIOD, 0.0)
     assert not np.any(without)
 
 
 def test_saturating_friction_lags_and_goes_on_from_part_to_part():
     given, time = seen()
     model = FurtherTorque(shape="saturation", size=3.0, bend=0.3, lag=0.04)
-    torque, _ = model.along(given, PERIOD, 0.0, is_position=False)
+    torque, _ = model.along(given, PERIOD, 0.0)
     fine = np.arange(0.0, time[-1], PERIOD / 100)
     friction, value = [], 0.0
     for static in 3.0 * np.tanh(np.sin(2.0 * fine) / 0.3):
@@ -40,6 +40,6 @@ def test_saturating_friction_lags_and_goes_on_from_part_to_part():
     assert torque == pytest.approx(mean, abs=0.03)
     halves, state = [], 0.0
     for part in (slice(0, 150), slice(150, 400)):
-        half, state = model.along(Seen(*(series[part] for series in given)), PERIOD, state, is_position=False)
+        half, state = model.along(Seen(*(series[part] for series in given)), PERIOD, state)
         halves.append(half)
     assert np.concatenate(halves) == pytest.approx(torque, abs=1e-12)
