@@ -11,8 +11,8 @@ from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.functions import Function
 from adaptive_ff.export.leaves import Leaf, leaves
 from adaptive_ff.export.literals import DOUBLE, SINGLE
+from adaptive_ff.export.names import RESERVED
 from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, switches
-from adaptive_ff.export.scope import RESERVED
 from adaptive_ff.export.types import REAL, Array, Record, type_of
 from adaptive_ff.export.unit import Unit
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output

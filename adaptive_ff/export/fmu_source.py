@@ -1,8 +1,8 @@
 """The functions of FMI 2.0 for co-simulation around an exported controller."""
 
 from adaptive_ff.export.export import Export
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.sample import optional_inputs
-from adaptive_ff.export.scope import c_name
 
 FUNCTIONS = """/* FMI 2.0 for co-simulation around {prefix}.h.
  *

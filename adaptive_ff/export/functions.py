@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from adaptive_ff.export.comments import block_comment, wrapped_code
 from adaptive_ff.export.expressions import Expressions
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.results import ResultNames
-from adaptive_ff.export.scope import Declaration, Scope, Unused, Variable, c_name
+from adaptive_ff.export.scope import Declaration, Scope, Unused, Variable
 from adaptive_ff.export.statements import Statements
 from adaptive_ff.export.types import Line, Record, Type, passed_by_pointer
 from controllers.kernel_language.sources import Kernel

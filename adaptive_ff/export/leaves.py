@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.export.scope import c_name
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.types import Array, Line, Record, Scalar, Type
 
 

@@ -3,7 +3,7 @@
 import ast
 
 from adaptive_ff.export.expressions import Expressions
-from adaptive_ff.export.scope import c_name
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.types import INTEGER
 from adaptive_ff.export.values import Value
 

@@ -4,7 +4,7 @@ import ast
 import re
 
 from adaptive_ff.export.comments import section
-from adaptive_ff.export.scope import c_name
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.types import Record
 from adaptive_ff.export.values import Value
 from controllers.kernel_language.sources import Kernel

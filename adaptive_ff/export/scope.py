@@ -4,97 +4,13 @@ import ast
 from collections import Counter
 from dataclasses import dataclass, field
 
+from adaptive_ff.export.names import RESERVED
 from adaptive_ff.export.types import Type
 from adaptive_ff.export.values import Value
 from controllers.kernel_language.sources import Kernel
 
 Path = tuple[tuple[int, str], ...]
 """Blocks around a statement, outermost first: each the number of its statement and which of its blocks."""
-
-RESERVED = frozenset(
-    [
-        "auto",
-        "bool",
-        "break",
-        "case",
-        "char",
-        "const",
-        "continue",
-        "default",
-        "do",
-        "double",
-        "else",
-        "enum",
-        "extern",
-        "false",
-        "float",
-        "for",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "register",
-        "restrict",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "struct",
-        "switch",
-        "true",
-        "typedef",
-        "union",
-        "unsigned",
-        "void",
-        "volatile",
-        "while",
-        "class",
-        "delete",
-        "explicit",
-        "export",
-        "friend",
-        "mutable",
-        "namespace",
-        "new",
-        "operator",
-        "private",
-        "protected",
-        "public",
-        "template",
-        "this",
-        "throw",
-        "try",
-        "catch",
-        "typename",
-        "using",
-        "virtual",
-        "exp",
-        "expm1",
-        "asinh",
-        "sin",
-        "cos",
-        "log",
-        "pow",
-        "sqrt",
-        "fabs",
-        "copysign",
-        "memcpy",
-        "memset",
-        "square",
-        "larger",
-        "smaller",
-        "floored_rest",
-        "floored_quotient",
-    ]
-)
-"""Names that are taken in C, or in C++, which reads the header."""
-
-
-def c_name(name: str) -> str:
-    """Return a name that neither C nor C++ takes for something else."""
-    return f"{name}_" if name in RESERVED else name
 
 
 @dataclass

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.scope import c_name
+from adaptive_ff.export.names import c_name
 from controllers import feedback_state
 from controllers.interface import inertia_of
 

@@ -5,8 +5,9 @@ import ast
 from adaptive_ff.export.comments import plain
 from adaptive_ff.export.expressions import ARITHMETIC, Expressions
 from adaptive_ff.export.loops import loop_header
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.results import ResultNames
-from adaptive_ff.export.scope import Path, Scope, Variable, c_name
+from adaptive_ff.export.scope import Path, Scope, Variable
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Type, passed_by_pointer
 from adaptive_ff.export.values import Value
 

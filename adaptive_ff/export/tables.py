@@ -8,7 +8,7 @@ from adaptive_ff.export.buffer import state_to_bytes
 from adaptive_ff.export.comments import joined
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf, value_at
-from adaptive_ff.export.scope import c_name
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.types import Array, Line, Record, Type
 
 WIDTH = 100

@@ -9,7 +9,7 @@ from adaptive_ff.export.comments import WIDTH, block_comment, section, summary
 from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.functions import Function, translate_function
 from adaptive_ff.export.literals import Precision
-from adaptive_ff.export.scope import c_name
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
 from adaptive_ff.export.values import Value
 from controllers.kernel_language.errors import NotTranslatable

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from adaptive_ff.export.names import c_name
 from adaptive_ff.export.types import Array, Line, Record, Scalar, Type
 
 PRIMARY, UNARY, PRODUCT, SUM, ORDER, EQUALITY, CONJUNCTION, DISJUNCTION, CHOICE = 99, 14, 12, 11, 9, 8, 4, 3, 2
@@ -66,7 +67,7 @@ class Value:
         kind, constant = self.type.field(name), None
         if isinstance(kind, Scalar):
             kind, constant = Scalar(kind.kind), kind.value
-        text = f"{self.within(PRIMARY)}{'->' if self.pointer else '.'}{name}"
+        text = f"{self.within(PRIMARY)}{'->' if self.pointer else '.'}{c_name(name)}"
         return Value(text, kind, constant=constant, root=self.root)
 
     def element(self, index: str) -> "Value":
