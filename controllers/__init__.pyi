@@ -35,9 +35,9 @@ from .kernels import planned_inputs as planned_inputs
 from .kernels import present_inertia as present_inertia
 from .kernels import step as step
 from .kernels import with_feedforward as with_feedforward
+from .kernels import with_next_reference as with_next_reference
 from .kernels import with_realised_torque as with_realised_torque
 from .kernels import with_reference as with_reference
-from .kernels import with_standing_plan as with_standing_plan
 from .kernels import with_velocity as with_velocity
 from .kernels import without_coming_plan as without_coming_plan
 from .kernels import without_estimates as without_estimates
@@ -61,6 +61,7 @@ from .pi import hand_over as hand_over
 from .pi import initial_pi_state as initial_pi_state
 from .pi import plausible_inputs as plausible_inputs
 from .pi import step_pi as step_pi
+from .pi import unwound_integral as unwound_integral
 from .plausibility import Guard as Guard
 from .position_loop import PositionLoop as PositionLoop
 from .position_loop import PositionLoopParameters as PositionLoopParameters

@@ -131,32 +131,32 @@ def present_inertia(inputs: Inputs, inertia: float) -> float:
 
 
 @register_jitable
-def _planned_until(inputs: Inputs, next_reference: float) -> Inputs:
+def _planned(inputs: Inputs, following: float, start: float, end: float) -> Inputs:
     return Inputs(
         inputs.reference,
         inputs.velocity,
-        next_reference,
+        following,
         inputs.correction,
         inputs.position,
         inputs.realised_torque,
         inputs.feedforward,
         inputs.inertia,
         inputs.dt,
-        math.nan,
-        math.nan,
+        start,
+        end,
     )
+
+
+@register_jitable
+def with_next_reference(inputs: Inputs, reference: float) -> Inputs:
+    """Return the inputs with another plan (rad/s) at the next sample."""
+    return _planned(inputs, reference, inputs.acting_reference, inputs.next_acting_reference)
 
 
 @register_jitable
 def without_coming_plan(inputs: Inputs) -> Inputs:
     """Return the inputs without the plan over the period in which a torque computed now acts."""
-    return _planned_until(inputs, inputs.next_reference)
-
-
-@register_jitable
-def with_standing_plan(inputs: Inputs) -> Inputs:
-    """Return the inputs with a plan that stays as it is now, and is not known beyond the next sample."""
-    return _planned_until(inputs, inputs.reference)
+    return _planned(inputs, inputs.next_reference, math.nan, math.nan)
 
 
 @register_jitable

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers import Guard, Inputs, acts_on_plan, with_standing_plan, without_coming_plan
+from adaptive_ff.adaptive.foresight import Foresight, advance_foresight, continued_share, initial_foresight
+from controllers import Guard, Inputs, acts_on_plan, with_next_reference, without_coming_plan
 
 TOO_FAST = 10.0
 """A plan this many times the largest speed of the plan so far is doubted, so is a correction of it, ..."""
@@ -65,6 +66,8 @@ class Doubt(NamedTuple):
         Where the plan for when the last torque acts ends; the plan of then where that is not known, rad/s.
     aside : int
         Samples for which the plan for when a torque acts is not used yet.
+    foresight : Foresight
+        How far the slope of a plan goes on that is not known ahead.
     """
 
     speed: float
@@ -74,11 +77,12 @@ class Doubt(NamedTuple):
     leapt: bool
     coming: float
     aside: int
+    foresight: Foresight
 
 
 def initial_doubt() -> Doubt:
     """Return the state of one who has seen nothing."""
-    return Doubt(0.0, 0.0, 0.0, False, False, 0.0, 0)
+    return Doubt(0.0, 0.0, 0.0, False, False, 0.0, 0, initial_foresight())
 
 
 @register_jitable
@@ -123,9 +127,11 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
         coming = inputs.next_acting_reference
         if state.feedback.samples > 0 and abs(inputs.acting_reference - before.coming) > ASIDE * possible:
             aside = CONSISTENT
+    slope = reference - before.reference if state.feedforward.started else 0.0
+    foresight = advance_foresight(before.foresight, slope, inputs.dt)
     if doubted or leapt:
-        return Doubt(speed, reference, FORGOTTEN / block.estimator.form.pole, True, leapt, coming, aside)
-    return Doubt(speed, reference, max(0.0, before.left - inputs.dt), False, False, coming, aside)
+        return Doubt(speed, reference, FORGOTTEN / block.estimator.form.pole, True, leapt, coming, aside, foresight)
+    return Doubt(speed, reference, max(0.0, before.left - inputs.dt), False, False, coming, aside, foresight)
 
 
 @register_jitable
@@ -137,7 +143,10 @@ def believed_plan(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Input
     would leap once more.
     """
     if state.doubt.leapt and not doubt.leapt and not math.isfinite(inputs.next_reference):
-        return with_standing_plan(inputs)
+        return with_next_reference(without_coming_plan(inputs), inputs.reference)
+    if not math.isfinite(inputs.next_reference) and continued_share(doubt.foresight) < 1.0:
+        slope = continued_share(doubt.foresight) * doubt.foresight.slope
+        inputs = with_next_reference(inputs, inputs.reference + slope)
     possible = possible_speed(block, state)
     far = leaps(inputs.acting_reference, possible) or leaps(inputs.next_acting_reference, possible)
     return without_coming_plan(inputs) if far or doubt.leapt or doubt.aside > 0 else inputs
