@@ -88,6 +88,15 @@ TOLD_NOTHING = {"torque_untold": "paper_100hz", "limit_untold": "saturation"}
 LAGS_UNTOLD = {"lag_untold_10": 0.010, "lag_untold_13": 0.013, "lag_untold_20": 0.020}
 """Lags of the drive's current loop, s, of which the controllers are told nothing, nor what it gives, by name."""
 
+SENSOR_FAULTS: dict[str, dict[str, Any]] = {
+    "sensor_leaps": {"leap": 3.0, "leap_share": 0.001},
+    "sensor_leaps_often": {"leap": 1.0, "leap_share": 0.01},
+    "sensor_held_10": {"held": 10, "held_share": 0.002},
+    "sensor_held_50": {"held": 50, "held_share": 0.001},
+    "sensor_held_often": {"held": 2, "held_share": 0.1},
+}
+"""Faults of the sensor of the built-in joint, by name: single velocities that leap, and messages that are lost."""
+
 TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 """Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
 
@@ -127,6 +136,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(TOLD_INERTIAS, Asked()),
     **dict.fromkeys(TOLD_NOTHING, Asked()),
     **dict.fromkeys(LAGS_UNTOLD, Asked()),
+    **dict.fromkeys(SENSOR_FAULTS, Asked()),
     **dict.fromkeys(DATA_SHEETS, Asked()),
     "steep_2": Asked(),
     "steep_5": Asked(),
@@ -182,6 +192,8 @@ def named_scenario(name: str, seed: int) -> Scenario:
         return told_nothing.modified(seed=seed, actuator={"reports_torque": False})
     if name in LAGS_UNTOLD:
         return load_scenario().modified(seed=seed, actuator={"lag": LAGS_UNTOLD[name], "reports_torque": False})
+    if name in SENSOR_FAULTS:
+        return load_scenario().modified(seed=seed, sensor=SENSOR_FAULTS[name])
     if name in TOLD_INERTIAS:
         told_inertia = TOLD_INERTIAS[name] * load_scenario().joint.inertia
         return load_scenario().modified(seed=seed, feedback={"inertia": told_inertia})
@@ -348,7 +360,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, LAGS_UNTOLD, DATA_SHEETS, COARSE_ENCODERS, MAPS)
+    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, LAGS_UNTOLD, SENSOR_FAULTS, DATA_SHEETS, COARSE_ENCODERS, MAPS)
     known = [*scenario_names(), *(name for table in made for name in table)]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:

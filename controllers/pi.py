@@ -87,20 +87,30 @@ def plausible_inputs(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[
 
 
 @register_jitable
+def unwound_integral(pi: PIParameters, state: PIState, inputs: Inputs) -> float:
+    """Return the integral (N m) less what of it the drive was asked for and did not give in the period that has ended.
+
+    Anti-windup is back-calculation, with the time constant ``Kp/Ki``.
+    """
+    integral = state.integral
+    if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
+        share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
+        integral += share * (inputs.realised_torque - asked_torque(pi, state))
+    return integral
+
+
+@register_jitable
 def feed_back(pi: PIParameters, state: PIState, inputs: Inputs, guard: Guard) -> tuple[Output, PIState]:
     """Do one sample of ``u = Kp e + I + u_ff`` with ``e = reference + correction - velocity``, of checked inputs.
 
     The integral is a backward Euler sum, ``I(k) = I(k-1) + Ki dt e(k)``: it uses the newest error and so adds no
-    delay. Anti-windup is back-calculation: what the drive did not give, of what it was asked for in that period, is
-    taken out of the integral with the time constant ``Kp/Ki``.
+    delay. Anti-windup comes before it, see ``unwound_integral``.
 
     Where the measurement is lost nobody knows the error, and the last one would grow with the plan on top of a
     feedforward that follows it already: it is taken for zero. After a while the torque fades to zero; see ``bridging``.
     """
-    integral, velocity, rejected, fed = state.integral, inputs.velocity, state.rejected, inputs.feedforward
-    if pi.integral > 0.0 and state.samples > 0 and math.isfinite(inputs.realised_torque):
-        share = 1.0 if pi.proportional <= 0.0 else min(1.0, inputs.dt * pi.integral / pi.proportional)
-        integral += share * (inputs.realised_torque - asked_torque(pi, state))
+    velocity, rejected, fed = inputs.velocity, state.rejected, inputs.feedforward
+    integral = unwound_integral(pi, state, inputs)
     kept, error = integral, inputs.reference + inputs.correction - velocity
     integral += pi.integral * inputs.dt * error
     command = pi.proportional * error + integral + fed

@@ -1,14 +1,16 @@
-"""What the controller sees of the joint: a velocity with noise, or a position with a resolution."""
+"""What the controller sees of the joint: a velocity with noise, or a position with a resolution, and faults of both."""
 
 import math
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
-from pydantic import ConfigDict, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from plant.fields import NonNegative, Positive, Table
+
+Share = Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, strict=True)]
 
 
 @register_jitable
@@ -26,12 +28,25 @@ class Sensor(Table):
         Standard deviation of the noise of a velocity sensor, rad/s.
     encoder_resolution : float, optional
         Step of an encoder, rad; it gives the position of the motor, rounded, instead of a velocity.
+    leap : float, optional
+        By how much single velocities are wrong, up or down, rad/s, ...
+    leap_share : float, optional
+        ... and the share of the samples at which they are.
+    held : int, optional
+        For how many samples the sensor now and then gives its last value once more, as one does whose messages are
+        lost, ...
+    held_share : float, optional
+        ... and the share of the samples at which it begins to.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     velocity_noise: NonNegative = 0.0
     encoder_resolution: Positive | None = None
+    leap: NonNegative = 0.0
+    leap_share: Share = 0.0
+    held: Annotated[int, Field(ge=0, strict=True)] = 0
+    held_share: Share = 0.0
 
     @model_validator(mode="after")
     def _check_choice(self) -> Self:
@@ -40,7 +55,20 @@ class Sensor(Table):
                 f"velocity_noise = {self.velocity_noise:g} rad/s is not allowed beside encoder_resolution: an encoder "
                 "has no velocity; leave one of them out"
             )
+        if self.encoder_resolution is not None and self.leap > 0.0:
+            raise ValueError(
+                f"leap = {self.leap:g} rad/s is not allowed beside encoder_resolution: an encoder has no velocity"
+            )
+        for name in ("leap", "held"):
+            size, share = getattr(self, name), getattr(self, f"{name}_share")
+            if (size > 0) != (share > 0.0):
+                raise ValueError(f"{name} = {size:g} and {name}_share = {share:g} are not allowed: give both or none")
         return self
+
+    @property
+    def is_random(self) -> bool:
+        """Whether two draws differ."""
+        return self.velocity_noise > 0.0 or self.leap > 0.0 or self.held > 0
 
     def draw(self, samples: int, generator: np.random.Generator) -> NDArray[np.float64]:
         """Draw the noise of a run before it starts, so that a seed means the same everywhere.
@@ -57,4 +85,29 @@ class Sensor(Table):
         ndarray, shape (samples,)
             Noise, rad/s.
         """
-        return self.velocity_noise * generator.standard_normal(samples)
+        noise = self.velocity_noise * generator.standard_normal(samples)
+        if self.leap > 0.0:
+            leaps = generator.random(samples) < self.leap_share
+            noise[leaps] += self.leap * generator.choice([-1.0, 1.0], np.count_nonzero(leaps))
+        return noise
+
+    def draw_held(self, samples: int, generator: np.random.Generator) -> NDArray[np.bool_]:
+        """Draw where the sensor gives its last value once more, after :meth:`draw`.
+
+        Parameters
+        ----------
+        samples : int
+            Number of samples.
+        generator : numpy.random.Generator
+            Source of randomness.
+
+        Returns
+        -------
+        ndarray of bool, shape (samples,)
+            Whether it does.
+        """
+        held = np.zeros(samples, dtype=bool)
+        if self.held > 0:
+            begins = generator.random(samples) < self.held_share
+            held |= np.convolve(begins, np.ones(self.held, dtype=int))[:samples] > 0
+        return held

@@ -121,21 +121,59 @@ def strains(torque: float, moved: float) -> bool:
 
 
 @register_jitable
+def bridge(state: ObserverState, feedback: PIParameters, torque: float, duration: float) -> ObserverState:
+    """Return the state after a period over which the drive gave a torque, before any velocity is taken into account.
+
+    Parameters
+    ----------
+    state : ObserverState
+        The state.
+    feedback : PIParameters
+        The PI loop.
+    torque : float
+        Torque that the drive gave over the period, all of it, N m.
+    duration : float
+        Length of the period, s.
+    """
+    gap = state.gap + duration
+    lacking = torque - delayed(state.fed, feedback.delay)
+    return ObserverState(
+        state.disturbance,
+        state.gain,
+        state.velocity,
+        state.reference,
+        state.lagged_torque,
+        state.fed,
+        state.squared,
+        state.response,
+        state.predicted_squared,
+        state.noise,
+        state.error,
+        state.error_squared,
+        state.quiet,
+        state.stuck,
+        state.away,
+        state.let_go,
+        state.effect,
+        state.lacking + (lacking - state.lacking) * (duration / gap),
+        gap,
+    )
+
+
+@register_jitable
 def observe(
     observer: ObserverParameters,
     state: ObserverState,
     feedback: PIParameters,
-    torque: float,
     inertia: float,
     reference: float,
     correction: float,
     velocity: float,
     held: bool,
-    duration: float,
     peak: float,
     strained: bool,
 ) -> ObserverState:
-    """Return the state after a period, before the gates are set.
+    """Return the state after a period, or several that were bridged, before the gates are set.
 
     While the plan rests, or friction of the last direction is held, the disturbance is held: a stuck joint answers to
     no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
@@ -154,23 +192,19 @@ def observe(
         The state.
     feedback : PIParameters
         The PI loop.
-    torque : float
-        Torque that the drive gave over the period, all of it, N m.
     inertia : float
         Inertia ``J_o``, kg m^2.
     reference, correction, velocity : float
         Plan, what an outer loop adds to it for the feedback, and measured velocity, now, rad/s.
     held : bool
         Whether the disturbance is held.
-    duration : float
-        Length of the period, s.
     peak : float
         Largest speed of the plan of late, rad/s.
     strained : bool
         Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
     """
     seen = reference
-    lacking, lagged_torque = torque - delayed(state.fed, feedback.delay), state.lagged_torque
+    duration, lacking, lagged_torque = state.gap, state.lacking, state.lagged_torque
     if observer.velocity_lag > 0.0:
         seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
@@ -220,6 +254,8 @@ def observe(
         away,
         state.let_go or stuck > CLAMPED or away > GONE,
         effect,
+        0.0,
+        0.0,
     )
 
 
@@ -325,6 +361,8 @@ def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[Observe
             state.away,
             False,
             state.effect,
+            state.lacking,
+            state.gap,
         ),
         state.gain * integral,
     )
@@ -378,6 +416,8 @@ def hand_over_to_observer(
             state.away,
             state.let_go,
             state.effect,
+            state.lacking,
+            state.gap,
         ),
         leaves,
     )

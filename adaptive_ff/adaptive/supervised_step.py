@@ -34,6 +34,7 @@ from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, init
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.observer import (
+    bridge,
     error_beyond_noise,
     hand_over_to_observer,
     misfit,
@@ -59,6 +60,12 @@ from adaptive_ff.adaptive.outer_loop import (
     unseen_velocity,
 )
 from adaptive_ff.adaptive.period import Fed
+from adaptive_ff.adaptive.seen_velocity import (
+    SeenVelocity,
+    advance_seen_velocity,
+    initial_seen_velocity,
+    seen_inputs,
+)
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
     given_inertia_torque,
@@ -85,6 +92,7 @@ from controllers import (
     hand_over,
     plausible_inputs,
     remember,
+    unwound_integral,
     with_feedforward,
     with_reference,
 )
@@ -100,6 +108,9 @@ twice that, it is not used."""
 FULL_TRUST = 0.95
 """Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
 
+
+BRIDGED = 10.5
+"""Longest time without a measurement that the observer bridges, in periods."""
 
 TAKEN_UP = 0.25
 """Share of the time for which a joint must slide until learning begins, after which it surely moves."""
@@ -180,6 +191,8 @@ class SupervisedState(NamedTuple):
         What the joint has shown of the friction that it holds at rest.
     drive : DriveLimit
         What its motion has shown of the drive.
+    seen : SeenVelocity
+        What is remembered of measured velocities.
     """
 
     feedback: PIState
@@ -201,6 +214,7 @@ class SupervisedState(NamedTuple):
     outer: OuterLoop
     held_friction: HeldFriction
     drive: DriveLimit
+    seen: SeenVelocity
 
 
 def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
@@ -213,6 +227,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_outer_loop(),
         initial_held_friction(),
         initial_drive_limit(model_given=block.estimator.given),
+        initial_seen_velocity(),
     )
 
 
@@ -235,36 +250,37 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
 
 @register_jitable
 def watch(
-    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float
+    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
 ) -> tuple[ObserverState, TrustState]:
     """Return observer and trust after the period that has ended, with a model that is unfit to a share.
 
-    ``clear`` tells whether it may be learnt from.
+    ``clear`` tells whether it may be learnt from, ``missing`` whether the velocity is taken for not measured.
     """
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
-    valid = math.isfinite(inputs.velocity)
+    valid = math.isfinite(inputs.velocity) and not missing
     started = state.feedback.samples > state.feedback.rejected
-    if valid and started and state.feedback.guard.lost == 0.0 and not state.doubt.doubted:
+    unbroken = started and not state.doubt.doubted and observer.gap + inputs.dt < BRIDGED * block.period
+    if unbroken:
         torque = inputs.realised_torque
         if not math.isfinite(torque):
             torque = asked_torque(feedback, state.feedback)
-        # with adaptation off a new load is not among what moved the joint
-        tried = state.enabled and levels.learnt >= block.estimator.memory
-        strained = tried and strains(torque - delayed(state.known_torques, feedback.delay), levels.torque)
-        observer = observe(
-            block.observer,
-            observer,
-            feedback,
-            torque,
-            observed_inertia(block.observer, state.estimator.recursion.estimate[INERTIA], unfit),
-            inputs.reference,
-            inputs.correction,
-            inputs.velocity,
-            may_stick(block, state, inputs.reference),
-            inputs.dt,
-            state.trust.peak,
-            strained,
-        )
+        observer = bridge(observer, feedback, torque, inputs.dt)
+        if valid:
+            # with adaptation off a new load is not among what moved the joint
+            tried = state.enabled and levels.learnt >= block.estimator.memory
+            strained = tried and strains(torque - delayed(state.known_torques, feedback.delay), levels.torque)
+            observer = observe(
+                block.observer,
+                observer,
+                feedback,
+                observed_inertia(block.observer, state.estimator.recursion.estimate[INERTIA], unfit),
+                inputs.reference,
+                inputs.correction,
+                inputs.velocity,
+                may_stick(block, state, inputs.reference),
+                state.trust.peak,
+                strained,
+            )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
     # with an outer loop the error is what that asks for as well
@@ -338,13 +354,15 @@ def step_supervised(
     doubt, checked = advance_doubt(block, state, inputs, guard), inputs
     drive, inputs = watch_drive(block, state, inputs)
     inputs = undoubted_inputs(doubt, believed_plan(block, state, doubt, inputs))
+    seen = advance_seen_velocity(block, state, inputs)
+    inputs = seen_inputs(seen, inputs)
     clear = doubt.left <= 0.0 and not drive.unproven
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
-    observer, trust = watch(block, state, inputs, clear, unfit)
+    observer, trust = watch(block, state, inputs, clear, unfit, seen.missing)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
-    seen = inputs.reference + command.share * (observer.reference - inputs.reference)
-    error = seen + inputs.correction - inputs.velocity
+    shown = inputs.reference + command.share * (observer.reference - inputs.reference)
+    error = shown + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), clear)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
@@ -365,10 +383,9 @@ def step_supervised(
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
     moves = period.sliding > TAKEN_UP * block.hold
-    observer, taken = take_up(observer, state.feedback.integral, moves)
-    observer, leaves = hand_over_to_observer(
-        observer, change, gain, torque + inputs.feedforward, state.feedback.integral - taken
-    )
+    integral = unwound_integral(block.feedback, state.feedback, checked)
+    observer, taken = take_up(observer, integral, moves)
+    observer, leaves = hand_over_to_observer(observer, change, gain, torque + inputs.feedforward, integral - taken)
     leaves = without_never_given(drive, leaves, state.feedback.integral) + taken
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
@@ -382,7 +399,7 @@ def step_supervised(
     feedback = hand_over(block.feedback, state.feedback, leaves)
     unseen = unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests)
     # a plan that leaps may be true: the feedback follows it, what is fed and learnt does not
-    compared = with_reference(checked, (checked.reference if doubt.leapt else seen) + unseen)
+    compared = with_reference(checked, (checked.reference if doubt.leapt else shown) + unseen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned, learnt = max(share, LEAST_TRUST), fed.estimator
@@ -414,6 +431,7 @@ def step_supervised(
         outer,
         held_friction,
         drive,
+        seen,
     )
 
 

@@ -136,7 +136,7 @@ def judge_chance(scenario: Scenario, *, draws: int = DRAWS) -> Judgement:
     The parameters are those of :func:`judge`. Without noise there is one draw, and no chance.
     """
     base = run_errors(scenario, BASELINE, draws=draws)
-    noisy = scenario.sensor.velocity_noise > 0.0
+    noisy = scenario.sensor.is_random
     return Judgement(base, run_errors(scenario, BASELINE, draws=draws, first=draws) if noisy else base)
 
 
@@ -172,10 +172,11 @@ def noisy_courses(scenario: Scenario, draws: int, first: int = 0) -> Iterator[Co
     course = lay_course(scenario)
     if first == 0:
         yield course
-    if scenario.sensor.velocity_noise > 0.0:  # an encoder has nothing to draw
+    if scenario.sensor.is_random:  # an encoder without faults has nothing to draw
         for draw in range(max(first, 1), first + draws):
             generator = np.random.default_rng([scenario.seed, NOISE_STREAM, draw])
-            yield course._replace(noise=scenario.sensor.draw(scenario.samples, generator))
+            noise = scenario.sensor.draw(scenario.samples, generator)
+            yield course._replace(noise=noise, held=scenario.sensor.draw_held(scenario.samples, generator))
 
 
 def window_slices(size: int, period: float) -> list[slice]:

@@ -31,6 +31,9 @@ WOUND_UP = 10.0
 SATURATED = 4.0
 """Largest torque that was not believed, over what has moved the joint beside its inertia, from which on it did."""
 
+HELD = 0.01
+"""Share of velocities that are repeated to the bit that calls for a warning."""
+
 LONG_WITHOUT = 10.0
 """Time without a sample to learn from that calls for a warning, s."""
 
@@ -51,6 +54,17 @@ def find_warnings(controller: AdaptiveBase, confidence: Confidence, unexplained:
     levels = state.estimator.levels
     if controller.rejected:
         yield f"{controller.rejected} measurements of {state.feedback.samples} were not finite and skipped."
+    seen = getattr(state, "seen", None)
+    if seen is not None and seen.leaps > 0:
+        yield (
+            f"{seen.leaps} measured velocities leapt further than any torque so far takes the joint; the feedback "
+            "followed them, nothing was learnt or observed from them: look at the sensor."
+        )
+    if seen is not None and seen.share > HELD:
+        yield (
+            f"{100.0 * seen.share:.0f} % of the measured velocities of late were the last ones once more: the sensor "
+            "is slower than the loop, or loses messages. A measurement that is lost is best given as not a number."
+        )
     if levels.learnt == 0.0:
         running = state.feedback.samples * block.period
         if running > LONG_WITHOUT:

@@ -331,7 +331,12 @@ class Scenario(Table):
 
     def noise(self) -> NDArray[np.float64]:
         """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""
-        return self.sensor.draw(self.samples, np.random.default_rng([self.seed, 1]))
+        return self.sensed()[0]
+
+    def sensed(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the noise, and at which samples the sensor gives its last value once more, shape (samples,) each."""
+        generator = np.random.default_rng([self.seed, 1])
+        return self.sensor.draw(self.samples, generator), self.sensor.draw_held(self.samples, generator)
 
     def cautions(self) -> list[str]:
         """Return what is allowed but probably not meant, a sentence each."""

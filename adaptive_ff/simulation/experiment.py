@@ -50,7 +50,9 @@ class Course(NamedTuple):
     reference : ndarray, shape (steps + 1,)
         Reference velocity on the solver's grid, rad/s.
     noise : ndarray, shape (n,)
-        Noise of the measured velocity, rad/s.
+        Noise of the measured velocity, rad/s; not a number where the measurement is lost.
+    held : ndarray of bool, shape (n,)
+        Where the sensor gives its last value once more.
     gravity : Gravity
         Weight on the joint.
     outer : PositionLoopParameters
@@ -78,6 +80,7 @@ class Course(NamedTuple):
     samples: NDArray[np.int64]
     reference: NDArray[np.float64]
     noise: NDArray[np.float64]
+    held: NDArray[np.bool_]
     gravity: Gravity
     outer: PositionLoopParameters
     position_step: float
@@ -202,6 +205,7 @@ def lay_plain_course(
         samples,
         reference,
         noise,
+        np.zeros(noise.size, dtype=bool),
         joint.weight,
         NO_POSITION_LOOP,
         POSITION_STEP,
@@ -226,7 +230,7 @@ def lay_course(scenario: Scenario) -> Course:
         period,
         scenario.sample_steps,
         reference,
-        scenario.noise(),
+        *scenario.sensed(),
         scenario.joint.weight,
         scenario.position_loop or NO_POSITION_LOOP,
         scenario.position_resolution or POSITION_STEP,

@@ -126,6 +126,8 @@ class Position(NamedTuple):
         State of the position loop.
     warmth : float
         Temperature of the joint above that of its surroundings, K; zero where friction does not depend on it.
+    reading : float
+        Last reading of the sensor, rad/s, or of the encoder, rad.
     """
 
     sample: int
@@ -138,6 +140,7 @@ class Position(NamedTuple):
     current_torque: float
     outer: PositionLoopState
     warmth: float
+    reading: float
 
 
 @register_jitable
@@ -181,7 +184,7 @@ def run_plain(
     """
     phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
     given, realised, current = position.given_torque, position.realised_torque, position.current_torque
-    outer, warmth = position.outer, position.warmth
+    outer, warmth, last_reading = position.outer, position.warmth, position.reading
     actuator, plan, period = course.actuator, course.plan, course.solver_period
     reports = actuator.reports  # asked once: the loop of a fixed feedforward takes a twentieth less time
     original = change_joint(course.joint, phase_change(plan, phase))
@@ -201,6 +204,9 @@ def run_plain(
             reading = encoder_reading(course.resolution, motion.position)
         else:
             reading = sensed_velocity(motion) + course.noise[sample]
+        if course.held[sample]:
+            reading = last_reading
+        last_reading = reading
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
         angle, correction = encoder_reading(course.position_step, motion.position), 0.0
         if course.outer.gain > 0.0:
@@ -264,7 +270,7 @@ def run_plain(
             acting = k
         record.torque[sample] = realised
         k += 1
-    return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer, warmth)
+    return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer, warmth, last_reading)
 
 
 run_in_memory = compiled_in_place(run_plain)
@@ -309,4 +315,5 @@ def start_position(course: Course, velocity: float | None = None) -> Position:
     start = float(course.reference[0]) if velocity is None else velocity
     joint = INITIAL_STATE[type(course.joint)](course.joint, start)
     observer, outer = initial_velocity_state(course.observer, joint.position, start), initial_position_loop_state()
-    return Position(0, 0, joint, observer, -1, 0.0, math.nan, 0.0, outer, 0.0)
+    reading = joint.position if course.resolution > 0.0 else start
+    return Position(0, 0, joint, observer, -1, 0.0, math.nan, 0.0, outer, 0.0, reading)

@@ -35,6 +35,7 @@ def part_of(course: Course, position: Position, stop: int) -> tuple[Course, Posi
         samples=course.samples[first : stop + 1] - begin,
         reference=course.reference[begin : end + 1],
         noise=course.noise[first:stop],
+        held=course.held[first:stop],
         planned=course.planned[begin : end + 1],
         plan=course.plan._replace(starts=course.plan.starts - begin),
         begin=begin,

@@ -17,6 +17,7 @@ from benchmarks.never_worse import (
     LAGS_UNTOLD,
     LIGHT_PEAKS,
     MAPS,
+    SENSOR_FAULTS,
     SITUATIONS,
     TOLD_INERTIAS,
     TOLD_NOTHING,
@@ -35,7 +36,8 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *LAGS_UNTOLD, *DATA_SHEETS, *COARSE_ENCODERS}
+    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *LAGS_UNTOLD, *SENSOR_FAULTS, *DATA_SHEETS}
+    made |= COARSE_ENCODERS.keys()
     assert SITUATIONS.keys() - made <= set(scenario_names())
 
 

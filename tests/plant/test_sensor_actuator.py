@@ -37,6 +37,39 @@ def test_noise_free_sensor_uses_up_as_much_randomness_as_a_noisy_one():
     assert quiet.random() == loud.random()
 
 
+def test_faults_of_a_sensor_come_as_often_as_stated_and_leave_the_noise_as_it_is():
+    samples, plain = 100_000, Sensor(velocity_noise=0.002)
+    noise = plain.draw(samples, np.random.default_rng(1))
+    leaping = Sensor(velocity_noise=0.002, leap=3.0, leap_share=0.01).draw(samples, np.random.default_rng(1)) - noise
+    assert np.unique(np.abs(np.round(leaping, 9))).tolist() == [0.0, 3.0]
+    assert np.count_nonzero(leaping) == pytest.approx(0.01 * samples, rel=0.1)
+    assert abs(np.mean(np.sign(leaping[leaping != 0.0]))) < 0.1
+    sensor, generator = Sensor(velocity_noise=0.002, held=5, held_share=0.01), np.random.default_rng(1)
+    assert np.array_equal(sensor.draw(samples, generator), noise)
+    held = sensor.draw_held(samples, generator)
+    assert not np.any(plain.draw_held(samples, generator))
+    assert np.mean(held) == pytest.approx(1.0 - 0.99**5, rel=0.1)
+    runs = np.diff(np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]]))))[::2]
+    assert np.min(runs[:-1]) == 5
+    assert Sensor().is_random is False
+    assert all(sensor.is_random for sensor in (plain, Sensor(held=2, held_share=0.1), Sensor(leap=1.0, leap_share=0.1)))
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"leap": 3.0}, "leap = 3 and leap_share = 0 are not allowed: give both or none"),
+        ({"held_share": 0.1}, "held = 0 and held_share = 0.1 are not allowed: give both or none"),
+        ({"leap": 3.0, "leap_share": 0.1, "encoder_resolution": 1e-4}, "leap = 3 rad/s is not allowed beside encoder"),
+        ({"leap": 3.0, "leap_share": 1.0}, "less than 1"),
+        ({"held": 2.5, "held_share": 0.1}, "held"),
+    ],
+)
+def test_faults_that_cannot_be_are_refused(fields, message):
+    with pytest.raises(ValidationError, match=message):
+        Sensor(**fields)
+
+
 @pytest.mark.parametrize("value", [-0.001, math.nan, math.inf, "0.002", True, None])
 def test_sensor_refuses_a_wrong_noise(value):
     with pytest.raises(ValidationError, match="velocity_noise"):

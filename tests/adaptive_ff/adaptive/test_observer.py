@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.observer import (
     CLAMPED,
+    bridge,
     hand_over_to_observer,
     misfit,
     observe,
@@ -30,13 +31,29 @@ INERTIA = SCENARIO.feedback.inertia
 OBSERVER = ObserverParameters(20.0, INERTIA, 0.0, PERIOD)
 
 
+def after(observer, state, torque, *seen):
+    """State after a period over which the drive gave a torque; what was seen is the rest of ``observe``."""
+    return observe(observer, bridge(state, FEEDBACK, torque, PERIOD), FEEDBACK, INERTIA, *seen)
+
+
+def test_what_is_not_measured_is_bridged():
+    """A velocity that is not measured costs no torque: the difference is taken over the whole gap."""
+    state = start_observer(initial_observer(FEEDBACK), 0.0, 0.0)
+    torques = 10.0 * np.random.default_rng(1).standard_normal(8)
+    for torque in torques[:-1]:
+        state = bridge(state, FEEDBACK, torque, PERIOD)
+    velocity = float(np.sum(torques + 5.0)) * PERIOD / INERTIA
+    assert state.gap == pytest.approx(7 * PERIOD)
+    state = after(OBSERVER, state, torques[-1], 0.0, 0.0, velocity, False, 1.0, math.inf)
+    assert state.disturbance == pytest.approx(-5.0 * (1.0 - math.exp(-20.0 * 8 * PERIOD)))
+    assert state.gap == 0.0
+
+
 def observed(torques, velocities, references, observer=OBSERVER):
     """States while the drive gives torques; velocity and reference have one value more, of the start."""
     state, states = start_observer(initial_observer(FEEDBACK), references[0], velocities[0]), []
     for torque, reference, velocity in zip(torques, references[1:], velocities[1:], strict=True):
-        state = observe(
-            observer, state, FEEDBACK, torque, INERTIA, reference, 0.0, velocity, False, PERIOD, 1.0, math.inf
-        )
+        state = after(observer, state, torque, reference, 0.0, velocity, False, 1.0, math.inf)
         states.append(state)
     return states
 
@@ -59,14 +76,14 @@ def test_what_was_fed_forward_is_not_observed():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.1)
     for _ in range(50):
         state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0)
-        state = observe(OBSERVER, state, FEEDBACK, 40.0, INERTIA, 0.1, 0.0, 0.1, False, PERIOD, 1.0, False)
+        state = after(OBSERVER, state, 40.0, 0.1, 0.0, 0.1, False, 1.0, False)
     assert state.disturbance == pytest.approx(0.0, abs=1e-12)
 
 
 def test_while_the_plan_rests_what_was_observed_is_held():
     state = observed(np.full(100, 25.0), np.full(101, 0.1), np.full(101, 0.1))[-1]
     for torque in (50.0, -400.0, 0.0):  # a stuck joint answers to none of these
-        held = observe(OBSERVER, state, FEEDBACK, torque, INERTIA, 0.0, 0.0, 0.0, True, PERIOD, 1.0, False)
+        held = after(OBSERVER, state, torque, 0.0, 0.0, 0.0, True, 1.0, False)
         assert (held.disturbance, held.squared) == (state.disturbance, state.squared)
         assert (held.predicted_squared, held.error_squared) == (state.predicted_squared, state.error_squared)
         state = held
@@ -76,7 +93,7 @@ def test_while_the_plan_rests_what_was_observed_is_held():
 def test_while_the_joint_sticks_the_disturbance_does_not_grow_against_the_error(velocity, asked, moves):
     """The plan moves forward. What the integral asks for from before is no disturbance of a joint that sticks."""
     state = start_observer(initial_observer(FEEDBACK), 0.1, velocity)
-    following = observe(OBSERVER, state, FEEDBACK, asked, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, False)
+    following = after(OBSERVER, state, asked, 0.1, 0.0, velocity, False, 1.0, False)
     assert (following.disturbance != 0.0) == moves
 
 
@@ -84,7 +101,7 @@ def test_an_error_as_small_as_noise_does_not_tell_that_the_joint_sticks():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.0)
     for deviation, moves in ((0.03, False), (0.04, True)):
         noisy = state._replace(noise=state.noise._replace(variance=deviation**2))
-        following = observe(OBSERVER, noisy, FEEDBACK, -50.0, INERTIA, 0.1, 0.0, 0.0, False, PERIOD, 1.0, False)
+        following = after(OBSERVER, noisy, -50.0, 0.1, 0.0, 0.0, False, 1.0, False)
         assert (following.disturbance != 0.0) == moves
 
 
@@ -117,9 +134,7 @@ def gain_at_an_error(error, correction=0.0):
         velocity = 0.1 + correction - error + noise[sample]
         torque = 60.0 + INERTIA * (velocity - state.velocity) / PERIOD if sample else 60.0
         # a residual that the loop has long made up for: what it would make of it is no error any more
-        state = observe(
-            OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, correction, velocity, False, PERIOD, 1.0, math.inf
-        )
+        state = after(OBSERVER, state, torque, 0.1, correction, velocity, False, 1.0, math.inf)
         gains.append(observer_gain(OBSERVER, state, FEEDBACK, INERTIA, 0.0))
     return gains[-1]
 
@@ -144,7 +159,18 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
     for value in white:
         noise += 0.8 * (value - noise)
-        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, False)
+        state = observe(
+            observer,
+            bridge(state, feedback, 60.0, 0.001),
+            feedback,
+            INERTIA,
+            0.1,
+            0.0,
+            0.1 + noise,
+            False,
+            1.0,
+            False,
+        )
         gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
     fit, unfit = np.mean(gains[10000:], axis=0)
     assert unfit > 0.1
@@ -263,26 +289,24 @@ def test_a_joint_that_sticks_at_more_torque_than_it_ever_moved_with_is_held_by_a
     """What was observed fades, and stays away until the torque is a plausible one again, though the joint moves."""
     state = start_observer(initial_observer(FEEDBACK)._replace(disturbance=100.0), 0.1, 0.0)
 
-    def after(state, torque, velocity, moved):
-        return observe(
-            OBSERVER, state, FEEDBACK, torque, INERTIA, 0.1, 0.0, velocity, False, PERIOD, 1.0, strains(torque, moved)
-        )
+    def asked(state, torque, velocity, moved):
+        return after(OBSERVER, state, torque, 0.1, 0.0, velocity, False, 1.0, strains(torque, moved))
 
     for moved, fades in ((math.inf, False), (110.0, False), (100.0, True)):
-        assert (after(state, 310.0, 0.0, moved).disturbance < 100.0) == fades
-    held = after(state, 310.0, 0.0, 100.0)
-    let_go = after(held, 310.0, 0.09, 100.0)
+        assert (asked(state, 310.0, 0.0, moved).disturbance < 100.0) == fades
+    held = asked(state, 310.0, 0.0, 100.0)
+    let_go = asked(held, 310.0, 0.09, 100.0)
     assert let_go.disturbance < held.disturbance
-    assert after(let_go, 290.0, 0.09, 100.0).stuck == 0.0
+    assert asked(let_go, 290.0, 0.09, 100.0).stuck == 0.0
 
 
 def stuck_for(seconds, friction=50.0):
     """The observer beside a joint that a plan does not move for so long, and then the joint sliding along its plan."""
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.0)
     for _ in range(round(seconds / PERIOD)):
-        state = observe(OBSERVER, state, FEEDBACK, friction, INERTIA, 0.1, 0.0, 0.0, False, PERIOD, 1.0, False)
+        state = after(OBSERVER, state, friction, 0.1, 0.0, 0.0, False, 1.0, False)
     for _ in range(5):
-        state = observe(OBSERVER, state, FEEDBACK, friction, INERTIA, 0.1, 0.0, 0.1, False, PERIOD, 1.0, False)
+        state = after(OBSERVER, state, friction, 0.1, 0.0, 0.1, False, 1.0, False)
     return state
 
 

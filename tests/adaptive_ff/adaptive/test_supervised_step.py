@@ -66,6 +66,11 @@ def test_falling_trust_does_not_let_the_torque_jump(states):
     assert falls == 12, "with little friction or trust to lose nothing is tested"
 
 
+def at(state, velocity):
+    """A state whose last measured velocity was next to one: that is neither a leap nor a value once more."""
+    return state._replace(seen=state.seen._replace(last=velocity + 1e-6, believed=velocity + 1e-6))
+
+
 def test_falling_gain_does_not_let_the_torque_jump(states):
     """Louder noise closes the gates: the torque stays where it is, the integral takes over."""
     for saved in states[1:]:  # the first is held back for lack of learning
@@ -76,7 +81,7 @@ def test_falling_gain_does_not_let_the_torque_jump(states):
             observer = state.observer._replace(gain=1.0, disturbance=35.0, velocity=0.2, reference=0.2)
             noise = observer.noise._replace(measured=10.0, mean=variance or 0.0, variance=variance or 0.0)
             # without noise the gates are open; a level to begin with that high closes them
-            controller.state = state._replace(observer=observer._replace(noise=noise, squared=1e3))
+            controller.state = at(state._replace(observer=observer._replace(noise=noise, squared=1e3)), 0.2)
         torques = [controller.step(0.2, 0.2, **STEP) for controller in (first, second)]
         assert second.observer_gain == 0.0
         assert abs(first.state.feedback.integral - second.state.feedback.integral) > 1.0
@@ -103,7 +108,7 @@ def test_trust_waits_for_the_cause_of_a_change_where_it_was_full(states):
         controller = restored(states[-1])
         state = controller.state
         estimator = state.estimator._replace(alarm=state.estimator.alarm._replace(cause=cause))
-        controller.state = state._replace(estimator=estimator, trust=state.trust._replace(trust=trust))
+        controller.state = at(state._replace(estimator=estimator, trust=state.trust._replace(trust=trust)), 0.25)
         controller.step(0.2, 0.25, **STEP)
         assert (controller.state.trust.xx != state.trust.xx) == moved
 
@@ -121,7 +126,7 @@ def test_error_counts_where_the_model_does_not_fit_and_no_outer_loop_asks_for_it
     state.estimator.candidates.errors[:] = unfit
     levels = state.estimator.levels._replace(learnt=learnt)
     observer = state.observer._replace(error=0.1, error_squared=0.01)
-    controller.state = state._replace(estimator=state.estimator._replace(levels=levels), observer=observer)
+    controller.state = at(state._replace(estimator=state.estimator._replace(levels=levels), observer=observer), 0.2)
     controller.step(0.2, 0.2, correction=correction, **STEP)
     assert (controller.state.trust.missed > state.trust.missed) == counts
 
@@ -193,7 +198,7 @@ def test_observer_holds_while_friction_of_the_last_direction_is_held(states, sha
             estimator=state.estimator._replace(candidates=candidates),
         )
         assert may_stick(block, before, plan) == (held and presliding == 0.0)
-        controller.state = before
+        controller.state = at(before, 0.0)
         controller.step(plan, 0.0, next_reference=plan, realised_torque=70.0)
         moved = controller.state.observer.error_squared != before.observer.error_squared
         assert moved != (held and presliding == 0.0)

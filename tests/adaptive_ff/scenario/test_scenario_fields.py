@@ -49,7 +49,7 @@ NOT_NEGATIVE = [
     *(f"joint.{name}_backward" for name in ("coulomb", "stiction", "viscous")),
     *(f"joint.{name}" for name in ("damping", "link_damping", "gap", "hysteresis")),
     "sampling.jitter",
-    "sensor.velocity_noise",
+    *(f"sensor.{name}" for name in ("velocity_noise", "leap", "leap_share", "held_share")),
     *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay", "lag")),
     "feedback.delay",
     "joint.gravity",
@@ -106,6 +106,7 @@ OTHERS = [
     "joint.kind",
     "reference.kind",
     "velocity.method",
+    "sensor.held",
     "actuator.reports_torque",
     *(f"adaptation.{name}" for name in ("identify", "motor_turn", "position_hats", "load_friction")),
 ]
@@ -128,7 +129,7 @@ KNOWN = {
         "offset, axis, gravity, gravity_phase, gear_ratio, friction_lag, solver_period"
     ),
     "sampling": "period, jitter",
-    "sensor": "velocity_noise, encoder_resolution",
+    "sensor": "velocity_noise, encoder_resolution, leap, leap_share, held, held_share",
     "velocity": "method, cutoff, acceleration_walk",
     "actuator": (
         "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay, lag, gain, reports_torque"
@@ -197,6 +198,10 @@ def complete(path=""):
         content["reference"] = {**content["reference"], "pause": [10.0, 100.0]}
     if path == "sensor.encoder_resolution":
         content["sensor"] = {"encoder_resolution": 1e-5}
+    if path.startswith("sensor.held"):
+        content["sensor"] = {"held": 2, "held_share": 0.1}
+    if path.startswith("sensor.leap"):
+        content["sensor"] = {"leap": 2.0, "leap_share": 0.1}
     kind = KIND_OF.get(path)
     if kind is not None:
         content["reference"] = {"kind": kind, **({"distance": 0.2} if kind == "point_to_point" else {})}
