@@ -397,15 +397,20 @@ class AdaptiveController(AdaptiveBase):
         check_share("trust.trust", state.trust.trust)
         check_share("trust.earned", state.trust.earned)
         trust = state.trust
-        if min(trust.xx, trust.yy, trust.peak) < 0.0 or trust.peak > LARGEST_VELOCITY:
+        speeds = (trust.peak, trust.fastest, trust.before)
+        if min(trust.xx, trust.yy, trust.span, *speeds) < 0.0 or max(speeds) > LARGEST_VELOCITY:
             raise ValueError("state.trust is not allowed: mean squares and the largest speed must be plausible")
         check_share("observer.gain", state.observer.gain)
         check_share("observer.effect.share", state.observer.effect.share)
         check_share("observer.effect.ceiling", state.observer.effect.ceiling)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
-        if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:
+        if min(noise.measured, observer.stuck, observer.away, observer.gap, *squares) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
+        seen = state.seen
+        check_share("seen.share", seen.share)
+        if min(seen.gap, seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps) < 0:
+            raise ValueError("state.seen is not allowed: times, changes and counts must be zero or more")
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)
         check_held_friction(state.held_friction)

@@ -1,5 +1,6 @@
 """Velocities that no motion makes: what is believed, and that the controller is no worse than PI with such a sensor."""
 
+import json
 import math
 from types import SimpleNamespace
 
@@ -136,6 +137,15 @@ def test_a_sensor_with_faults_never_makes_a_joint_worse_than_its_loop_alone(sens
     judged = judge(SCENARIO.modified(seed=seed, sensor=sensor), "adaptive", draws=2)
     assert judged.settled > 1.05
     assert judged.worst_window < 1.2
+
+
+@pytest.mark.parametrize(("field", "value"), [("share", 1.5), ("gap", -1.0), ("leaps", -1), ("finest", -1.0)])
+def test_a_state_that_cannot_be_is_refused_when_it_is_restored(field, value):
+    controller = make("adaptive")
+    saved = json.loads(controller.state_to_json())
+    saved["state"]["seen"][field] = value
+    with pytest.raises(ValueError, match="seen"):
+        controller.state_from_json(json.dumps(saved))
 
 
 def test_leaps_are_told_of():

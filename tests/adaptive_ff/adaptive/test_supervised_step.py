@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO, drive, lay_course, make, own_loop, run_plain
+from closed_loops import SCENARIO, course_along, drive, error_of, lay_course, make, own_loop, run_plain
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED
@@ -236,3 +236,13 @@ def test_lost_measurements_neither_stop_it_nor_leave_a_trace_in_its_observer():
     assert math.isfinite(controller.observed_torque)
     assert 0.0 <= controller.observer_gain <= 1.0
     assert 0.0 <= controller.trust <= 1.0
+
+
+@pytest.mark.parametrize("seed", [101, 102])
+def test_slow_motion_after_fast_is_tracked_no_worse_than_by_the_loop_alone(seed):
+    """On so slow a plan PI stands still for seconds; what breaks the joint loose makes it slip."""
+    fast = SCENARIO.modified(seed=seed, duration=30.0).reference_velocity()
+    slow = SCENARIO.modified(seed=seed, duration=120.0, reference={"peak": 0.003}).reference_velocity()
+    course = course_along(np.concatenate([fast, slow]), substeps=10, noise=0.002, seed=seed)
+    errors = {name: error_of(course, drive(make(name), course)[0], 90.0) for name in ("pi", "adaptive")}
+    assert errors["adaptive"] < errors["pi"] / 0.95

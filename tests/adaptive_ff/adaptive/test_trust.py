@@ -15,7 +15,9 @@ from adaptive_ff.adaptive.trust import (
     MISSED,
     PEAK_MEMORY,
     RISE,
+    SLOWER,
     SOFT_GRACE,
+    SPAN,
     advance_trust,
     caution,
     initial_trust,
@@ -152,11 +154,21 @@ def test_little_learnt_and_slow_motion_hold_it_back():
     assert caution(slow, SLOWEST, 0.0, 5.0, GRACE) == 0.0
     assert caution(medium, SLOWEST, 0.0, 5.0, GRACE) == pytest.approx(0.5)
     assert caution(slow, SLOWEST, LEARNT * 5.0, 5.0, GRACE) == 1.0
-    for later, kept in ((0.0, 1.0), (1e-9, 1.0 / math.e)):  # it fades while the plan moves
+    for later, kept in ((0.0, 1.0), (0.01, 1.0 / math.e)):  # it fades while the plan moves
         later_on = fast
         for _ in range(round(PEAK_MEMORY / PERIOD)):
             later_on = advance_trust(later_on, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, later, True, PERIOD)
         assert later_on.peak == pytest.approx(0.1 * kept, rel=1e-6)
+
+
+@pytest.mark.parametrize(("slower", "forgotten"), [(0.9 * SLOWER, False), (1.4 * SLOWER, True)])
+def test_the_largest_speed_is_forgotten_when_the_plan_has_become_far_slower(slower, forgotten):
+    state, speed = moving(0.1), 0.1 / slower
+    for k in range(round(2.1 * SPAN / PERIOD)):
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, speed * (-1.0) ** k, True, PERIOD)
+        assert state.peak > 0.09 * math.exp(-2.1 * SPAN / PEAK_MEMORY) or k * PERIOD > 0.8 * SPAN
+    assert (state.peak == pytest.approx(speed)) == forgotten
+    assert advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.2, True, PERIOD).peak == 0.2
 
 
 def test_at_the_start_slow_motion_is_no_reason_yet():
@@ -197,7 +209,17 @@ def test_what_was_held_back_is_there_at_once_when_the_reason_ends():
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("earned", 1.5), ("peak", -1.0), ("peak", 1e9), ("xx", -1e-9), ("yy", -1.0)]
+    ("field", "value"),
+    [
+        ("earned", 1.5),
+        ("peak", -1.0),
+        ("peak", 1e9),
+        ("fastest", -1.0),
+        ("before", 1e9),
+        ("span", -1.0),
+        ("xx", -1e-9),
+        ("yy", -1.0),
+    ],
 )
 def test_trust_that_cannot_be_is_refused_when_it_is_restored(field, value):
     controller = make("adaptive", SCENARIO)
