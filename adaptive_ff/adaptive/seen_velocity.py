@@ -6,8 +6,10 @@ that the motion has needed. So a velocity is taken for a **leap**, and for not m
     3 T dt/J + 8 s,      T = max(largest torque so far, 0.25 Kp w_p)
 
 from all that the torque of the drive can have made both of the last value and of the last one that was believed; ``s``
-is the noise, ``w_p`` the largest speed of the plan. After three leaps in a row the velocity is believed. The torque of
-the drive need not have acted: what lies between with it and without it is explained.
+is the noise, ``w_p`` the largest speed of the plan. The torque of the drive need not have acted, and the inertia may be
+2.5 times less than is assumed: what lies between is explained. Without that, joints whose inertia varies by 60 % over
+the position, which hunt where it is least, lost up to half their accuracy. After three leaps in a row the velocity is
+believed.
 
 A sensor that loses a message often gives the last value once more; one that is slower than the loop always does. A
 velocity that is **held** to the bit, and is not that of a joint that stands, is no measurement where the sensor
@@ -32,18 +34,24 @@ from typing import Any, NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.doubt import possible_speed
-from adaptive_ff.adaptive.noise_level import noise_known
+from adaptive_ff.adaptive.noise_level import NoiseState, filled_mean, noise_known
 from adaptive_ff.model.bounds import INERTIA
 from controllers import Inputs, asked_torque, with_velocity
 
 LEAP = 3.0
 """Change of the velocity that is believed, over what the largest torque makes: with 2 and 5 hardly anything differs."""
 
+LIGHTER = 2.5
+"""Assumed inertia over the least one that the torque of the drive may move."""
+
 LIKELY = 0.25
 """That torque is at least this share of what the feedback makes of the largest speed of the plan."""
 
 NOISY = 8.0
 """Standard deviations of the noise that are no leap."""
+
+ROUGHLY = 0.1
+"""Time measured from which on the noise is known roughly, s."""
 
 LONGEST = 3
 """Leaps in a row that are not believed: what stays is true."""
@@ -115,6 +123,14 @@ def distance(value: float, least: float, most: float) -> float:
 
 
 @register_jitable
+def noise_level(noise: NoiseState) -> float:
+    """Return the standard deviation of the noise (rad/s), roughly before it is known; less than zero at the start."""
+    if noise_known(noise):
+        return math.sqrt(noise.variance)
+    return math.sqrt(filled_mean(noise.mean, noise.measured)) if noise.measured > ROUGHLY else -1.0
+
+
+@register_jitable
 def is_held(seen: SeenVelocity, moved: float, deviation: float) -> bool:
     """Tell whether a velocity that is repeated is no measurement.
 
@@ -133,7 +149,14 @@ def is_held(seen: SeenVelocity, moved: float, deviation: float) -> bool:
 
 @register_jitable
 def has_leapt(
-    block: Any, state: Any, seen: SeenVelocity, before: float, change: float, duration: float, possible: float
+    block: Any,
+    state: Any,
+    seen: SeenVelocity,
+    before: float,
+    change: float,
+    duration: float,
+    possible: float,
+    noise: float,
 ) -> bool:
     """Tell whether the last velocity is none that the joint can have.
 
@@ -146,13 +169,14 @@ def has_leapt(
     before : float
         The velocity before, rad/s.
     change : float
-        Change that the torque of the drive makes in the period that has ended, rad/s.
+        Largest change that the torque of the drive makes in the period that has ended, rad/s.
     duration : float
         Its length, s.
     possible : float
         Largest speed that is thought possible, rad/s.
+    noise : float
+        Change that noise may make, rad/s.
     """
-    noise = NOISY * math.sqrt(state.observer.noise.variance)
     from_last = distance(seen.last - before, min(0.0, change), max(0.0, change)) - noise
     if from_last <= 0.0:
         return False
@@ -185,7 +209,7 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
     torque = inputs.realised_torque
     if not math.isfinite(torque):
         torque = asked_torque(block.feedback, state.feedback)
-    change = torque * duration / least_inertia(block, state)
+    change = LIGHTER * torque * duration / least_inertia(block, state)
     falls, rises, gap = old.falls + min(0.0, change), old.rises + max(0.0, change), old.gap + duration
     weight = duration / (LATELY + duration)
     share = old.share - weight * old.share
@@ -205,7 +229,7 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
             share,
             old.leaps,
         )
-    difference, known = abs(velocity - old.last), noise_known(state.observer.noise)
+    difference, level = abs(velocity - old.last), noise_level(state.observer.noise)
     finest, changes, fine = old.finest, old.changes, old.fine
     if difference > 0.0:
         changes += 1.0
@@ -223,10 +247,9 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
         velocity, old.believed, falls, rises, gap, plan, finest, changes, fine, leapt, True, share + weight, leaps
     )
     if repeated:
-        deviation = math.sqrt(state.observer.noise.variance) if known else 0.0
-        missing = is_held(seen, inputs.reference - plan, deviation)
-    elif known and leapt <= LONGEST:
-        missing = has_leapt(block, state, seen, old.last, change, duration, possible)
+        missing = is_held(seen, inputs.reference - plan, max(0.0, level))
+    elif level >= 0.0 and leapt <= LONGEST:
+        missing = has_leapt(block, state, seen, old.last, change, duration, possible, NOISY * level)
     if missing:
         return seen
     return SeenVelocity(velocity, velocity, 0.0, 0.0, 0.0, plan, finest, changes, fine, 0, False, share, old.leaps)

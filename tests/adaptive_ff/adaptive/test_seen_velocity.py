@@ -10,8 +10,10 @@ from closed_loops import SCENARIO, begin, course_along, make, own_loop
 
 from adaptive_ff.adaptive.noise_level import initial_noise
 from adaptive_ff.adaptive.seen_velocity import (
+    LIGHTER,
     LONGEST,
     OFTEN,
+    ROUGHLY,
     advance_seen_velocity,
     initial_seen_velocity,
     seen_inputs,
@@ -60,8 +62,9 @@ def test_a_velocity_further_than_the_largest_torque_takes_it_is_not_believed(sha
         assert (state.missing, state.leaps) == (missing, int(missing))
 
 
-def test_what_the_torque_of_the_drive_explains_is_believed_in_its_direction():
-    change = 400.0 * PERIOD / INERTIA
+@pytest.mark.parametrize("inertia", [INERTIA, INERTIA / LIGHTER])
+def test_what_the_torque_of_the_drive_explains_is_believed_in_its_direction(inertia):
+    change = 400.0 * PERIOD / inertia
     (with_it,) = seen([0.1, 0.1 + change + 0.9 * BELIEVED], [0.0, 400.0])
     (against,) = seen([0.1, 0.1 - change - 0.9 * BELIEVED], [0.0, 400.0])
     assert not with_it.missing
@@ -90,8 +93,10 @@ def test_over_a_gap_the_joint_may_have_moved_further():
     assert seen([0.1, 0.1 + 5.0 * BELIEVED])[-1].missing
 
 
-def test_before_the_noise_is_known_nothing_leaps():
+def test_before_anything_is_known_of_the_noise_nothing_leaps():
     assert not seen([0.1, 30.0], noise=initial_noise())[-1].missing
+    rough = initial_noise()._replace(measured=1.1 * ROUGHLY, mean=NOISE**2)
+    assert seen([0.1, 30.0], noise=rough)[-1].missing
 
 
 def test_a_value_that_a_fine_sensor_repeats_is_held():
