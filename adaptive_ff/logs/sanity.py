@@ -1,4 +1,4 @@
-"""Whether a log can be what it is taken for: times in seconds, angles in radians, a position without jumps or wraps.
+"""Whether a log can be what it is taken for: times in seconds, without pauses, a position in radians that never jumps.
 
 What is certain is mended or refused with one line; what is probable is said.
 """
@@ -9,9 +9,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from adaptive_ff.errors import InputError, counted
-from adaptive_ff.logs.defects import Skipped, median_step, runs
+from adaptive_ff.errors import InputError
+from adaptive_ff.logs.clock import with_clear_clock
+from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
 from adaptive_ff.logs.log import Array, Log
 
 SLOWEST = 1.0
@@ -33,7 +35,7 @@ class Sound(NamedTuple):
     Attributes
     ----------
     log : Log
-        The log, repeated rows dropped and wraps undone.
+        The log, wraps undone, without rows that have the time of the row before; see :mod:`adaptive_ff.logs.clock`.
     said : list of str
         What was done or is probably wrong, a sentence each.
     jumps : list of Skipped
@@ -60,16 +62,16 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
     InputError
         The sample time is a second or more.
     """
-    said: list[str] = []
-    log, repeated = without_repeated_rows(log)
-    if repeated:
-        said.append(f"{counted(repeated, 'row')} left out: the same as the one before, time included")
+    log, said = with_clear_clock(log)
     step = median_step(log)
     if step >= SLOWEST:
         raise InputError(
             f"{log.name}: the sample time is {step:.4g} s; it must be less than {SLOWEST:g} s: is the time in "
             f"milliseconds or microseconds? Then {log.scaling('time', '1e-3', '1e-6')}"
         )
+    pauses = find_pauses(log.time, step)
+    if pauses.size:
+        said.append(_pauses_sentence(log.time, pauses))
     jumps: list[Skipped] = []
     if log.position is not None:
         position = log.position
@@ -77,7 +79,7 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
             position, wraps = without_wraps(position)
             if wraps:
                 said.append(f"the position wraps {_times(wraps)} by a turn; that is undone")
-        jumps = find_jumps(position)
+        jumps = [jump for jump in find_jumps(position) if jump.start not in pauses]
         if jumps:
             said.append(f"the position jumps {_times(len(jumps))} within one sample; the log is cut there")
         log = replace(log, position=position)
@@ -93,14 +95,19 @@ def is_in_degrees(column: str) -> bool:
     return DEGREES.search(column) is not None
 
 
-def without_repeated_rows(log: Log) -> tuple[Log, int]:
-    """Return a log without rows that are the same as the one before, time included, and their number."""
-    series = [log.time, log.torque, log.position, log.velocity, *log.extra.values()]
-    same = np.zeros(log.time.size, dtype=np.bool_)
-    if log.time.size > 1:
-        same[1:] = np.all([values[1:] == values[:-1] for values in series if values is not None], axis=0)
-    count = int(np.count_nonzero(same))
-    return (log.part(~same) if count else log), count
+def find_pauses(time: Array, step: float) -> NDArray[np.int64]:
+    """Return the samples before which a clock of some median step, s, leaves a gap."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.diff(time)
+        return np.flatnonzero((steps > GAP * step) & (steps < np.inf)) + 1
+
+
+def _pauses_sentence(time: Array, pauses: NDArray[np.int64]) -> str:
+    lengths = time[pauses] - time[pauses - 1]
+    longest = int(np.argmax(lengths))
+    often = "once" if pauses.size == 1 else f"{pauses.size} times, the longest"
+    begin = time[pauses[longest] - 1]
+    return f"the recording pauses {often} for {lengths[longest]:.3g} s after {begin:.6g} s; the log is cut there"
 
 
 def without_wraps(position: Array) -> tuple[Array, int]:

@@ -8,8 +8,10 @@ from adaptive_ff import InputError
 from adaptive_ff.cli.columns import is_current
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
+from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.sanity import find_jumps, is_in_degrees, look_through, without_wraps
+from adaptive_ff.replay.replay import replay_log
 
 
 def with_position(log, position):
@@ -50,6 +52,37 @@ def test_log_is_cut_where_the_position_jumps():
         "the position jumps once within one sample; the log is cut there"
         in look_through(with_position(log, position)).said
     )
+
+
+@pytest.mark.parametrize("as_position", [True, False])
+def test_pause_of_the_recording_is_called_one_and_the_log_is_cut_there(as_position):
+    """It was called a jump of the position within one sample."""
+    log = make_log(noise=0.05, as_position=as_position)
+    kept = np.ones(log.time.size, dtype=np.bool_)
+    kept[7000:7249] = False
+    paused = log.part(kept)
+    found = identify_log(paused)
+    said = "the recording pauses once for 0.5 s after 13.998 s; the log is cut there"
+    assert found.cautions == [said]
+    assert found.skipped == [Skipped(7000, 7000, "the clock leaves a gap, from 13.998 s to 14.498 s")]
+    assert [note for note in replay_log(paused).notes if "pauses" in note] == [f"{said[0].upper()}{said[1:]}."]
+    kept[3000:3400] = False
+    assert look_through(log.part(kept)).said == [
+        "the recording pauses 2 times, the longest for 0.802 s after 5.998 s; the log is cut there"
+    ]
+
+
+def test_jump_beside_a_pause_is_still_a_jump():
+    log = make_log(noise=0.05)
+    kept = np.ones(log.time.size, dtype=np.bool_)
+    kept[7000:7249] = False
+    position = np.where(np.arange(log.time.size) < 9000, log.position, log.position + 0.9)
+    sound = look_through(with_position(log, position).part(kept))
+    assert [jump.start for jump in sound.jumps] == [9000 - 249]
+    assert [sentence.split(" for ")[0] for sentence in sound.said] == [
+        "the recording pauses once",
+        "the position jumps once within one sample; the log is cut there",
+    ]
 
 
 def test_repeated_rows_are_left_out():
