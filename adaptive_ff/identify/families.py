@@ -85,3 +85,8 @@ def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Ter
         kept = side if both_ways else tuple(term for term in side if term not in ("offset", ASYMMETRY))
         made[(*BASE, *kept, *bend, *lag)] = None
     return sorted(made, key=len)
+
+
+def jumps_at_reversal(terms: Terms) -> bool:
+    """Tell whether friction jumps at once where the motion turns, so that the joint may stand there."""
+    return STICTION in terms or not {LAG, *SATURATIONS} & {*terms}

@@ -10,7 +10,7 @@ from adaptive_ff.errors import InputError, counted
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
-from adaptive_ff.identify.families import AUTO, STICTION
+from adaptive_ff.identify.families import AUTO, jumps_at_reversal
 from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
 from adaptive_ff.identify.identified_map import identified_map
@@ -123,7 +123,7 @@ def identify_log(
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
     problem = regression_problem(prepared, fitting, torque_delay)
     selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
-    if STICTION in selection.chosen.values:  # so it may stick while it reverses
+    if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
         sticking = prepared._replace(rest=prepared.rest._replace(sticks=True))
         sliding = regression_problem(sticking, fitting, torque_delay)
         if FEWEST_ROWS <= _rows(sliding) < _rows(problem):
