@@ -1,5 +1,7 @@
 """Units of what is reported of a joint."""
 
+from collections.abc import Mapping
+
 from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.model.friction import UNITS
 
@@ -25,11 +27,23 @@ LINEAR = {
 """Units of a linear axis."""
 
 
-def of_current(units: dict[str, str]) -> dict[str, str]:
-    """Return units where the torque, or force, is given as a current, A: inertia is then in A s²/rad."""
-    angle = "m" if units is LINEAR else "rad"
-    mass, torque = ("kg", "N") if units is LINEAR else ("kg m²", "N m")
-    return {
-        name: f"A s²/{angle}" if unit == mass else unit.replace(torque, "A", 1) if unit.startswith("N") else unit
-        for name, unit in units.items()
-    }
+MASS_IN_AMPERES = {"kg m²": "A s²/rad", "kg": "A s²/m"}
+"""Unit of the inertia where a torque, or a force, is given as a current."""
+
+
+def of_linear(unit: str) -> str:
+    """Return the unit of a linear axis that stands for one of a rotary joint."""
+    return unit.replace("kg m²", "kg").replace("N m", "N").replace("rad", "m")
+
+
+def of_current(units: Mapping[str, str]) -> dict[str, str]:
+    """Return units where the torque, or force, is given as a current, A: inertia is then in A s²/rad, or A s²/m."""
+    return {name: _of_current(unit) for name, unit in units.items()}
+
+
+def _of_current(unit: str) -> str:
+    if unit in MASS_IN_AMPERES:
+        return MASS_IN_AMPERES[unit]
+    if not unit.startswith("N"):
+        return unit
+    return unit.replace("N m" if unit.startswith("N m") else "N", "A", 1)

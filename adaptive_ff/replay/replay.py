@@ -79,7 +79,7 @@ def replay_log(
     linear : bool, optional
         Whether the joint is a linear axis, in m and N.
     is_current : bool, optional
-        Whether the torque of the log is a current, in A: estimates are then in A as well, as inertia in A s^2/rad.
+        Whether the torque of the log is a current, in A: estimates are then in A as well, as inertia in A s^2/rad, or A s^2/m.
     part : int, optional
         Samples that are worked on at once; the result does not depend on it.
     progress : callable, optional
@@ -151,7 +151,8 @@ def replay_log(
     notes += gravity_left_out(settings, runners)
     return Replay(
         log.name,
-        "A" if is_current else "N" if linear else "N m",
+        linear,
+        is_current,
         settings,
         judged,
         log.time.size,

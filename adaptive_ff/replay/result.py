@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
+from adaptive_ff.identify.units import of_current, of_linear
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.friction import UNITS, TorqueModel
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.settings import ReplaySettings
 from adaptive_ff.replay.state import state_to_json
@@ -51,8 +52,8 @@ class Replay:
     ----------
     name : str
         Where the log comes from.
-    unit : str
-        Unit of torque: N m, or N of a linear axis.
+    linear, is_current : bool
+        Whether it is a linear axis, and whether its torque is a current.
     settings : ReplaySettings
         Settings of the adaptive controller.
     band : float or None
@@ -75,7 +76,8 @@ class Replay:
     """
 
     name: str
-    unit: str
+    linear: bool
+    is_current: bool
     settings: ReplaySettings
     band: float | None
     samples: int
@@ -86,6 +88,17 @@ class Replay:
     left: dict[str, Left]
     series: ReplaySeries
     controllers: dict[str, UnsupervisedController]
+
+    @property
+    def unit(self) -> str:
+        """Unit of torque: N m, N of a linear axis, or A."""
+        return self.units["coulomb"]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the estimates, by name."""
+        units = {name: of_linear(unit) if self.linear else unit for name, unit in UNITS.items()}
+        return of_current(units) if self.is_current else units
 
     @property
     def estimates(self) -> dict[str, dict[str, float]]:

@@ -8,9 +8,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.units import of_current
 from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.model.friction import UNITS
 from adaptive_ff.replay.result import COLD, FIXED, RECORDED, SAVED, Replay
 from adaptive_ff.report.drawing import (
     STYLE,
@@ -126,16 +124,6 @@ def _limit(axes: Axes, series: Sequence[Array]) -> None:
             axes.set_ylim(-limit, limit)
 
 
-def _unit(name: str, torque: str) -> str:
-    """Return the unit of an estimate where the torque is in N m, in N (a linear axis), or in A (a current)."""
-    unit = UNITS[name]
-    if torque == "N":
-        return unit.replace("kg m²", "kg").replace("N m", "N").replace("/rad", "/m")
-    if torque == "A":
-        return of_current(UNITS)[name]
-    return unit
-
-
 def _estimates(replay: Replay) -> Figure:
     time = elapsed(replay.series.time)
     histories = replay.series.estimates
@@ -145,7 +133,7 @@ def _estimates(replay: Replay) -> Figure:
         for which, history in histories.items():
             draw_series(axes, time, history[name], LOOKS[which])
         log = f"{Path(replay.name).name}: " if axes is panels[0] else ""
-        label_above(axes, f"{log}{name.replace('_', ' ')} ({_unit(name, replay.unit)})")
+        label_above(axes, f"{log}{name.replace('_', ' ')} ({replay.units[name]})")
     panels[-1].set_xlim(float(time[0]), float(time[-1]))
     panels[-1].set_xlabel("time (s)")
     explain_looks(figure, [LOOKS[which] for which in histories])

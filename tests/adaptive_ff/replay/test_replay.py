@@ -352,3 +352,22 @@ def test_gravity_without_a_position_is_refused():
     log = make_log(duration=10.0, as_position=False)
     with pytest.raises(InputError, match="identify = 'gravity' is not allowed: log has no position"):
         replay_log(log, identify="gravity")
+
+
+@pytest.mark.parametrize(
+    ("options", "torque", "inertia", "viscous", "speed"),
+    [
+        ({}, "N m", "kg m²", "N m s/rad", "rad/s"),
+        ({"linear": True}, "N", "kg", "N s/m", "m/s"),
+        ({"is_current": True}, "A", "A s²/rad", "A s/rad", "rad/s"),
+        ({"linear": True, "is_current": True}, "A", "A s²/m", "A s/m", "m/s"),
+    ],
+)
+def test_pictures_show_the_units_of_the_axis_and_of_its_torque(options, torque, inertia, viscous, speed):
+    """A linear axis whose torque is a current had its inertia in A s²/rad."""
+    found = replay_log(make_log(duration=10.0, noise=0.1), **options)
+    units = {"coulomb": torque, "inertia": inertia, "viscous": viscous, "stribeck_velocity": speed}
+    assert {name: found.units[name] for name in units} == units
+    assert found.unit == torque
+    labels = [axes.get_ylabel() for axes in found.plot()["estimates"].axes]
+    assert any(label.endswith(f"inertia ({inertia})") for label in labels)
