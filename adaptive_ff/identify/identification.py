@@ -13,8 +13,9 @@ from adaptive_ff.identify.constant_speed import friction_curve
 from adaptive_ff.identify.families import AUTO, jumps_at_reversal
 from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
+from adaptive_ff.identify.held_out_error import has_changed, is_larger
 from adaptive_ff.identify.identified_map import identified_map
-from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, with_map
+from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, check_periods, with_map
 from adaptive_ff.identify.map_selection import select_map
 from adaptive_ff.identify.prediction import predict, torque_error
 from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
@@ -24,7 +25,7 @@ from adaptive_ff.identify.reported import reported
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.term_selection import Selection, select_terms
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
-from adaptive_ff.identify.verdict import WORSE, cautions, check_plausible, verdict
+from adaptive_ff.identify.verdict import cautions, check_plausible, verdict
 from adaptive_ff.logs.defects import Piece, Skipped
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import Log, check_log
@@ -121,6 +122,8 @@ def identify_log(
     check_asked(asked, log)
     prepared = prepare(log, bandwidth, linear=linear)
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
+    if asked.periods:
+        check_periods(asked, log.name, *_positions(prepared, fitting))
     problem = regression_problem(prepared, fitting, torque_delay)
     selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
@@ -149,8 +152,12 @@ def identify_log(
     found = replace(
         found, units=units, validated_on=name, both_ways=_moves_both_ways(problem), map_asked=asked, position_map=learnt
     )
-    if found.validation is not None and found.validation.rms_error > WORSE * found.fit.rms_error:
-        found = replace(found, carries_over=carries_over(problem, held, selection, confidence))
+    if found.validation is not None and is_larger(found.fit, found.validation):
+        found = replace(
+            found,
+            carries_over=carries_over(problem, held, selection, confidence),
+            has_changed=has_changed(held, selection, found.fit, found.validation, confidence),
+        )
     check_plausible(found, log)
     return replace(found, verdict=verdict(found), cautions=[*prepared.said, *cautions(found, log)])
 
@@ -189,6 +196,7 @@ def _assemble(
         validation=torque_error(unseen),
         validated_on="",
         carries_over=None,
+        has_changed=False,
         both_ways=True,
         curve=friction_curve(rows, chosen.values["coulomb"], prepared.bandwidth, confidence),
         rest_torque=rest_torque(problem, chosen.values),
@@ -220,8 +228,8 @@ def carried(piece: Conditioned, values: Mapping[str, float]) -> Array | float:
 
 def _positions(prepared: Prepared, pieces: list[Piece]) -> tuple[float, float]:
     """Return the lowest and the highest position of some pieces of a log, rad."""
-    motion = np.concatenate([prepared.log.motion[piece.start : piece.stop] for piece in pieces])
-    return float(np.min(motion)), float(np.max(motion))
+    motions = [prepared.log.motion[piece.start : piece.stop] for piece in pieces]
+    return min(float(np.min(motion)) for motion in motions), max(float(np.max(motion)) for motion in motions)
 
 
 def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece], list[Skipped]]:

@@ -87,6 +87,8 @@ class LogIdentification:
     carries_over : tuple of terms and TorqueError, or None
         Where the chosen model is much worse on what was held out, but one of another family is not: its terms, and its
         error there.
+    has_changed : bool
+        Whether what was held out speaks for another friction or inertia there.
     both_ways : bool
         Whether the joint moves both ways.
     curve : FrictionCurve
@@ -123,6 +125,7 @@ class LogIdentification:
     validation: TorqueError | None
     validated_on: str
     carries_over: tuple[tuple[str, ...], TorqueError] | None
+    has_changed: bool
     both_ways: bool
     curve: FrictionCurve
     rest_torque: float | None
@@ -227,6 +230,7 @@ class LogIdentification:
         held = None if self.validation is None else self.validation._asdict()
         result["validation"] = None if held is None else {"on": self.validated_on, **held}
         other = self.carries_over
+        result["has_changed"] = self.has_changed
         result["carries_over"] = None if other is None else {"terms": list(other[0]), **other[1]._asdict()}
         result["models"] = [
             {"terms": list(model.terms), "error_held_out": model.error, "alike": model.terms in alike}

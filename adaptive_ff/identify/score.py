@@ -28,7 +28,7 @@ from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.filtering import uniform
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.map_columns import MapAsked, check_asked
+from adaptive_ff.identify.map_columns import MapAsked, check_asked, check_periods
 from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
 from adaptive_ff.identify.open_loop_fit import fit_path
 from adaptive_ff.identify.open_loop_mean import Validated, held_out_squares, mean_of_all
@@ -190,8 +190,10 @@ def score_log(
     """
     check_log("train", train)
     check_log("test", test)
-    check_asked(MapAsked(tuple(position_periods), position_hats), train)
+    asked = MapAsked(tuple(position_periods), position_hats)
+    check_asked(asked, train)
     records = [_record(log, linear=linear) for log in (train, test)]
+    check_periods(asked, train.name, float(np.min(records[0].position)), float(np.max(records[0].position)))
     found = identify_log(train, held_out=0.0, linear=linear, model="offset")
     start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
     offset = found.selection.chosen.values.get("offset", 0.0)

@@ -14,6 +14,7 @@ from adaptive_ff.identify.families import (
     STICTION,
     is_mapped,
 )
+from adaptive_ff.identify.held_out_error import WORSE, block_squares, is_larger
 from adaptive_ff.identify.map_words import map_words, mapped_word
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
@@ -31,8 +32,8 @@ CLEARLY = 1.1
 """Torque at rest over Coulomb friction from which on it tells of stiction: its largest value has noise, and what begins
 to move the joint, some per cent."""
 
-WORSE = 1.5
-"""Error of the validation over that of the fit from which the former is said to be worse."""
+UNSUITED = 0.5
+"""Relative error from which a model does not suit, so that its parameters are none of the joint."""
 
 FASTEST = 100.0
 """Speed, rad/s, from which degrees are suspected."""
@@ -107,6 +108,11 @@ def verdict(found: LogIdentification) -> list[str]:
     else:
         sentences.append("Nothing was held out: how well the model says other torques is not known.")
     known = [name for name, reported in found.parameters.items() if reported.is_known]
+    if found.fit.relative_error > UNSUITED:
+        sentences.append(
+            f"The model does not suit: more than {100.0 * UNSUITED:g} % of the torque are left, so its parameters may "
+            "not be those of the joint, whatever their intervals say."
+        )
     sentences.append(
         f"Identifiable from the log: {_listed(known)}." if known else "No parameter is identifiable by itself."
     )
@@ -139,21 +145,29 @@ def _of_validation(found: LogIdentification) -> str:
     sentence = (
         f"On {found.validated_on}, which was not fitted, {100.0 * found.validation.relative_error:.3g} % are left"
     )
-    ratio = found.validation.rms_error / found.fit.rms_error
-    if ratio > WORSE and found.carries_over is not None:
-        terms, error = found.carries_over
-        return sentence + (
-            f": {ratio:.1f} times the error of the fit. The model of {_listed(list(terms))} leaves "
-            f"{100.0 * error.relative_error:.3g} % there: the terms chosen on the log do not carry over."
-        )
-    if ratio > WORSE:
-        return sentence + (
-            f": {ratio:.1f} times the error of the fit, and every family of models gets worse there. Friction or "
-            "inertia is another there."
-        )
+    if is_larger(found.fit, found.validation):
+        ratio = found.validation.rms_error / found.fit.rms_error
+        return f"{sentence}: {ratio:.1f} times the error of the fit{_why(found)}"
     if found.validation.relative_error > WORSE * found.fit.relative_error:
         return sentence + ", of a torque that is smaller there: the error itself is like that of the fit."
     return sentence + "."
+
+
+def _why(found: LogIdentification) -> str:
+    """Go on from a much larger error on what was held out with what it tells."""
+    if found.carries_over is not None:
+        terms, error = found.carries_over
+        return (
+            f". The model of {_listed(list(terms))} leaves {100.0 * error.relative_error:.3g} % there: "
+            "the terms chosen on the log do not carry over."
+        )
+    if found.has_changed:
+        return ", and every family of models gets worse there. Friction or inertia is another there."
+    low, high = (end(block_squares(found.selection, found.fit)) ** 0.5 / found.fit.rms_error for end in (min, max))
+    return (
+        f"; blocks of the fitted log, each left out in turn, have {low:.1f} to {high:.1f} times that error. It does "
+        "not show that friction or inertia is another there: the model lacks something, or has not seen such motion."
+    )
 
 
 def _of_confounding(found: LogIdentification) -> list[str]:

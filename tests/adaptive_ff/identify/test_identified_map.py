@@ -14,6 +14,7 @@ from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.map_columns import LOAD
 from adaptive_ff.identify.scenario_text import scenario_text
+from adaptive_ff.identify.score import score_log
 from adaptive_ff.logs.log import KNOWN, Log
 
 AMPLITUDE, PHASE = 0.3, 0.3
@@ -131,6 +132,19 @@ def test_what_cannot_be_is_refused(asked, message):
     log = replace(mapped_log(), extra={})
     with pytest.raises(InputError, match=message):
         identify_log(log, **asked)
+
+
+@pytest.mark.parametrize("periods", [(50.0,), (0.4, 120.0)])
+def test_period_far_beyond_the_travel_is_refused(periods):
+    """Coulomb friction came out nine times too large, or negative."""
+    log = mapped_log()
+    travel = float(np.ptp(log.position[: round(0.75 * log.time.size)]))
+    said = rf"position_periods = {periods[-1]:g} is not allowed: the log travels {travel:.3g}, .* {3.0 * travel:.3g}$"
+    with pytest.raises(InputError, match=said):
+        identify_log(log, position_periods=periods)
+    with pytest.raises(InputError, match="is not allowed: the log travels"):
+        score_log(log, log, position_periods=periods)
+    identify_log(log, position_periods=(2.9 * travel,))
 
 
 def test_friction_that_comes_out_negative_has_no_map():

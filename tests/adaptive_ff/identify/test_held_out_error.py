@@ -1,0 +1,51 @@
+"""What a larger error on what was held out tells: of a machine that has changed, and of one that has not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_logs import make_log, motion
+
+from adaptive_ff.identify.identification import identify_log
+
+BLAMED = "Friction or inertia is another there."
+
+
+def another_torque(log, stretches, size):
+    """The log with the torque of another axis that moves now and then."""
+    moves = np.any([(log.time >= start) & (log.time < stop) for start, stop in stretches], axis=0)
+    return replace(log, torque=log.torque + size * np.sin(2.0 * np.pi * 1.9 * log.time) * moves)
+
+
+@pytest.mark.parametrize("change", [{"coulomb": 2.0}, {"inertia": 0.5}, {"viscous": 1.5}])
+def test_machine_that_changed_is_blamed(change):
+    """Its last quarter has another friction or inertia; the error there is noise alone with the right values."""
+    log = make_log(duration=40.0, noise=0.2)
+    _, velocity, acceleration = motion(log.time)
+    columns = {"coulomb": np.sign(velocity), "inertia": acceleration, "viscous": velocity}
+    torque = log.torque + sum(more * columns[name] for name, more in change.items()) * (log.time > 30.0)
+    found = identify_log(replace(log, torque=torque))
+    assert found.has_changed
+    assert found.verdict[1].endswith(BLAMED)
+
+
+@pytest.mark.parametrize("seed", [101, 102, 103])
+def test_machine_that_stayed_as_it_is_is_not_blamed_for_another_torque(seed):
+    """It was: of two axes of the KR300 it was said, and of these logs."""
+    log = another_torque(make_log(duration=40.0, noise=0.2, seed=seed), [(4.0, 7.0), (16.0, 17.0), (31.0, 37.0)], 2.0)
+    found = identify_log(log)
+    assert found.validation.rms_error > 1.5 * found.fit.rms_error
+    assert not found.has_changed
+    assert BLAMED not in found.verdict[1]
+    assert "blocks of the fitted log, each left out in turn, have" in found.verdict[1]
+
+
+@pytest.mark.parametrize(("size", "suits"), [(2.0, True), (12.0, False)])
+def test_model_that_leaves_most_of_the_torque_is_said_not_to_suit(size, suits):
+    """Parameters were called identifiable without a word."""
+    found = identify_log(another_torque(make_log(noise=0.2), [(0.0, 30.0)], size))
+    assert (found.fit.relative_error < 0.5) is suits
+    assert any(sentence.startswith("Identifiable from the log: ") for sentence in found.verdict)
+    assert (
+        any(sentence.startswith("The model does not suit: more than 50 %") for sentence in found.verdict) is not suits
+    )
