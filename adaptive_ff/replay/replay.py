@@ -79,7 +79,8 @@ def replay_log(
     linear : bool, optional
         Whether the joint is a linear axis, in m and N.
     is_current : bool, optional
-        Whether the torque of the log is a current, in A: estimates are then in A as well, as inertia in A s^2/rad, or A s^2/m.
+        Whether the torque of the log is a current, in A: estimates are then in A as well, as inertia in A s^2/rad (of
+        a linear axis A s^2/m).
     part : int, optional
         Samples that are worked on at once; the result does not depend on it.
     progress : callable, optional
