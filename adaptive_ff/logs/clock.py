@@ -70,13 +70,15 @@ def _have(count: int) -> str:
 
 def _goes_on(motion: Array, again: NDArray[np.bool_]) -> bool:
     """Tell whether a joint moves between rows of the same time as it does between the others."""
-    steps = np.abs(np.diff(motion))
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.abs(np.diff(motion))
     known = np.isfinite(steps)
     within, between = steps[known & again[1:]], steps[known & ~again[1:]]
     if not (within.size and between.size):
         return False
     usual = float(np.quantile(steps[known], USUAL))
-    return float(np.mean(np.minimum(within, usual))) > GOES_ON * float(np.mean(np.minimum(between, usual)))
+    with np.errstate(over="ignore"):
+        return float(np.mean(np.minimum(within, usual))) > GOES_ON * float(np.mean(np.minimum(between, usual)))
 
 
 def _even_times(time: Array) -> tuple[Array, float] | None:

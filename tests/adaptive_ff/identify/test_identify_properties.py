@@ -63,6 +63,6 @@ def test_any_log_is_identified_or_refused_in_one_line(damages, held_out):
         assert "\n" not in answer
     else:
         json.dumps(answer.to_dict(), allow_nan=False)
-        repeated = sum(int(caution.split()[0]) for caution in answer.cautions if "left out: the same" in caution)
+        repeated = sum(int(caution.split()[0]) for caution in answer.cautions if "left out: " in caution)
         assert answer.used <= answer.samples == 1000 - repeated
         assert answer.verdict

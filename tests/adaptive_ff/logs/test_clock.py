@@ -100,3 +100,11 @@ def test_a_few_repeated_times_leave_the_others_as_they_are():
 def test_clear_clock_is_left_as_it_is():
     log = make_log(noise=0.05)
     assert with_clear_clock(log) == (log, [])
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300])
+def test_values_that_are_none_in_the_motion_do_not_matter(value):
+    log, times = rounded_clock(2000.0)
+    log.position[3000:3100] = value
+    mended, _ = with_clear_clock(log)
+    assert np.max(np.abs(mended.time - times)) < TICK
