@@ -32,6 +32,7 @@ from adaptive_ff.adaptive.state_check import (
     check_held_friction,
     check_held_integral,
     check_outer_loop,
+    check_seen_velocity,
     check_share,
     possible_now,
 )
@@ -405,12 +406,9 @@ class AdaptiveController(AdaptiveBase):
         check_share("observer.effect.ceiling", state.observer.effect.ceiling)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
-        if min(noise.measured, observer.stuck, observer.away, observer.gap, *squares) < 0.0:
+        if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
-        seen = state.seen
-        check_share("seen.share", seen.share)
-        if min(seen.gap, seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps) < 0:
-            raise ValueError("state.seen is not allowed: times, changes and counts must be zero or more")
+        check_seen_velocity(state.seen)
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)
         check_held_friction(state.held_friction)

@@ -139,14 +139,12 @@ def believed_plan(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Input
     """Return the inputs without the plan for when the torque acts where that, or the plan now, leaps or does not go on.
 
     Several periods ahead it may be beyond all that has been seen as motion begins, so that alone is no cause for doubt.
-    A plan that has leapt, and is believed from now on, stands where the next sample is not known: extrapolated, it
-    would leap once more.
+    Where the next sample is not known, the plan goes on as far as it has before: one that has leapt, and is believed
+    from now on, stands; extrapolated in full, it would leap once more.
     """
-    if state.doubt.leapt and not doubt.leapt and not math.isfinite(inputs.next_reference):
-        return with_next_reference(without_coming_plan(inputs), inputs.reference)
-    if not math.isfinite(inputs.next_reference) and continued_share(doubt.foresight) < 1.0:
-        slope = continued_share(doubt.foresight) * doubt.foresight.slope
-        inputs = with_next_reference(inputs, inputs.reference + slope)
+    share = 1.0 if math.isfinite(inputs.next_reference) else continued_share(doubt.foresight)
+    if share < 1.0:
+        inputs = with_next_reference(inputs, inputs.reference + share * doubt.foresight.slope)
     possible = possible_speed(block, state)
     far = leaps(inputs.acting_reference, possible) or leaps(inputs.next_acting_reference, possible)
     return without_coming_plan(inputs) if far or doubt.leapt or doubt.aside > 0 else inputs

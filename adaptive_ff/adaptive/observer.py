@@ -48,7 +48,7 @@ from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, noise_known
 from adaptive_ff.adaptive.observer_effect import advance_effect
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
-from controllers import PIParameters, delayed, remember
+from controllers import PIParameters, remember
 
 WINDOW = 0.3
 """Length of the short means, s."""
@@ -121,43 +121,21 @@ def strains(torque: float, moved: float) -> bool:
 
 
 @register_jitable
-def bridge(state: ObserverState, feedback: PIParameters, torque: float, duration: float) -> ObserverState:
-    """Return the state after a period over which the drive gave a torque, before any velocity is taken into account.
+def bridged_torque(mean: float, torque: float, gap: float, duration: float) -> float:
+    """Return the mean torque (N m) since a velocity was believed.
 
     Parameters
     ----------
-    state : ObserverState
-        The state.
-    feedback : PIParameters
-        The PI loop.
+    mean : float
+        The mean before the period that has ended, N m; zero where that is the first one.
     torque : float
-        Torque that the drive gave over the period, all of it, N m.
+        Torque in that period, N m.
+    gap : float
+        Time since then, with that period, s.
     duration : float
-        Length of the period, s.
+        Length of that period, s.
     """
-    gap = state.gap + duration
-    lacking = torque - delayed(state.fed, feedback.delay)
-    return ObserverState(
-        state.disturbance,
-        state.gain,
-        state.velocity,
-        state.reference,
-        state.lagged_torque,
-        state.fed,
-        state.squared,
-        state.response,
-        state.predicted_squared,
-        state.noise,
-        state.error,
-        state.error_squared,
-        state.quiet,
-        state.stuck,
-        state.away,
-        state.let_go,
-        state.effect,
-        state.lacking + (lacking - state.lacking) * (duration / gap),
-        gap,
-    )
+    return mean + (torque - mean) * (duration / gap)
 
 
 @register_jitable
@@ -165,11 +143,13 @@ def observe(
     observer: ObserverParameters,
     state: ObserverState,
     feedback: PIParameters,
+    lacking: float,
     inertia: float,
     reference: float,
     correction: float,
     velocity: float,
     held: bool,
+    duration: float,
     peak: float,
     strained: bool,
 ) -> ObserverState:
@@ -192,19 +172,23 @@ def observe(
         The state.
     feedback : PIParameters
         The PI loop.
+    lacking : float
+        Torque that the drive gave over the period beyond what was fed forward, N m.
     inertia : float
         Inertia ``J_o``, kg m^2.
     reference, correction, velocity : float
         Plan, what an outer loop adds to it for the feedback, and measured velocity, now, rad/s.
     held : bool
         Whether the disturbance is held.
+    duration : float
+        Length of the period, s; with what was bridged before.
     peak : float
         Largest speed of the plan of late, rad/s.
     strained : bool
         Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
     """
     seen = reference
-    duration, lacking, lagged_torque = state.gap, state.lacking, state.lagged_torque
+    lagged_torque = state.lagged_torque
     if observer.velocity_lag > 0.0:
         seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
@@ -254,8 +238,6 @@ def observe(
         away,
         state.let_go or stuck > CLAMPED or away > GONE,
         effect,
-        0.0,
-        0.0,
     )
 
 
@@ -361,8 +343,6 @@ def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[Observe
             state.away,
             False,
             state.effect,
-            state.lacking,
-            state.gap,
         ),
         state.gain * integral,
     )
@@ -416,8 +396,6 @@ def hand_over_to_observer(
             state.away,
             state.let_go,
             state.effect,
-            state.lacking,
-            state.gap,
         ),
         leaves,
     )

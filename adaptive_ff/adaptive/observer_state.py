@@ -70,10 +70,6 @@ class ObserverState(NamedTuple):
         Whether the observer has let go of the joint, and it has not been seen moving since.
     effect : ObserverEffect
         Whether the observer helps.
-    lacking : float
-        Mean torque beyond what was fed forward since the last sample that was observed, N m.
-    gap : float
-        Time since then, s.
     """
 
     disturbance: float
@@ -93,33 +89,13 @@ class ObserverState(NamedTuple):
     away: float
     let_go: bool
     effect: ObserverEffect
-    lacking: float
-    gap: float
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
     return ObserverState(
-        0.0,
-        1.0,
-        0.0,
-        0.0,
-        0.0,
-        line,
-        0.0,
-        response,
-        0.0,
-        noise,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        False,
-        initial_effect(),
-        0.0,
-        0.0,
+        0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False, initial_effect()
     )
 
 
@@ -144,6 +120,4 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.away,
         state.let_go,
         state.effect,
-        0.0,
-        0.0,
     )

@@ -19,6 +19,7 @@ from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorS
 from adaptive_ff.adaptive.held_friction import LEAST_SHARE, HeldFriction
 from adaptive_ff.adaptive.held_integral import HeldIntegral
 from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
+from adaptive_ff.adaptive.seen_velocity import SeenVelocity
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -169,6 +170,13 @@ def check_share(name: str, value: Any) -> None:
     """Raise ``ValueError`` where a share is not from 0 to 1."""
     if not (math.isfinite(value) and 0.0 <= value <= 1.0):
         raise ValueError(f"state.{name} = {value} is not allowed: it must be from 0 to 1")
+
+
+def check_seen_velocity(seen: SeenVelocity) -> None:
+    """Raise ``ValueError`` where what is remembered of measured velocities cannot be."""
+    check_share("seen.share", seen.share)
+    if min(seen.gap, seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps) < 0:
+        raise ValueError("state.seen is not allowed: times, changes and counts must be zero or more")
 
 
 def check_held_integral(held: HeldIntegral, largest: float) -> None:

@@ -34,7 +34,7 @@ from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, init
 from adaptive_ff.adaptive.lag_tuning import TimingState, note_friction
 from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.observer import (
-    bridge,
+    bridged_torque,
     error_beyond_noise,
     hand_over_to_observer,
     misfit,
@@ -86,6 +86,7 @@ from controllers import (
     Output,
     PIParameters,
     PIState,
+    acting_torque,
     asked_torque,
     delayed,
     feed_back,
@@ -193,6 +194,8 @@ class SupervisedState(NamedTuple):
         What its motion has shown of the drive.
     seen : SeenVelocity
         What is remembered of measured velocities.
+    lacking : float
+        Mean torque beyond what was fed forward while no velocity is believed, N m.
     """
 
     feedback: PIState
@@ -215,6 +218,7 @@ class SupervisedState(NamedTuple):
     held_friction: HeldFriction
     drive: DriveLimit
     seen: SeenVelocity
+    lacking: float
 
 
 def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
@@ -228,6 +232,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_held_friction(),
         initial_drive_limit(model_given=block.estimator.given),
         initial_seen_velocity(),
+        0.0,
     )
 
 
@@ -251,20 +256,18 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
 @register_jitable
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
-) -> tuple[ObserverState, TrustState]:
-    """Return observer and trust after the period that has ended, with a model that is unfit to a share.
+) -> tuple[ObserverState, TrustState, float]:
+    """Return observer, trust and what is lacking after the period that has ended, with a model unfit to a share.
 
     ``clear`` tells whether it may be learnt from, ``missing`` whether the velocity is taken for not measured.
     """
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
     valid = math.isfinite(inputs.velocity) and not missing
     started = state.feedback.samples > state.feedback.rejected
-    unbroken = started and not state.doubt.doubted and observer.gap + inputs.dt < BRIDGED * block.period
-    if unbroken:
-        torque = inputs.realised_torque
-        if not math.isfinite(torque):
-            torque = asked_torque(feedback, state.feedback)
-        observer = bridge(observer, feedback, torque, inputs.dt)
+    gap, lacking = state.seen.gap + inputs.dt, state.lacking
+    if started and not state.doubt.doubted and gap < BRIDGED * block.period:
+        torque = acting_torque(inputs, asked_torque(feedback, state.feedback), 0.0)
+        lacking = bridged_torque(lacking, torque - delayed(observer.fed, feedback.delay), gap, inputs.dt)
         if valid:
             # with adaptation off a new load is not among what moved the joint
             tried = state.enabled and levels.learnt >= block.estimator.memory
@@ -273,11 +276,13 @@ def watch(
                 block.observer,
                 observer,
                 feedback,
+                lacking,
                 observed_inertia(block.observer, state.estimator.recursion.estimate[INERTIA], unfit),
                 inputs.reference,
                 inputs.correction,
                 inputs.velocity,
                 may_stick(block, state, inputs.reference),
+                gap,
                 state.trust.peak,
                 strained,
             )
@@ -299,7 +304,7 @@ def watch(
         valid and fed and clear and known,
         inputs.dt,
     )
-    return observer, trust
+    return observer, trust, 0.0 if valid else lacking
 
 
 @register_jitable
@@ -359,7 +364,7 @@ def step_supervised(
     clear = doubt.left <= 0.0 and not drive.unproven
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
-    observer, trust = watch(block, state, inputs, clear, unfit, seen.missing)
+    observer, trust, lacking = watch(block, state, inputs, clear, unfit, seen.missing)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     shown = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = shown + inputs.correction - inputs.velocity
@@ -432,6 +437,7 @@ def step_supervised(
         held_friction,
         drive,
         seen,
+        lacking,
     )
 
 

@@ -175,8 +175,8 @@ def noisy_courses(scenario: Scenario, draws: int, first: int = 0) -> Iterator[Co
     if scenario.sensor.is_random:  # an encoder without faults has nothing to draw
         for draw in range(max(first, 1), first + draws):
             generator = np.random.default_rng([scenario.seed, NOISE_STREAM, draw])
-            noise = scenario.sensor.draw(scenario.samples, generator)
-            yield course._replace(noise=noise, held=scenario.sensor.draw_held(scenario.samples, generator))
+            noise, held = scenario.sensed(generator)
+            yield course._replace(noise=noise, held=held)
 
 
 def window_slices(size: int, period: float) -> list[slice]:

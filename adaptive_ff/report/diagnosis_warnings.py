@@ -54,17 +54,7 @@ def find_warnings(controller: AdaptiveBase, confidence: Confidence, unexplained:
     levels = state.estimator.levels
     if controller.rejected:
         yield f"{controller.rejected} measurements of {state.feedback.samples} were not finite and skipped."
-    seen = getattr(state, "seen", None)
-    if seen is not None and seen.leaps > 0:
-        yield (
-            f"{seen.leaps} measured velocities leapt further than any torque so far takes the joint; the feedback "
-            "followed them, nothing was learnt or observed from them: look at the sensor."
-        )
-    if seen is not None and seen.share > HELD:
-        yield (
-            f"{100.0 * seen.share:.0f} % of the measured velocities of late were the last ones once more: the sensor "
-            "is slower than the loop, or loses messages. A measurement that is lost is best given as not a number."
-        )
+    yield from _faults(controller)
     if levels.learnt == 0.0:
         running = state.feedback.samples * block.period
         if running > LONG_WITHOUT:
@@ -94,6 +84,23 @@ def find_warnings(controller: AdaptiveBase, confidence: Confidence, unexplained:
         yield (
             f"measured and modelled motion differ in what shows {', '.join(strangers)} (poor tracking, saturation, or "
             "a model that is still wrong): noise of the measurement may bias the estimates."
+        )
+
+
+def _faults(controller: AdaptiveBase) -> Iterator[str]:
+    """Yield a sentence for each fault that the sensor seems to have."""
+    seen = getattr(controller.state, "seen", None)
+    if seen is None:
+        return
+    if seen.leaps > 0:
+        yield (
+            f"{seen.leaps} measured velocities leapt further than any torque so far takes the joint; the feedback "
+            "followed them, nothing was learnt or observed from them: look at the sensor."
+        )
+    if seen.share > HELD:
+        yield (
+            f"{100.0 * seen.share:.0f} % of the measured velocities of late were the last ones once more: the sensor "
+            "is slower than the loop, or loses messages. A measurement that is lost is best given as not a number."
         )
 
 

@@ -333,10 +333,13 @@ class Scenario(Table):
         """Return the noise of the velocity at each sample, rad/s, shape (samples,)."""
         return self.sensed()[0]
 
-    def sensed(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Return the noise, and at which samples the sensor gives its last value once more, shape (samples,) each."""
-        generator = np.random.default_rng([self.seed, 1])
-        return self.sensor.draw(self.samples, generator), self.sensor.draw_held(self.samples, generator)
+    def sensed(self, generator: np.random.Generator | None = None) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the noise, and at which samples the sensor gives its last value once more, shape (samples,) each.
+
+        They are drawn with a generator, by default that of the scenario's seed.
+        """
+        drawn = np.random.default_rng([self.seed, 1]) if generator is None else generator
+        return self.sensor.draw(self.samples, drawn), self.sensor.draw_held(self.samples, drawn)
 
     def cautions(self) -> list[str]:
         """Return what is allowed but probably not meant, a sentence each."""

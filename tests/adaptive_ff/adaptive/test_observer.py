@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.observer import (
     CLAMPED,
-    bridge,
+    bridged_torque,
     hand_over_to_observer,
     misfit,
     observe,
@@ -31,22 +31,22 @@ INERTIA = SCENARIO.feedback.inertia
 OBSERVER = ObserverParameters(20.0, INERTIA, 0.0, PERIOD)
 
 
-def after(observer, state, torque, *seen):
-    """State after a period over which the drive gave a torque; what was seen is the rest of ``observe``."""
-    return observe(observer, bridge(state, FEEDBACK, torque, PERIOD), FEEDBACK, INERTIA, *seen)
+def after(observer, state, torque, reference, correction, velocity, held, *limits, duration=PERIOD):
+    """State after a period over which the drive gave a torque; the limits are peak and strain of ``observe``."""
+    lacking = torque - state.fed[0]
+    seen = (reference, correction, velocity, held)
+    return observe(observer, state, FEEDBACK, lacking, INERTIA, *seen, duration, *limits)
 
 
 def test_what_is_not_measured_is_bridged():
     """A velocity that is not measured costs no torque: the difference is taken over the whole gap."""
     state = start_observer(initial_observer(FEEDBACK), 0.0, 0.0)
-    torques = 10.0 * np.random.default_rng(1).standard_normal(8)
-    for torque in torques[:-1]:
-        state = bridge(state, FEEDBACK, torque, PERIOD)
+    torques, mean = 10.0 * np.random.default_rng(1).standard_normal(8), 0.0
+    for k, torque in enumerate(torques):
+        mean = bridged_torque(mean, torque, (k + 1) * PERIOD, PERIOD)
     velocity = float(np.sum(torques + 5.0)) * PERIOD / INERTIA
-    assert state.gap == pytest.approx(7 * PERIOD)
-    state = after(OBSERVER, state, torques[-1], 0.0, 0.0, velocity, False, 1.0, math.inf)
+    state = after(OBSERVER, state, mean, 0.0, 0.0, velocity, False, 1.0, math.inf, duration=8 * PERIOD)
     assert state.disturbance == pytest.approx(-5.0 * (1.0 - math.exp(-20.0 * 8 * PERIOD)))
-    assert state.gap == 0.0
 
 
 def observed(torques, velocities, references, observer=OBSERVER):
@@ -159,18 +159,7 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
     for value in white:
         noise += 0.8 * (value - noise)
-        state = observe(
-            observer,
-            bridge(state, feedback, 60.0, 0.001),
-            feedback,
-            INERTIA,
-            0.1,
-            0.0,
-            0.1 + noise,
-            False,
-            1.0,
-            False,
-        )
+        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, False)
         gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
     fit, unfit = np.mean(gains[10000:], axis=0)
     assert unfit > 0.1

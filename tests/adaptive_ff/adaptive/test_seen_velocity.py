@@ -24,7 +24,7 @@ from controllers import Inputs
 PERIOD, GAIN, INERTIA, LARGEST, SPEED, NOISE = 0.01, 1000.0, 20.0, 100.0, 0.4, 0.002
 KNOWN = initial_noise()._replace(measured=10.0, variance=NOISE**2)
 BLOCK = SimpleNamespace(
-    feedback=SimpleNamespace(proportional=GAIN),
+    feedback=SimpleNamespace(proportional=GAIN, delay=0.0),
     observer=SimpleNamespace(inertia=INERTIA),
     estimator=SimpleNamespace(form=SimpleNamespace(stribeck_velocity=0.05)),
 )
@@ -41,6 +41,7 @@ def seen(velocities, torques=None, plans=None, noise=KNOWN):
     torques = np.zeros(len(velocities)) if torques is None else torques
     plans = np.full(len(velocities), 0.2) if plans is None else plans
     state = SimpleNamespace(
+        feedback=SimpleNamespace(commands=(0.0,)),
         seen=initial_seen_velocity()._replace(last=velocities[0], believed=velocities[0]),
         observer=SimpleNamespace(noise=noise),
         estimator=SimpleNamespace(
@@ -89,6 +90,7 @@ def test_what_stays_is_believed():
 
 def test_over_a_gap_the_joint_may_have_moved_further():
     lost = [0.1, *[math.nan] * 9, 0.1 + 5.0 * BELIEVED]
+    assert [state.gap for state in seen(lost)[-2:]] == pytest.approx([9 * PERIOD, 0.0])
     assert not seen(lost)[-1].missing
     assert seen([0.1, 0.1 + 5.0 * BELIEVED])[-1].missing
 
