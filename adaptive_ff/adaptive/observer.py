@@ -46,7 +46,7 @@ from numba.extending import register_jitable
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, noise_known
-from adaptive_ff.adaptive.observer_effect import advance_effect
+from adaptive_ff.adaptive.observer_effect import advance_effect, look_for_ringing
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from controllers import PIParameters, remember
 
@@ -152,6 +152,7 @@ def observe(
     duration: float,
     peak: float,
     strained: bool,
+    falls: bool,
 ) -> ObserverState:
     """Return the state after a period, or several that were bridged, before the gates are set.
 
@@ -186,6 +187,8 @@ def observe(
         Largest speed of the plan of late, rad/s.
     strained : bool
         Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
+    falls : bool
+        Whether the identified friction falls so steeply that the joint rings by itself.
     """
     seen = reference
     lagged_torque = state.lagged_torque
@@ -218,6 +221,10 @@ def observe(
     effect, stands = state.effect, sticks and abs(velocity) < STUCK * abs(seen)
     if noise_known(noise) and not (held or stands):  # a joint that stands does not answer as predicted
         effect = advance_effect(effect, now, response.velocity, correction, noise.variance, peak, state.gain, duration)
+    if not held:
+        variance = noise.variance if noise_known(noise) else noise.least
+        turned, time_constant = seen * state.reference < 0.0, observer.inertia / feedback.proportional
+        effect = look_for_ringing(effect, now, variance, peak, state.gain, turned, falls, time_constant, duration)
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(

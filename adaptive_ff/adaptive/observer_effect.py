@@ -22,12 +22,15 @@ is 4 and more of them, 3 of noise, and 1.5 of a sine. Where the observer is in u
 error little beside that, and its square more than 0.04^2 of that of the plan's largest speed and four times the noise,
 it oscillates: a ceiling on ``h`` falls by 4 in a second, and rises by 1 in 300 s only, since the lag stays. With a lag
 of 20 ms the built-in joint settled at 0.28 of PI alone, with it at 1.2 to 3.3 (seeds 101 to 104); of 682 scenarios and
-drawn joints without such a lag 29 changed at all, by a factor of 1.00 in the geometric mean.
+drawn joints without such a lag 29 changed at all, by a factor of 1.00 in the geometric mean. At a start, which does not
+last as long as these means, ringing is told by its first cycles (:mod:`adaptive_ff.adaptive.ringing`).
 """
 
 from typing import NamedTuple
 
 from numba.extending import register_jitable
+
+from adaptive_ff.adaptive.ringing import Ringing, advance_ringing, initial_ringing, rings, with_blame
 
 WINDOW = 1.0
 """Length of the means, s: single reversals, at which a joint sticks and does not answer as predicted, do not count."""
@@ -86,6 +89,8 @@ class ObserverEffect(NamedTuple):
         Mean of its fourth power, rad^4/s^4.
     ceiling : float
         Largest share, which an oscillation has left.
+    ringing : Ringing
+        Half cycles of the error.
     """
 
     error_squared: float
@@ -94,11 +99,12 @@ class ObserverEffect(NamedTuple):
     mean: float
     fourth: float
     ceiling: float
+    ringing: Ringing
 
 
 def initial_effect() -> ObserverEffect:
     """Return the state of an observer of which nothing bad is known."""
-    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
+    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, initial_ringing())
 
 
 @register_jitable
@@ -143,7 +149,47 @@ def advance_effect(
     if used and beyond_noise > LARGE * LARGE * peak * peak:
         ratio = beyond_noise / (expected_squared + NONE)
         share = min(share, max(0.0, min(1.0, (FAR_WORSE - ratio) / (FAR_WORSE - WORSE))))
-    return ObserverEffect(error_squared, expected_squared, share, mean, fourth, ceiling)
+    return ObserverEffect(error_squared, expected_squared, share, mean, fourth, ceiling, state.ringing)
+
+
+@register_jitable
+def look_for_ringing(
+    state: ObserverEffect,
+    error: float,
+    variance: float,
+    peak: float,
+    gain: float,
+    turned: bool,
+    falls: bool,
+    time_constant: float,
+    duration: float,
+) -> ObserverEffect:
+    """Return the state with an observer that is out of use where the loop rings with it.
+
+    Parameters
+    ----------
+    state : ObserverEffect
+        The state.
+    error, variance, peak, gain, duration : float
+        As of :func:`advance_effect`.
+    turned : bool
+        Whether the plan has changed its sign, with which half cycles begin anew.
+    falls : bool
+        Whether friction falls so steeply that a joint rings by itself.
+    time_constant : float
+        Inertia over proportional gain, s.
+    """
+    used = gain > IN_USE * state.share
+    ringing = with_blame(state.ringing, state.ringing.blamed) if turned else state.ringing
+    ringing = advance_ringing(ringing, error, variance, time_constant, used, duration)
+    share, ceiling = state.share, state.ceiling
+    if falls and ringing.blamed:
+        share, ceiling, ringing = 1.0, 1.0, with_blame(ringing, False)
+    elif used and not falls and rings(ringing, variance, peak):
+        share, ceiling, ringing = 0.0, 0.0, with_blame(ringing, True)
+    return ObserverEffect(
+        state.error_squared, state.expected_squared, share, state.mean, state.fourth, ceiling, ringing
+    )
 
 
 @register_jitable

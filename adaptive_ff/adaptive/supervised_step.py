@@ -106,6 +106,15 @@ STEEP = 5.0
 """Fall of friction with the velocity, in gains of the feedback, from which the predicted error begins to mislead; at
 twice that, it is not used."""
 
+RINGS = 2.0
+"""Fall, in gains of the feedback, from which on a joint sticks and slips by itself, whatever the drive's lag ...
+
+With 1 a drive that lags by 50 ms keeps an observer that it cannot have.
+"""
+
+KNOWN = 0.5
+"""... once so many memories of the estimator have been learnt: after a whole one a joint has windows of 1.5 times PI's."""
+
 FULL_TRUST = 0.95
 """Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
 
@@ -254,6 +263,20 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
 
 
 @register_jitable
+def identified_fall(state: SupervisedState) -> float:
+    """Return how steeply the identified friction falls with the velocity, N m s/rad."""
+    estimate = state.estimator.recursion.estimate
+    return (estimate[STICTION] - estimate[COULOMB]) / state.estimator.candidates.stribeck_velocity
+
+
+@register_jitable
+def falls_by_itself(block: SupervisedParameters, state: SupervisedState) -> bool:
+    """Tell whether the identified friction is known to fall so steeply that the joint sticks and slips by itself."""
+    known = state.estimator.levels.learnt >= KNOWN * block.estimator.memory
+    return known and identified_fall(state) > RINGS * block.feedback.proportional
+
+
+@register_jitable
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
 ) -> tuple[ObserverState, TrustState, float]:
@@ -285,6 +308,7 @@ def watch(
                 gap,
                 state.trust.peak,
                 strained,
+                falls_by_itself(block, state),
             )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
@@ -317,9 +341,7 @@ def unobserved_error(
     large as its gain is replaced by the predicted one. That leaves out how friction depends on the velocity, and
     is no guide where friction falls more steeply than the feedback holds it.
     """
-    estimate = state.estimator.recursion.estimate
-    fall = (estimate[STICTION] - estimate[COULOMB]) / state.estimator.candidates.stribeck_velocity
-    share = saturated(2.0 - fall / (STEEP * block.feedback.proportional))
+    share = saturated(2.0 - identified_fall(state) / (STEEP * block.feedback.proportional))
     return error + share * state.observer.gain * (observer.response.velocity - error)
 
 
