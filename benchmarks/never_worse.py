@@ -85,8 +85,18 @@ LIGHT_PEAKS = {"light_slow": 0.0125, "light_medium": 0.05, "light": 0.35}
 TOLD_NOTHING = {"torque_untold": "paper_100hz", "limit_untold": "saturation"}
 """Scenarios of which the controllers are told nothing of the torque that the drive gives, by name."""
 
-LAGS_UNTOLD = {"lag_untold_10": 0.010, "lag_untold_13": 0.013, "lag_untold_20": 0.020}
-"""Lags of the drive's current loop, s, of which the controllers are told nothing, nor what it gives, by name."""
+DRIVES_UNTOLD: dict[str, dict[str, float]] = {
+    "lag_untold_10": {"lag": 0.010},
+    "lag_untold_13": {"lag": 0.013},
+    "lag_untold_20": {"lag": 0.020},
+    "lag_untold_30": {"lag": 0.030},
+    "rate_untold_1500": {"rate_limit": 1500.0},
+    "rate_untold_2000": {"rate_limit": 2000.0},
+}
+"""Lags of the drive's current loop, s, and limits to how fast its torque rises, N m/s, by name.
+
+The controllers are told nothing of them, nor what the drive gives.
+"""
 
 SENSOR_FAULTS: dict[str, dict[str, Any]] = {
     "sensor_leaps": {"leap": 3.0, "leap_share": 0.001},
@@ -135,7 +145,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(LIGHT_PEAKS, Asked()),
     **dict.fromkeys(TOLD_INERTIAS, Asked()),
     **dict.fromkeys(TOLD_NOTHING, Asked()),
-    **dict.fromkeys(LAGS_UNTOLD, Asked()),
+    **dict.fromkeys(DRIVES_UNTOLD, Asked()),
     **dict.fromkeys(SENSOR_FAULTS, Asked()),
     **dict.fromkeys(DATA_SHEETS, Asked()),
     "steep_2": Asked(),
@@ -190,8 +200,8 @@ def named_scenario(name: str, seed: int) -> Scenario:
     if name in TOLD_NOTHING:
         told_nothing = load_scenario(SCENARIOS / f"{TOLD_NOTHING[name]}.toml")
         return told_nothing.modified(seed=seed, actuator={"reports_torque": False})
-    if name in LAGS_UNTOLD:
-        return load_scenario().modified(seed=seed, actuator={"lag": LAGS_UNTOLD[name], "reports_torque": False})
+    if name in DRIVES_UNTOLD:
+        return load_scenario().modified(seed=seed, actuator={**DRIVES_UNTOLD[name], "reports_torque": False})
     if name in SENSOR_FAULTS:
         return load_scenario().modified(seed=seed, sensor=SENSOR_FAULTS[name])
     if name in TOLD_INERTIAS:
@@ -360,7 +370,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, LAGS_UNTOLD, SENSOR_FAULTS, DATA_SHEETS, COARSE_ENCODERS, MAPS)
+    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, DRIVES_UNTOLD, SENSOR_FAULTS, DATA_SHEETS, COARSE_ENCODERS, MAPS)
     known = [*scenario_names(), *(name for table in made for name in table)]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:

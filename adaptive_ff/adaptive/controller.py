@@ -32,6 +32,7 @@ from adaptive_ff.adaptive.state_check import (
     check_held_friction,
     check_held_integral,
     check_outer_loop,
+    check_ringing,
     check_seen_velocity,
     check_share,
     possible_now,
@@ -404,6 +405,7 @@ class AdaptiveController(AdaptiveBase):
         check_share("observer.gain", state.observer.gain)
         check_share("observer.effect.share", state.observer.effect.share)
         check_share("observer.effect.ceiling", state.observer.effect.ceiling)
+        check_ringing(state.observer.effect.ringing)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
         if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:

@@ -19,6 +19,7 @@ from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorS
 from adaptive_ff.adaptive.held_friction import LEAST_SHARE, HeldFriction
 from adaptive_ff.adaptive.held_integral import HeldIntegral
 from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
+from adaptive_ff.adaptive.ringing import Ringing
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
@@ -177,6 +178,16 @@ def check_seen_velocity(seen: SeenVelocity) -> None:
     check_share("seen.share", seen.share)
     if min(seen.gap, seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps) < 0:
         raise ValueError("state.seen is not allowed: times, changes and counts must be zero or more")
+
+
+def check_ringing(ringing: Ringing) -> None:
+    """Raise ``ValueError`` where half cycles of the error cannot be."""
+    if ringing.sign not in (-1.0, 0.0, 1.0):
+        raise ValueError(f"state.observer.effect.ringing.sign = {ringing.sign} is not allowed: it is -1, 0 or 1")
+    for name in ("extreme", "length", "last_extreme", "last_length", "alike"):
+        value = getattr(ringing, name)
+        if value < 0:
+            raise ValueError(f"state.observer.effect.ringing.{name} = {value} is not allowed: it must be zero or more")
 
 
 def check_held_integral(held: HeldIntegral, largest: float) -> None:

@@ -113,7 +113,10 @@ With 1 a drive that lags by 50 ms keeps an observer that it cannot have.
 """
 
 KNOWN = 0.5
-"""... once so many memories of the estimator have been learnt: after a whole one a joint has windows of 1.5 times PI's."""
+"""... once so many memories of the estimator have been learnt.
+
+With a whole one, one of 400 drawn joints has a window of 1.5 times PI's.
+"""
 
 FULL_TRUST = 0.95
 """Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
@@ -266,7 +269,7 @@ def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) 
 def identified_fall(state: SupervisedState) -> float:
     """Return how steeply the identified friction falls with the velocity, N m s/rad."""
     estimate = state.estimator.recursion.estimate
-    return (estimate[STICTION] - estimate[COULOMB]) / state.estimator.candidates.stribeck_velocity
+    return float((estimate[STICTION] - estimate[COULOMB]) / state.estimator.candidates.stribeck_velocity)
 
 
 @register_jitable

@@ -14,7 +14,7 @@ from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, WEIGHTS, draw_c
 from benchmarks.never_worse import (
     COARSE_ENCODERS,
     DATA_SHEETS,
-    LAGS_UNTOLD,
+    DRIVES_UNTOLD,
     LIGHT_PEAKS,
     MAPS,
     SENSOR_FAULTS,
@@ -36,7 +36,7 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *LAGS_UNTOLD, *SENSOR_FAULTS, *DATA_SHEETS}
+    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DRIVES_UNTOLD, *SENSOR_FAULTS, *DATA_SHEETS}
     made |= COARSE_ENCODERS.keys()
     assert SITUATIONS.keys() - made <= set(scenario_names())
 
