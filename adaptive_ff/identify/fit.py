@@ -24,9 +24,6 @@ SEARCHED = {"friction_lag": "friction_lag", **BENT}
 INSIDE = 1e-3
 """Distance of the start of a search from the ends of the range, over the range."""
 
-END = 0.01
-"""Share of its range within which a searched parameter is at the end of it."""
-
 STEPS, LONGEST, CLOSE = 12, 0.05, 1e-4
 """Steps of the search at most, and the longest and shortest of them, over the range."""
 
@@ -181,13 +178,6 @@ def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
         matrix = design(problem, fitted.linear, {**others, "friction_lag": lag})
         errors.append(float(np.linalg.norm(_residual(matrix, target)) / np.linalg.norm(target)))
     return np.array(errors)
-
-
-def at_end_of_range(problem: Problem, name: str, value: float) -> bool:
-    """Tell whether a searched parameter ended where the search does."""
-    low, high = _ranges(problem, [name])[0]
-    place = math.log(value) if name in BENT.values() else value
-    return not low + END * (high - low) < place < high - END * (high - low)
 
 
 def correlation_length(residuals: Array) -> int:

@@ -25,7 +25,7 @@ from adaptive_ff.comparison.matrix.cells import (
 )
 from adaptive_ff.comparison.matrix.groups import GROUPS, grouped
 from adaptive_ff.comparison.matrix.jobs import Job, run_matrix
-from adaptive_ff.comparison.matrix.summary import KNOWS_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_rows
+from adaptive_ff.comparison.matrix.summary import KNOWS_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_row
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.simulation.metrics import rms
 from benchmarks.tracking import __main__ as command
@@ -252,11 +252,11 @@ def test_ranking_names_the_best_rival_and_shows_a_loss_as_a_loss():
     lines = {"oracle": (1, 1), "oracle_tuned": (1, 1), "noise_floor": (0.5, 0.5), "coulomb_true": (1, 1)}
     cells = collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines))
     assert best_rival(cells["made_up"]) == "good"
-    (row,) = ranking_rows(cells)
+    row = ranking_row("made_up", cells["made_up"])
     assert row == ["made_up", "8", "0.5", "8", "3 (2 to 4)", "3", "6", "good", "4", "lost, 1.50"]
     assert "**lost, 1.50**" in ranking_markdown(cells)
     won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
-    assert ranking_rows(won)[0][-1] == "won, 0.50"
+    assert ranking_row("made_up", won["made_up"])[-1] == "won, 0.50"
     assert "oracle" in KNOWS_THE_TRUTH
 
 
@@ -270,7 +270,6 @@ def test_every_scenario_is_in_one_group_and_tables_follow_the_groups():
         "Further scenarios": ["made_up"],
     }
     found = {Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
-    assert [row[0] for row in ranking_rows(collect(found))] == ["servo", "delay"]
     text = ranking_markdown(collect(found))
     assert (
         text.index("**Where the model holds**") < text.index("| servo |") < text.index("**At the limits of the loop**")

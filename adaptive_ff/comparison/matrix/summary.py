@@ -69,12 +69,6 @@ def best_rival(row: dict[str, Cell]) -> str:
     return max(rivals, key=lambda name: float(np.median(rivals[name].gain)))
 
 
-def ranking_rows(cells: Cells) -> list[list[str]]:
-    """Return the table of all scenarios as texts, a row each, in the order of the groups; see ``HEADINGS``."""
-    names = [name for members in grouped(cells).values() for name in members]
-    return [ranking_row(name, cells[name]) for name in names]
-
-
 def ranking_row(scenario: str, row: dict[str, Cell]) -> list[str]:
     """Return the row of one scenario; see ``HEADINGS``."""
     rival = best_rival(row)

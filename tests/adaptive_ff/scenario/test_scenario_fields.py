@@ -294,7 +294,13 @@ def test_whole_number_is_a_number(tmp_path, path):
     whole |= {f"sweep.{name}.0": math.ceil(low) for name, (low, _) in RANGES.items()}
     value = whole.get(path, 90)
     content = changed(changed(complete(path), "joint.stiction", 100.0), path, value)
-    load_scenario(write_scenario(tmp_path, content))
+    found = load_scenario(write_scenario(tmp_path, content))
+    for part in path.split("."):
+        found = (
+            found[int(part)] if part.isdecimal() else found[part] if isinstance(found, dict) else getattr(found, part)
+        )
+    assert found == value
+    assert type(found) is float or part in ("delay", "seed")
 
 
 @pytest.mark.parametrize("path", TEXTS)
