@@ -113,6 +113,14 @@ def filled_mean(mean: float, measured: float) -> float:
 
 
 @register_jitable
+def likely_variance(state: NoiseState) -> float:
+    """Return the variance (rad^2/s^2) of the noise, or before it is known what there has been so far on average."""
+    if noise_known(state):
+        return state.variance
+    return filled_mean(state.mean, state.measured) if state.measured > 0.0 else 0.0
+
+
+@register_jitable
 def hunts(state: NoiseState, peak: float) -> bool:
     """Tell whether what changes from sample to sample is no noise, but more than the largest speed of the plan (rad/s).
 

@@ -45,7 +45,7 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import advance_loop_response
-from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, noise_known
+from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, likely_variance, noise_known
 from adaptive_ff.adaptive.observer_effect import advance_effect, look_for_ringing
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from controllers import PIParameters, remember
@@ -222,8 +222,8 @@ def observe(
     if noise_known(noise) and not (held or stands):  # a joint that stands does not answer as predicted
         effect = advance_effect(effect, now, response.velocity, correction, noise.variance, peak, state.gain, duration)
     if not held:
-        variance = noise.variance if noise_known(noise) else noise.least
-        turned, time_constant = seen * state.reference < 0.0, observer.inertia / feedback.proportional
+        variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
+        turned = seen * state.reference < 0.0
         effect = look_for_ringing(effect, now, variance, peak, state.gain, turned, falls, time_constant, duration)
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted

@@ -51,8 +51,8 @@ FEWEST, MOST = 2, 8
 TOGETHER = 0.56
 """Their number times the largest error of the last one, over the plan's largest speed, from which on it rings ..."""
 
-LOUD = 36.0
-"""... where the square of that error is so many times the variance of the noise, little known at a start."""
+LOUD = 25.0
+"""... where the square of that error is so many times the variance of the noise."""
 
 
 class Ringing(NamedTuple):
