@@ -142,7 +142,8 @@ def advance_effect(
     mean = state.mean + weight * (error - state.mean)
     fourth = state.fourth + weight * (error * error * error * error - state.fourth)
     beyond_noise = error_squared - variance
-    used, ceiling = gain > IN_USE * state.share, min(1.0, state.ceiling + duration / FORGIVES)
+    used, forgiven = gain > IN_USE * state.share, 0.0 if state.ringing.blamed else duration / FORGIVES
+    ceiling = min(1.0, state.ceiling + forgiven)
     if used and oscillates(beyond_noise, mean, error_squared, fourth, variance, peak):
         ceiling = max(0.0, min(ceiling, state.share) - duration / LETS_GO)
     share = min(ceiling, state.share + duration / RETURN)

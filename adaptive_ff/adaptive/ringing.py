@@ -16,7 +16,9 @@ at a start; what reversals leave behind is less and dies out, and the error of a
 of several motions.
 
 A joint whose friction falls steeply sticks and slips in the same way without any lag. So where the identified friction
-is found to fall by more than twice the gain, ringing is no proof, and the observer is given back.
+is found to fall by more than twice the gain, ringing is no proof, and the observer is given back. Else it stays out of
+use until the controller is reset: a drive stays as late as it is. Where it came back over 300 s, a drive whose torque
+rises by at most 2000 N m/s settled at 0.46 and 0.67 over ten minutes.
 
 With a drive that lags by 13, 16 and 20 ms, told nobody, the first 5 s of the built-in joint left 2.0, 2.5 and 3.6 times
 the error of PI, and leave 0.6 to 0.8 of it; with 30 ms there were later windows of 11 times, and none of more than 1.1

@@ -64,7 +64,13 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "says: presliding (bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed "
             "wrong."
         )
-    if state.observer.effect.ceiling < SHOWN:
+    if state.observer.effect.ringing.blamed:
+        yield (
+            "The observer is not used until the controller is reset: the loop oscillated with it, as where the drive "
+            "or a filter of the velocity lags by more than has been told, or the torque rises more slowly than it is "
+            "asked to. Tell delay and velocity_lag and hand over realised_torque, or take a slower observer_bandwidth."
+        )
+    elif state.observer.effect.ceiling < SHOWN:
         yield (
             f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: the loop oscillated "
             "with it, as where the drive or a filter of the velocity lags by more than has been told. Tell delay and "
