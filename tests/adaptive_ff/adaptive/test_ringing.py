@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.observer_effect import initial_effect, look_for_ringing
+from adaptive_ff.adaptive.observer_effect import advance_effect, initial_effect, look_for_ringing
 from adaptive_ff.adaptive.ringing import MOST, TOGETHER, advance_ringing, initial_ringing, rings
 from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
@@ -77,6 +77,13 @@ def test_an_observer_that_is_blamed_is_out_of_use_until_friction_is_found_to_fal
     assert (excused.share, excused.ceiling, excused.ringing.blamed) == (1.0, 1.0, False)
 
 
+def test_it_does_not_come_back_by_itself():
+    effect = effect_after(PEAK * SINE)
+    for _ in range(10_000):
+        effect = advance_effect(effect, 0.0, 0.1, 0.0, 0.0, PEAK, 0.0, PERIOD)
+    assert (effect.share, effect.ceiling) == (0.0, 0.0)
+
+
 def test_an_observer_is_not_blamed_out_of_use_nor_for_half_cycles_of_several_motions_nor_for_friction():
     assert effect_after(PEAK * SINE, gain=0.4).share == 1.0
     assert effect_after(PEAK * SINE, turns=True).share == 1.0
@@ -95,6 +102,9 @@ def test_a_drive_that_is_late_untold_makes_no_window_much_worse_than_pi(late, se
     controller = make_controller(late, "adaptive")
     simulate(late, controller)
     assert controller.state.observer.effect.ringing.blamed
+    assert "not used until the controller is reset" in " ".join(str(controller.diagnose()).split())
+    controller.reset()
+    assert not controller.state.observer.effect.ringing.blamed
 
 
 def test_a_joint_that_sticks_and_slips_by_itself_gets_its_observer_back():
