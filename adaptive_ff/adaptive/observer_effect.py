@@ -22,8 +22,8 @@ is 4 and more of them, 3 of noise, and 1.5 of a sine. Where the observer is in u
 error little beside that, and its square more than 0.04^2 of that of the plan's largest speed and four times the noise,
 it oscillates: a ceiling on ``h`` falls by 4 in a second, and rises by 1 in 300 s only, since the lag stays. With a lag
 of 20 ms the built-in joint settled at 0.28 of PI alone, with it at 1.2 to 3.3 (seeds 101 to 104); of 682 scenarios and
-drawn joints without such a lag 29 changed at all, by a factor of 1.00 in the geometric mean. What does not
-last as long as these means is told by its first half cycles (:mod:`adaptive_ff.adaptive.ringing`).
+drawn joints without such a lag 29 changed at all, by a factor of 1.00 in the geometric mean. What does not last as long
+as these means is told by its first half cycles (:mod:`adaptive_ff.adaptive.ringing`).
 """
 
 from typing import NamedTuple

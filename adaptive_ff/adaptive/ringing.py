@@ -130,7 +130,7 @@ def rings(state: Ringing, variance: float, peak: float) -> bool:
     """Tell whether the loop rings, for a variance of the noise (rad^2/s^2) and the plan's largest speed (rad/s)."""
     squared = state.last_extreme * state.last_extreme
     together = min(state.alike, MOST) * state.last_extreme
-    return state.alike >= FEWEST and together > TOGETHER * peak and squared > LOUD * variance and not state.blamed
+    return state.alike >= FEWEST and together > TOGETHER * peak and squared > LOUD * variance
 
 
 @register_jitable
