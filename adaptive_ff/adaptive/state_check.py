@@ -184,7 +184,7 @@ def check_ringing(ringing: Ringing) -> None:
     """Raise ``ValueError`` where half cycles of the error cannot be."""
     if ringing.sign not in (-1.0, 0.0, 1.0):
         raise ValueError(f"state.observer.effect.ringing.sign = {ringing.sign} is not allowed: it is -1, 0 or 1")
-    for name in ("extreme", "length", "last_extreme", "last_length", "alike"):
+    for name in ("extreme", "length", "last_extreme", "sustained"):
         value = getattr(ringing, name)
         if value < 0:
             raise ValueError(f"state.observer.effect.ringing.{name} = {value} is not allowed: it must be zero or more")

@@ -40,6 +40,10 @@ def test_one_whose_ringing_grows_too():
     assert first_rings(0.05 * PEAK * SINE * np.exp(5.0 * TIME)) is not None
 
 
+def test_so_is_one_whose_half_cycles_are_of_two_lengths():
+    assert first_rings(PEAK * np.repeat(np.tile([1.0, -1.0], 10), np.tile([3, 9], 10))) is not None
+
+
 @pytest.mark.parametrize(
     "error",
     [
@@ -47,7 +51,7 @@ def test_one_whose_ringing_grows_too():
         SINE * np.exp(-9.0 * TIME),  # what dies out by a half in each half cycle
         np.sin(2.0 * np.pi * 3.5 * TIME),  # slower than a loop rings
         np.sin(2.0 * np.pi * 33.0 * TIME),  # faster
-        np.repeat(np.tile([1.0, -1.0], 10), np.tile([3, 6], 10)),  # half cycles of two lengths
+        np.repeat(np.tile([1.0, -1.0], 10), np.tile([3, 15], 10)),  # every other half cycle too long
         np.where(np.mod(TIME, 0.5) < 0.05, 1.0, np.where(np.mod(TIME, 0.5) < 0.3, -1.0, 0.0)),  # pulses
         np.full(TIME.size, 1.0),
     ],
@@ -117,7 +121,7 @@ def test_a_joint_that_sticks_and_slips_by_itself_gets_its_observer_back():
     assert not controller.state.observer.effect.ringing.blamed
 
 
-@pytest.mark.parametrize(("name", "value"), [("sign", 0.5), ("length", -1.0), ("alike", -1)])
+@pytest.mark.parametrize(("name", "value"), [("sign", 0.5), ("length", -1.0), ("sustained", -1)])
 def test_half_cycles_that_cannot_be_are_refused(name, value):
     controller = make_controller(load_scenario(), "adaptive")
     effect = controller.state.observer.effect
