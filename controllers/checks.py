@@ -1,6 +1,7 @@
 """Checks of the numbers that a controller is made with, and is given."""
 
 import math
+import reprlib
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,16 @@ def check_numbers(**values: Any) -> None:
             math.isfinite(value)
         except TypeError:
             raise TypeError(f"{name} = {value!r} is not allowed: it must be a number") from None
+        except OverflowError:  # a whole number of hundreds of digits
+            raise ValueError(f"{name} = {reprlib.repr(value)} is not allowed: it must be below 1e308") from None
+
+
+def check_finite(**values: Any) -> None:
+    """Raise ``ValueError`` for the first value that is not finite, ``TypeError`` for no number."""
+    check_numbers(**values)
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")
 
 
 def checked_switch(name: str, value: Any) -> bool:
@@ -27,7 +38,7 @@ def check_positive(**values: float) -> None:
     for name, value in values.items():
         try:
             allowed = math.isfinite(value) and value > 0.0
-        except TypeError:
+        except (TypeError, OverflowError):
             check_numbers(**{name: value})
             raise
         if not allowed:

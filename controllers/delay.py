@@ -13,12 +13,31 @@ import math
 
 from numba.extending import register_jitable
 
+from controllers.checks import check_numbers
+
 LENGTHS = (1, 3, 11)
 """Lengths of lines: for no delay, for delays that drives have, and for the longest that is accepted."""
 
+LONGEST_DELAY = LENGTHS[-1] - 1.0
+"""Longest computation delay that is accepted, sampling periods."""
+
+
+def check_delay(delay: float) -> None:
+    """Raise ``ValueError`` for a delay that is not from 0 to ``LONGEST_DELAY`` periods, ``TypeError`` for no number."""
+    check_numbers(delay=delay)
+    if not 0.0 <= delay <= LONGEST_DELAY:
+        raise ValueError(f"delay = {delay} is not allowed: it must be from 0 to {LONGEST_DELAY:g} sampling periods")
+
 
 def delay_line(delay: float) -> tuple[float, ...]:
-    """Return a line for a delay in periods, as if zero had been computed before the first sample."""
+    """Return a line for a delay in periods, as if zero had been computed before the first sample.
+
+    Raises
+    ------
+    ValueError
+        The delay is not from 0 to ``LONGEST_DELAY``.
+    """
+    check_delay(delay)
     needed = math.ceil(delay) + 1
     return (0.0,) * min(length for length in LENGTHS if length >= needed)
 

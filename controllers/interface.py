@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from controllers.bridging import BRIDGED
-from controllers.checks import check_numbers, check_period, check_positive
+from controllers.checks import check_finite, check_numbers, check_period, check_positive
 from controllers.compiled import compiles
 from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.native import ACTING, TORQUE, Native, NativeParameters, empty_exchange, step_at
@@ -172,15 +172,15 @@ class Controller:
             elif not 0.0 < dt < math.inf:
                 raise ValueError(f"dt = {dt} is not allowed: it must be a positive number of seconds")
             if not (isfinite(reference) and isfinite(correction) and isfinite(feedforward)):
-                _refuse(reference=reference, correction=correction, feedforward=feedforward)
+                check_finite(reference=reference, correction=correction, feedforward=feedforward)
             if next_reference is None:
                 next_reference = math.nan
             elif not isfinite(next_reference):
-                _refuse(next_reference=next_reference)
+                check_finite(next_reference=next_reference)
             if acting_reference is not None:
-                _refuse(acting_reference=acting_reference)
+                check_finite(acting_reference=acting_reference)
             if next_acting_reference is not None:
-                _refuse(next_acting_reference=next_acting_reference)
+                check_finite(next_acting_reference=next_acting_reference)
             numbers = (
                 float(reference),
                 float(1.0 * velocity),  # times one, since float() alone takes a text of digits
@@ -197,7 +197,7 @@ class Controller:
             if acting_reference is not None and next_acting_reference is not None:
                 self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
             return self._compute(*numbers)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             check_numbers(reference=reference, velocity=velocity, correction=correction, feedforward=feedforward)
             optional = {"next_reference": next_reference, "position": position, "realised_torque": realised_torque}
             optional |= {"inertia": inertia, "dt": dt, "acting_reference": acting_reference}
@@ -228,10 +228,14 @@ class Controller:
         Raises
         ------
         ValueError
-            The torque or the velocity is not finite, no drive can give such a torque, the controller has no integral,
-            or :meth:`step` refuses an argument. State, what was learnt and further regressors are then as they were.
+            The torque, the reference or the velocity is not finite, no drive can give such a torque, the controller has
+            no integral, or :meth:`step` refuses an argument. State, what was learnt and further regressors are then as
+            they were.
+        TypeError
+            An argument is no number.
         """
-        _refuse(torque=torque, velocity=velocity)
+        check_finite(torque=torque, reference=reference, velocity=velocity)
+        torque = float(torque)
         feedback = feedback_state(self.parameters)
         if not feedback.integral > 0.0:
             raise ValueError("integral = 0 is not allowed for a takeover: it must be positive to hold the torque")
@@ -365,10 +369,3 @@ def with_feedback_state(state: Any, feedback: Any) -> Any:
     if not hasattr(state, "feedback"):
         return feedback
     return state._replace(feedback=with_feedback_state(state.feedback, feedback))
-
-
-def _refuse(**values: float) -> None:
-    """Raise ``ValueError`` for the first value that is not finite."""
-    for name, value in values.items():
-        if not isfinite(value):
-            raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")

@@ -8,7 +8,7 @@ from numba.extending import register_jitable
 
 from controllers.bridging import bridging_share
 from controllers.checks import check_numbers, check_period
-from controllers.delay import delay_line, delayed, remember
+from controllers.delay import check_delay, delay_line, delayed, remember
 from controllers.interface import Controller
 from controllers.kernels import ESTIMATES, INLINED, STEPS, Inputs, Output, without_estimates
 from controllers.plausibility import Guard, checked_inputs, initial_guard
@@ -16,9 +16,6 @@ from controllers.sensitivity import PI_SENSITIVITY
 
 if TYPE_CHECKING:
     from controllers.design.pi_design import PIDesign
-
-LONGEST_DELAY = 10.0
-"""Longest computation delay that is accepted, sampling periods."""
 
 
 class PIParameters(NamedTuple):
@@ -166,7 +163,7 @@ def check_gains(proportional: float, integral: float, period: float, delay: floa
     ------
     ValueError
         A gain is negative or not finite, the period not positive and finite, or the delay not from 0 to
-        ``LONGEST_DELAY``.
+        ``controllers.delay.LONGEST_DELAY``.
     TypeError
         An argument is no number.
     """
@@ -175,8 +172,7 @@ def check_gains(proportional: float, integral: float, period: float, delay: floa
     for name, gain in (("proportional", proportional), ("integral", integral)):
         if not (math.isfinite(gain) and gain >= 0.0):
             raise ValueError(f"{name} = {gain} is not allowed: a gain must be finite and not negative")
-    if not 0.0 <= delay <= LONGEST_DELAY:
-        raise ValueError(f"delay = {delay} is not allowed: it must be from 0 to {LONGEST_DELAY:g} sampling periods")
+    check_delay(delay)
     return PIParameters(float(proportional), float(integral), float(delay), float(period))
 
 

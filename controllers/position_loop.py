@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers.checks import check_positive
+from controllers.checks import check_finite, check_numbers, check_positive
 from controllers.sensitivity import PI_SENSITIVITY
 
 if TYPE_CHECKING:
@@ -80,6 +80,8 @@ class PositionLoop:
     ------
     ValueError
         A value is not positive.
+    TypeError
+        A value is no number.
 
     Examples
     --------
@@ -93,6 +95,7 @@ class PositionLoop:
 
     def __init__(self, gain: float, *, limit: float = math.inf) -> None:
         check_positive(gain=gain)
+        check_numbers(limit=limit)
         if not limit > 0.0:
             raise ValueError(f"limit = {limit} is not allowed: it must be positive, rad/s")
         self.parameters = PositionLoopParameters(float(gain), float(limit))
@@ -118,9 +121,11 @@ class PositionLoop:
         ------
         ValueError
             The planned position is not finite.
+        TypeError
+            A position is no number.
         """
-        if not math.isfinite(planned):
-            raise ValueError(f"planned = {planned} is not allowed: it must be a finite number")
+        check_finite(planned=planned)
+        check_numbers(position=position)
         correction, self.state = step_position_loop(self.parameters, self.state, float(planned), float(position))
         return correction
 

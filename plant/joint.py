@@ -5,6 +5,7 @@ from typing import Literal, Self
 
 from pydantic import ConfigDict, model_validator
 
+from plant.checks import check_numbers
 from plant.fields import Finite, NonNegative, Positive, Table
 from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
@@ -179,7 +180,18 @@ def largest_kappa(friction: Stribeck) -> float:
 
 
 def whole_multiple(duration: float, period: float) -> int | None:
-    """Return how many periods a duration holds, or None where that is not a whole number of one or more."""
+    """Return how many periods a duration holds, or None where that is not a whole number of one or more.
+
+    Raises
+    ------
+    ValueError
+        The period is zero.
+    TypeError
+        A value is no number.
+    """
+    check_numbers(duration=duration, period=period)
+    if period == 0.0:
+        raise ValueError(f"period = {period} is not allowed: it must be positive")
     ratio = duration / period
     if not math.isfinite(ratio) or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 + 1e-12 * ratio:
         return None

@@ -17,6 +17,7 @@ from plant.backlash import (
     step_backlash,
 )
 from plant.backlash_joint import BacklashJoint, check_backlash_period
+from plant.checks import check_numbers
 from plant.elastic import (
     ElasticParameters,
     ElasticState,
@@ -38,7 +39,7 @@ from plant.elasto_plastic import (
 )
 from plant.elasto_plastic_joint import ElastoPlasticJoint, check_elasto_plastic_period
 from plant.gravity import gravity_torque
-from plant.joint import JointModel, check_unique_step, whole_multiple
+from plant.joint import FrictionFields, JointModel, check_unique_step, whole_multiple
 from plant.lugre import (
     LuGreParameters,
     LuGreState,
@@ -167,7 +168,16 @@ AnyJoint = Annotated[
 
 
 def initial_state(joint: Any, velocity: float) -> Any:
-    """Return the state of a joint of any kind that has moved at a velocity (rad/s) for long; its position is zero."""
+    """Return the state of a joint of any kind that has moved at a velocity (rad/s) for long; its position is zero.
+
+    Raises
+    ------
+    TypeError
+        The joint is none, or the velocity no number.
+    """
+    if type(joint) not in INITIAL_STATE:
+        raise TypeError(f"joint = {joint!r} is not allowed: it must be the parameters of a joint of any kind")
+    check_numbers(velocity=velocity)
     return INITIAL_STATE[type(joint)](joint, velocity)
 
 
@@ -181,6 +191,13 @@ class Joint:
     velocity : float, optional
         Velocity at the start, rad/s; the joint has moved so for long.
 
+    Raises
+    ------
+    ValueError
+        The velocity is not finite.
+    TypeError
+        The model is none of ``AnyJoint``, or the velocity no number.
+
     Examples
     --------
     >>> from plant import Joint, JointModel
@@ -190,6 +207,9 @@ class Joint:
     """
 
     def __init__(self, model: AnyJoint, velocity: float = 0.0) -> None:
+        if not isinstance(model, FrictionFields):
+            raise TypeError(f"model = {model!r} is not allowed: it must be a JointModel, or another joint of AnyJoint")
+        check_numbers(velocity=velocity)
         if not math.isfinite(velocity):
             raise ValueError(f"velocity = {velocity} is not allowed: it must be a finite number of rad/s")
         self.model = model
@@ -216,7 +236,10 @@ class Joint:
         ------
         ValueError
             The torque is not finite, or the duration is not a whole number of solver periods.
+        TypeError
+            An argument is no number.
         """
+        check_numbers(torque=torque, duration=duration)
         if not math.isfinite(torque):
             raise ValueError(f"torque = {torque} is not allowed: it must be a finite number of N m")
         steps = whole_multiple(duration, self.model.solver_period)

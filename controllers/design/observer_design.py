@@ -26,6 +26,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.checks import check_numbers, check_positive
+from controllers.design.arguments import check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.margins import maximum_sensitivity as sensitivity_of
 from controllers.design.velocity_filter import NO_FILTER, VelocityFilter, velocity_filter
@@ -180,7 +182,6 @@ def margins_at(
     return loop_margins(*_opened(loop, angle, compensation))
 
 
-@cache
 def design_observer(
     inertia: float,
     period: float,
@@ -216,27 +217,26 @@ def design_observer(
     ------
     ValueError
         An argument is out of range, or the feedback alone exceeds the bound.
+    TypeError
+        An argument is no number, or the estimator of no known class.
     """
-    _check("inertia", inertia, inertia > 0.0, "positive, kg m^2")
-    _check("period", period, period > 0.0, "positive, s")
-    _check("proportional", gains[0], gains[0] > 0.0, "positive, N m s/rad")
-    _check("integral", gains[1], gains[1] >= 0.0, "zero or more, N m/rad")
-    _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
-    _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
+    check_positive(inertia=inertia, period=period, proportional=gains[0])
+    check_numbers(integral=gains[1])
+    if not 0.0 <= gains[1] < math.inf:
+        raise ValueError(f"integral = {gains[1]} is not allowed: it must be zero or more and finite")
+    check_whole_delay(delay)
+    check_sensitivity(maximum_sensitivity)
     seen = NO_FILTER if velocity is None else velocity_filter(velocity)
     loop = sampled_loop(gains[0] * period / inertia, gains[1] * period**2 / inertia, int(delay), seen)
     if bandwidth is None:
-        angle = fastest_angle(loop, maximum_sensitivity, compensation)
+        angle = fastest_angle(loop, float(maximum_sensitivity), compensation)
         bandwidth = angle / (2.0 * math.pi * period)
     else:
+        check_numbers(bandwidth=bandwidth)
         angle = 2.0 * math.pi * bandwidth * period
-    _check("bandwidth", bandwidth, 0.0 < bandwidth <= 0.5 / period, f"positive, at most {0.5 / period:g} Hz")
+    if not 0.0 < bandwidth <= 0.5 / period:
+        raise ValueError(f"bandwidth = {bandwidth} is not allowed: it must be positive, at most {0.5 / period:g} Hz")
     reached = margins_at(loop, angle, compensation)
     return ObserverDesign(
         bandwidth, reached.crossover / period, reached.maximum_sensitivity, reached.gain_margin, reached.phase_margin
     )
-
-
-def _check(name: str, value: float, allowed: bool, rule: str) -> None:
-    if not (math.isfinite(value) and allowed):
-        raise ValueError(f"{name} = {value} is not allowed: it must be {rule}")

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.checks import check_numbers
+from controllers.checks import check_positive
+from controllers.design.arguments import check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.systems import LoopSystems, loop_systems
 from controllers.sensitivity import PI_SENSITIVITY
@@ -74,7 +75,16 @@ class PIDesign:
 
 
 def pi_gains(inertia: float, bandwidth: float) -> tuple[float, float]:
-    """Return the gains ``(Kp, Ki)`` of a loop with a crossover in Hz for an inertia in kg m^2."""
+    """Return the gains ``(Kp, Ki)`` of a loop with a crossover in Hz for an inertia in kg m^2.
+
+    Raises
+    ------
+    ValueError
+        A value is not positive and finite.
+    TypeError
+        A value is no number.
+    """
+    check_positive(inertia=inertia, bandwidth=bandwidth)
     crossover = 2.0 * math.pi * bandwidth
     proportional = crossover * inertia
     return proportional, proportional * crossover / INTEGRAL_RATIO
@@ -120,20 +130,21 @@ def design_pi(
     ValueError
         An argument is out of range, or the margin does not allow the bandwidth; the message names the largest
         bandwidth that it does allow.
+    TypeError
+        An argument is no number, or the friction not callable.
 
     Warns
     -----
     UserWarning
         The gain cannot hold the falling part of the friction curve.
     """
-    check_numbers(inertia=inertia)
-    if bandwidth is not None:
-        check_numbers(bandwidth=bandwidth)
-    _check("inertia", inertia, inertia > 0.0, "positive, kg m^2")
+    check_positive(inertia=inertia)
+    if friction is not None and not callable(friction):
+        raise TypeError(f"friction = {friction!r} is not allowed: it must be a function of the speed")
     largest = fastest_bandwidth(period, delay, maximum_sensitivity)
     if bandwidth is None:
         bandwidth = largest
-    _check("bandwidth", bandwidth, bandwidth > 0.0, "positive, Hz")
+    check_positive(bandwidth=bandwidth)
     if bandwidth > largest * (1.0 + 1e-6):
         raise ValueError(
             f"bandwidth = {bandwidth:g} Hz is not allowed: with a period of {period:g} s, {int(delay)} periods of "
@@ -175,11 +186,12 @@ def fastest_bandwidth(period: float, delay: int = 0, maximum_sensitivity: float 
     ------
     ValueError
         An argument is out of range, or no bandwidth meets the bound.
+    TypeError
+        An argument is no number.
     """
-    check_numbers(period=period, delay=delay, maximum_sensitivity=maximum_sensitivity)
-    _check("period", period, period > 0.0, "positive, s")
-    _check("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more")
-    _check("maximum_sensitivity", maximum_sensitivity, maximum_sensitivity > 1.0, "more than 1")
+    check_positive(period=period)
+    check_whole_delay(delay)
+    check_sensitivity(maximum_sensitivity)
     return _fastest_relative(int(delay), float(maximum_sensitivity)) / period
 
 
@@ -221,8 +233,3 @@ def _warn_of_hunting(friction: Callable[[float], float], proportional: float) ->
             f"{proportional:.4g} N m s/rad can hold: the loop will hunt at low speed",
             stacklevel=3,
         )
-
-
-def _check(name: str, value: float, allowed: bool, rule: str) -> None:
-    if not (math.isfinite(value) and allowed):
-        raise ValueError(f"{name} = {value} is not allowed: it must be {rule}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controllers.checks import check_positive
+from controllers.design.arguments import check_sensitivity, check_whole_delay
 from controllers.design.margins import LoopMargins, largest_setting, loop_margins
 from controllers.design.pi_design import pi_gains
 from controllers.sensitivity import PI_SENSITIVITY
@@ -41,6 +42,7 @@ class PositionDesign:
 
 def default_position_gain(bandwidth: float) -> float:
     """Return the position gain (1/s) for a bandwidth of the velocity loop (Hz)."""
+    check_positive(bandwidth=bandwidth)
     return BANDWIDTH_SHARE * 2.0 * math.pi * bandwidth
 
 
@@ -74,12 +76,12 @@ def design_position_loop(
     ValueError
         An argument is out of range, or the margin does not allow the gain; the message names the largest one that it
         does allow.
+    TypeError
+        An argument is no number.
     """
     check_positive(period=period, bandwidth=bandwidth)
-    if not (delay >= 0 and delay % 1 == 0):
-        raise ValueError(f"delay = {delay} is not allowed: it must be a whole number of periods, zero or more")
-    if not 1.0 < maximum_sensitivity < math.inf:
-        raise ValueError(f"maximum_sensitivity = {maximum_sensitivity} is not allowed: it must be more than 1")
+    check_whole_delay(delay)
+    check_sensitivity(maximum_sensitivity)
     gain = default_position_gain(bandwidth) if gain is None else gain
     check_positive(gain=gain)
     relative = bandwidth * period

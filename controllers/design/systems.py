@@ -6,6 +6,9 @@ from typing import Any, NamedTuple
 import control
 import numpy as np
 
+from controllers.checks import check_finite, check_positive
+from controllers.design.arguments import check_whole_delay
+
 POINTS = 4000
 """Points of the frequency response from a ten thousandth of the Nyquist frequency to it."""
 
@@ -86,17 +89,12 @@ def loop_systems(
     ------
     ValueError
         An argument is out of range.
+    TypeError
+        An argument is no number.
     """
-    for name, value, allowed, rule in (
-        ("inertia", inertia, inertia > 0.0, "positive, kg m^2"),
-        ("period", period, period > 0.0, "positive, s"),
-        ("delay", delay, delay >= 0 and delay % 1 == 0, "a whole number of periods, zero or more"),
-        ("proportional", proportional, True, "finite, N m s/rad"),
-        ("integral", integral, True, "finite, N m/rad"),
-        ("friction_slope", friction_slope, True, "finite, N m s/rad"),
-    ):
-        if not (math.isfinite(value) and allowed):
-            raise ValueError(f"{name} = {value} is not allowed: it must be {rule}")
+    check_positive(inertia=inertia, period=period)
+    check_whole_delay(delay)
+    check_finite(proportional=proportional, integral=integral, friction_slope=friction_slope)
     pole = math.exp(-friction_slope * period / inertia)
     gain = period / inertia if friction_slope == 0.0 else (1.0 - pole) / friction_slope
     plant = control.tf([gain], np.polymul([1.0, -pole], [1.0, *([0.0] * int(delay))]), period)
@@ -123,7 +121,14 @@ def loop_margins_of(systems: LoopSystems) -> Margins:
     ----------
     systems : LoopSystems
         The loop, see :func:`loop_systems`.
+
+    Raises
+    ------
+    TypeError
+        It is no such loop.
     """
+    if not isinstance(systems, LoopSystems):
+        raise TypeError(f"systems = {systems!r} is not allowed: it must be what loop_systems returns")
     period = systems.open_loop.dt
     stable = bool(np.all(np.abs(systems.closed_loop.poles()) < 1.0))
     omega = np.geomspace(1e-4, 1.0, POINTS) * math.pi / period

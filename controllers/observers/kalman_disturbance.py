@@ -180,8 +180,8 @@ class KalmanDisturbance(Controller):
         delay: float = 0.0,
     ) -> None:
         feedback = check_gains(proportional, integral, period, delay)
-        check_positive(inertia=inertia, disturbance_gain=disturbance_gain)
-        if not 0.0 < velocity_gain <= 1.0:
+        check_positive(inertia=inertia, velocity_gain=velocity_gain, disturbance_gain=disturbance_gain)
+        if velocity_gain > 1.0:
             raise ValueError(f"velocity_gain = {velocity_gain} is not allowed: it must be above 0 and at most 1")
         parameters = KalmanDisturbanceParameters(
             feedback, float(inertia), float(velocity_gain), float(disturbance_gain), float(period)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers.checks import check_positive
+from controllers.checks import check_finite, check_positive
 from controllers.compiled import dispatched
 
 VELOCITY_ESTIMATORS: dict[type, Callable[..., Any]] = {}
@@ -62,10 +62,12 @@ def initial_velocity_state(block: Any, position: float, velocity: float = 0.0) -
     ------
     ValueError
         A value is not finite.
+    TypeError
+        A value is no number, or the estimator is of no known class.
     """
-    for name, value in (("position", position), ("velocity", velocity)):
-        if not math.isfinite(value):
-            raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")
+    check_finite(position=position, velocity=velocity)
+    if type(block) not in INITIAL_VELOCITY_STATES:
+        raise TypeError(f"block = {block!r} is not allowed: it must be an estimator of controllers.velocity")
     return INITIAL_VELOCITY_STATES[type(block)](block, float(position), float(velocity))
 
 

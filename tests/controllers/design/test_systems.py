@@ -50,7 +50,7 @@ def test_falling_friction_beyond_the_gain_is_unstable_and_viscous_friction_is_no
         ({"inertia": 0.0}, "inertia = 0.0 is not allowed: it must be positive"),
         ({"period": math.nan}, "period = nan is not allowed"),
         ({"delay": 0.5}, "delay = 0.5 is not allowed: it must be a whole number of periods"),
-        ({"friction_slope": math.inf}, "friction_slope = inf is not allowed: it must be finite"),
+        ({"friction_slope": math.inf}, "friction_slope = inf is not allowed: it must be a finite number"),
     ],
 )
 def test_bad_numbers_are_refused(arguments, said):
