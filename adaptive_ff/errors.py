@@ -1,5 +1,6 @@
 """The error that a user's input causes, as one sentence, and the text of files that may cause it."""
 
+import os
 import reprlib
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,12 @@ def check_kind(name: str, value: Any, kinds: type | tuple[type, ...], rule: str)
     """Raise a TypeError for an argument that is of no such kind; the rule says what it must be."""
     if not isinstance(value, kinds):
         raise TypeError(f"{name} = {reprlib.repr(value)} is not allowed: it must be {rule}")
+
+
+def checked_path(name: str, value: Any) -> Path:
+    """Return a path; raise a TypeError for what is none."""
+    check_kind(name, value, (str, os.PathLike), "a path")
+    return Path(value)
 
 
 def counted(number: int, noun: str) -> str:

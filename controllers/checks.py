@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from controllers.arrays import NDArray
+
 
 def check_numbers(**values: Any) -> None:
     """Raise ``TypeError`` for the first value that is no number; a text of digits is none."""
@@ -24,6 +26,17 @@ def check_finite(**values: Any) -> None:
     for name, value in values.items():
         if not math.isfinite(value):
             raise ValueError(f"{name} = {value} is not allowed: it must be a finite number")
+
+
+def checked_array(name: str, values: Any) -> NDArray[np.float64]:
+    """Return numbers as an array of any shape; raise ``TypeError`` for what is none, such as texts of digits."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "biufO":
+            return array.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise TypeError(f"{name} = {reprlib.repr(values)} is not allowed: it must be numbers")
 
 
 def checked_switch(name: str, value: Any) -> bool:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 
 from plant.change import UNCHANGED, JointChange
+from plant.checks import check_numbers
 from plant.fields import Finite, NonNegative, Positive, Table
 from plant.kinds import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
@@ -263,8 +264,17 @@ def schedule(
     Raises
     ------
     ValueError
-        The times do not ascend.
+        The times do not ascend, or the solver period is not positive.
+    TypeError
+        A change or the variation is of another class.
     """
+    if not isinstance(changes, Sequence) or not all(isinstance(change, FrictionChange) for change in changes):
+        raise TypeError(f"changes = {changes!r} is not allowed: it must be a sequence of FrictionChange")
+    if not isinstance(variation, FrictionVariation | None):
+        raise TypeError(f"variation = {variation!r} is not allowed: it must be a FrictionVariation")
+    check_numbers(solver_period=solver_period)
+    if not solver_period > 0.0:
+        raise ValueError(f"solver_period = {solver_period} is not allowed: it must be positive")
     for earlier, later in pairwise(changes):
         if later.time <= earlier.time:
             raise ValueError(

@@ -12,6 +12,7 @@ from adaptive_ff.adaptive.candidate_state import CandidateState
 from adaptive_ff.adaptive.candidates import FIRST
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters
 from adaptive_ff.model.friction import TorqueModel
+from controllers.checks import check_positive, checked_array
 
 FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Stribeck velocities of the candidates, over the assumed one."""
@@ -55,7 +56,7 @@ def chosen_names(factors: Sequence[float], bent: Sequence[float]) -> tuple[str, 
 
 def candidate_distances(unit: float, factors: Sequence[float]) -> NDArray[np.float64]:
     """Return the presliding distances that are tried, rad, or raise ``ValueError`` where the factors are no grid."""
-    grid = np.array(factors, dtype=float)
+    grid = checked_array("presliding_factors", factors)
     if grid.ndim != 1 or not np.all(np.isfinite(grid)) or np.any(grid <= 0.0) or np.any(np.diff(grid) <= 0.0):
         raise ValueError(f"presliding_factors = {factors} is not allowed: positive, ascending numbers")
     return unit * grid
@@ -63,7 +64,7 @@ def candidate_distances(unit: float, factors: Sequence[float]) -> NDArray[np.flo
 
 def candidate_velocities(assumed: float, factors: Sequence[float]) -> NDArray[np.float64]:
     """Return the Stribeck velocities that are tried, rad/s, or raise ``ValueError`` where the factors are no grid."""
-    grid = np.array(factors, dtype=float)
+    grid = checked_array("stribeck_factors", factors)
     if grid.ndim != 1 or grid.size > MOST or not np.all(np.isfinite(grid)):
         raise ValueError(f"stribeck_factors = {factors} is not allowed: it must be at most {MOST} finite numbers")
     if grid.size > 0 and not (grid[0] > 0.0 and np.all(np.diff(grid) > 0.0) and 1.0 in grid):
@@ -77,9 +78,8 @@ def begin_velocity(
     """Return the Stribeck velocity to begin with, rad/s: the candidate next to that of a model, where one is given."""
     if velocities.size == 0 or model is None or isinstance(model, TorqueModel):
         return assumed
-    given = float(model.get("stribeck_velocity", assumed))
-    if not (math.isfinite(given) and given > 0.0):
-        raise ValueError(f"model.stribeck_velocity = {given} is not allowed: it must be positive and finite")
+    given = model.get("stribeck_velocity", assumed)
+    check_positive(**{"model.stribeck_velocity": given})
     return float(velocities[np.argmin(np.abs(np.log(velocities / given)))])
 
 

@@ -45,7 +45,7 @@ from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, WITH_GRAVITY, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import IdentifyingController
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
-from controllers.checks import checked_switch
+from controllers.checks import checked_array, checked_switch
 from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ class AdaptiveBase(IdentifyingController):
 
     def _take_regressors(self, regressors: Sequence[float]) -> None:
         place = self.regressors
-        values = np.asarray(regressors, dtype=float)
+        values = checked_array("regressors", regressors)
         if values.shape != place.shape:
             raise ValueError(
                 f"regressors has shape {values.shape}; it must be {place.size} numbers, as the controller was made for"

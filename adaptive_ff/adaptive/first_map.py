@@ -111,7 +111,7 @@ def _checked(
 def _numbers(name: str, values: object, count: int) -> Array:
     try:
         array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name} = {values!r} is not allowed: it must be {count} numbers") from error
     if array.shape != (count,):
         raise ValueError(

@@ -7,6 +7,7 @@ import operator
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links, link_angles, regressor_count
-from adaptive_ff.errors import check_kind, read_text
+from adaptive_ff.errors import check_kind, checked_path, read_text
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
@@ -70,7 +71,7 @@ class JointGroup:
     Raises
     ------
     TypeError
-        The joints are not given by name, or are no adaptive controllers.
+        The joints, or those that precede them, are not given by name, or the joints are no adaptive controllers.
     ValueError
         There is no joint, one stands under two names, periods differ, a name is unknown or precedes itself, or a joint
         was made for fewer regressors than those that follow make, two for each, or would need more than 20.
@@ -91,6 +92,7 @@ class JointGroup:
         self, joints: Mapping[str, AdaptiveController], preceding: Mapping[str, Sequence[str]] | None = None
     ) -> None:
         check_kind("joints", joints, Mapping, "controllers by name, such as {'elbow': controller}")
+        check_kind("preceding", preceding, (Mapping, NoneType), "names of the joints before each, by joint")
         if not joints:
             raise ValueError("joints = {} is not allowed: there must be one at least")
         self.joints = dict(joints)
@@ -162,7 +164,7 @@ class JointGroup:
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
         """Make a group from a TOML file; see :meth:`from_table`."""
-        text = read_text(Path(path), "is not valid TOML")
+        text = read_text(checked_path("path", path), "is not valid TOML")
         try:
             return cls.from_table(tomllib.loads(text))
         except ValueError as error:

@@ -7,6 +7,8 @@ import numpy as np
 
 from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters
 from controllers import check_positive
+from controllers.arrays import NDArray
+from controllers.checks import checked_array
 
 MAP_MEMORY = 1.0
 """Default memory of the map, s of sliding motion at a position."""
@@ -44,10 +46,7 @@ def map_parameters(
     ValueError
         A value is out of range.
     """
-    if len(periods) > MOST_PERIODS or any(not (math.isfinite(period) and period > 0.0) for period in periods):
-        raise ValueError(
-            f"position_periods = {list(periods)} is not allowed: at most {MOST_PERIODS} positive numbers of rad"
-        )
+    lengths = _checked_periods(periods)
     if isinstance(hats, bool) or not isinstance(hats, int | np.integer) or hats == 1 or not 0 <= hats <= MOST_HATS:
         raise ValueError(
             f"position_hats = {hats} is not allowed: it must be 0, or a whole number from 2 to {MOST_HATS}"
@@ -56,18 +55,27 @@ def map_parameters(
     lowest, highest = _checked_range(positions)
     if hats == 0 and positions is not None:
         raise ValueError(f"position_range = {list(positions)} is not allowed without position_hats")
-    if not (len(periods) or hats or load):
+    if not (lengths.size or hats or load):
         return NO_MAP
     spacing = (highest - lowest) / (hats - 1) if hats else 1.0
-    waves = 2.0 * math.pi / np.array([float(period) for period in periods])
-    return MapParameters(waves, int(hats), lowest, spacing, float(load), float(memory))
+    return MapParameters(2.0 * math.pi / lengths, int(hats), lowest, spacing, float(load), float(memory))
+
+
+def _checked_periods(periods: Sequence[float]) -> NDArray[np.float64]:
+    lengths = checked_array("position_periods", periods)
+    if lengths.ndim != 1 or lengths.size > MOST_PERIODS or not np.all(np.isfinite(lengths) & (lengths > 0.0)):
+        shown = list(periods) if lengths.ndim == 1 else periods
+        raise ValueError(f"position_periods = {shown} is not allowed: at most {MOST_PERIODS} positive numbers of rad")
+    return lengths
 
 
 def _checked_range(positions: Sequence[float] | None) -> tuple[float, float]:
     if positions is None:
         return -math.pi, math.pi
-    if len(positions) != 2 or not (math.isfinite(positions[0]) and positions[0] < positions[1] < math.inf):
+    ends = checked_array("position_range", positions)
+    if ends.shape != (2,) or not (math.isfinite(ends[0]) and ends[0] < ends[1] < math.inf):
+        shown = list(positions) if ends.ndim == 1 else positions
         raise ValueError(
-            f"position_range = {list(positions)} is not allowed: it must be two finite numbers of rad, the lower first"
+            f"position_range = {shown} is not allowed: it must be two finite numbers of rad, the lower first"
         )
-    return float(positions[0]), float(positions[1])
+    return float(ends[0]), float(ends[1])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.model.bounds import OFFSET, VISCOUS_SHARE, possible_ranges
 from adaptive_ff.model.friction import FURTHER, WITH_GRAVITY, TorqueModel
+from controllers.checks import check_numbers
 
 LAG_UNIT = 0.01
 """Least unit of the friction lag, s: the time constant of a fast loop would be too small a unit to find the lag in."""
@@ -134,8 +135,10 @@ def model_prior(
     ValueError
         A value is missing, not finite or not possible, a name is not one of the parameters, or a deviation is not
         positive and finite.
+    TypeError
+        The model is none, or a value no number.
     """
-    known = model._asdict() if isinstance(model, TorqueModel) else dict(model)
+    known = model._asdict() if isinstance(model, TorqueModel) else _by_name(model)
     possible = {*names, *TorqueModel._fields, *WITH_GRAVITY, *CHOSEN}
     unknown = [name for name in known if name not in possible and not name.startswith(FURTHER)]
     if unknown:
@@ -144,6 +147,7 @@ def model_prior(
     for i, name in enumerate(names):
         if name not in known and name in ("inertia", "friction_lag"):
             raise ValueError(f"model has no {name}: it must have inertia and friction_lag at least")
+        check_numbers(**{f"model.{name}": known.get(name, 0.0)})
         value = float(known.get(name, 0.0))
         least, most = ranges[i] if i >= OFFSET or name in ("inertia", "friction_lag") else (0.0, math.inf)
         if not (math.isfinite(value) and least <= value <= most):
@@ -152,6 +156,17 @@ def model_prior(
             )
         first[i] = value
     return Prior(first, scale, _deviations(names, scale, first, deviation), True)
+
+
+def _by_name(model: Mapping[str, float]) -> dict[str, float]:
+    """Return a mapping as a dict; raise ``TypeError`` for what is none."""
+    try:
+        known = dict(model)
+    except (TypeError, ValueError):
+        known = None
+    if known is None or not all(isinstance(name, str) for name in known):
+        raise TypeError(f"model = {model!r} is not allowed: it must be a TorqueModel, or values by name")
+    return known
 
 
 def _deviations(
@@ -165,9 +180,11 @@ def _deviations(
         if unknown:
             raise ValueError(f"deviation.{min(unknown)} is not allowed: it must be one of {', '.join(names)}")
         given = {f"deviation.{name}": value for name, value in deviation.items()}
+        check_numbers(**given)
         asked = np.array([float(deviation.get(name, unit)) for name, unit in zip(names, scale, strict=True)])
     else:
         given = {"deviation": deviation}
+        check_numbers(**given)
         asked = np.where(first != 0.0, float(deviation) * np.abs(first), scale)
     for where, value in given.items():
         if not (math.isfinite(value) and value > 0.0):
@@ -215,6 +232,7 @@ def prior_of(
     if isinstance(model, TorqueModel):
         for name, value in zip(("stribeck_velocity", "stribeck_shape"), stribeck, strict=True):
             own = getattr(model, name)
+            check_numbers(**{f"model.{name}": own})
             if own != value:
                 raise ValueError(f"model.{name} = {own:g} is not allowed: it must be {name} = {value:g}")
     return model_prior(names, scale, model, deviation, ranges), ranges

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from adaptive_ff.errors import InputError, read_text
+from adaptive_ff.errors import InputError, checked_path, read_text
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
 
@@ -27,8 +27,10 @@ def read_baseline(path: str | Path) -> dict[str, Any]:
     ------
     InputError
         The file cannot be read or is no such result.
+    TypeError
+        The path is none.
     """
-    text = read_text(Path(path), "is not valid JSON")
+    text = read_text(checked_path("path", path), "is not valid JSON")
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from adaptive_ff.comparison.own import Own, check_own_names
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of, make_controller
 from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.comparison.running import check_progress
+from adaptive_ff.errors import checked_path
 from adaptive_ff.files import write_result
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
@@ -72,8 +74,10 @@ class Comparison:
         ------
         InputError
             The file cannot be written.
+        TypeError
+            The path is none.
         """
-        write_result(Path(path), self.to_dict())
+        write_result(checked_path("path", path), self.to_dict())
 
     def __repr__(self) -> str:
         """Return the settled errors in one line."""
@@ -144,10 +148,13 @@ def compare(
     InputError
         The scenario names a controller that there is not, or an own one has the name of one that there is.
     TypeError
-        The scenario or ``own`` is of another kind.
+        The scenario, ``own`` or another argument is of another kind.
+    ValueError
+        ``thin`` is less than one.
     """
     scenario = load_scenario() if scenario is None else scenario
     check_scenario(scenario)
+    check_progress(progress)
     own = {} if own is None else own
     check_own_names(own, CONTROLLERS)
     names = dict.fromkeys([*scenario.controllers, *own])

@@ -8,7 +8,7 @@ from typing import Any
 from adaptive_ff.comparison.baseline import GATED, check_same_scenario, read_baseline
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_kind, checked_path
 from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
 
 TOLERANCE = 0.05
@@ -157,6 +157,8 @@ def _several(name: str, chosen: Iterable[str]) -> list[str]:
     if isinstance(chosen, str) or not isinstance(chosen, Iterable):
         raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names, such as [{str(chosen)!r}]")
     names = list(chosen)
+    if not all(isinstance(one, str) for one in names):
+        raise InputError(f"{name} = {chosen!r} is not allowed: it must be a list of names")
     if not names:
         raise InputError(f"{name} = [] is not allowed: name one at least, or leave it out for the default")
     return names
@@ -190,7 +192,13 @@ def regressions(
     ------
     InputError
         The baseline is of another scenario or lacks a figure, or a tolerance, a controller or a metric is not allowed.
+    TypeError
+        The comparison or the baseline is none.
     """
+    check_kind("comparison", comparison, Comparison, "a Comparison: compare(scenario) makes one")
+    check_kind("baseline", baseline, Mapping, "what read_baseline(path) returns")
+    if not {"scenario", "controllers"} <= set(baseline):
+        raise InputError("baseline is not allowed: it lacks scenario or controllers; read_baseline(path) returns one")
     check_same_scenario(comparison.scenario, baseline, "baseline")
     names, figures = guarded_controllers(baseline, controllers), guarded_metrics(baseline, metrics)
     tolerances = Tolerances(tolerance, baseline["controllers"])
@@ -241,8 +249,11 @@ def assert_no_regression(
         Something got worse; the message says what.
     InputError
         The baseline cannot be read or is of another scenario, or an argument is not allowed.
+    TypeError
+        The comparison is none, or the baseline no path.
     """
-    earlier = read_baseline(baseline)
+    check_kind("comparison", comparison, Comparison, "a Comparison: compare(scenario) makes one")
+    earlier = read_baseline(checked_path("baseline", baseline))
     check_same_scenario(comparison.scenario, earlier, str(baseline))
     found = regressions(comparison, earlier, tolerance, controllers=controllers, metrics=metrics)
     if found:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,15 +12,16 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.map_reading import LearntMap
 from adaptive_ff.comparison.registry import loop_of, make_controller
-from adaptive_ff.comparison.running import drive_over
+from adaptive_ff.comparison.running import check_progress, drive_over
 from adaptive_ff.comparison.thinning import Thinned, drive_thinned
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, check_kind
 from adaptive_ff.scenario.given import check_scenario
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, lay_course
 from adaptive_ff.simulation.metrics import Metrics, PositionMetrics, evaluate, evaluate_position
 from controllers import Controller
 from controllers.arrays import NDArray
+from controllers.checks import checked_switch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -133,6 +135,14 @@ class Run:
         return plot_run(self, path)
 
 
+def _check_thin(thin: int | None) -> None:
+    """Raise ``ValueError`` for what is neither None nor a whole number of at least one."""
+    if thin is None:
+        return
+    if isinstance(thin, bool) or not isinstance(thin, int | np.integer) or thin < 1:
+        raise ValueError(f"thin = {thin!r} is not allowed: it must be a whole number of at least 1")
+
+
 def simulate(
     scenario: Scenario,
     controller: Any = "adaptive",
@@ -177,15 +187,18 @@ def simulate(
     InputError
         The name is not known.
     TypeError
-        The scenario is none.
+        The scenario is none, or another argument is of another kind.
     ValueError
-        ``thin`` is less than one.
+        ``thin`` is no whole number of at least one, or ``uncertain`` neither true nor false.
     ArithmeticError
         The run did not stay finite.
     """
     check_scenario(scenario)
-    if thin is not None and thin < 1:
-        raise ValueError(f"thin = {thin} is not allowed: it must be at least 1")
+    check_kind("name", name, (str, NoneType), "a text")
+    check_kind("course", course, (Course, NoneType), "what lay_course(scenario) returns")
+    check_progress(progress)
+    _check_thin(thin)
+    noted = checked_switch("uncertain", uncertain)
     if isinstance(controller, str):
         scenario = loop_of(scenario, controller)
         name, controller = name or controller, make_controller(scenario, controller)
@@ -196,7 +209,7 @@ def simulate(
     course = lay_course(scenario) if course is None else course
     marks: list[tuple[int, dict[str, float]]] = []
     notes: dict[str, Any] = {}
-    if uncertain and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
+    if noted and isinstance(controller, Controller) and hasattr(controller, "uncertainties"):
         notes = {"note": lambda sample: marks.append((sample, controller.uncertainties)), "parts": MARKS}
     label = name or type(controller).__name__
     if thin is None:

@@ -101,6 +101,12 @@ def ends_of_parts(count: int, parts: int) -> Iterator[int]:
         yield min(start + part, count)
 
 
+def check_progress(progress: Any) -> None:
+    """Raise a TypeError for what cannot be called with the share done, and is not None."""
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress = {progress!r} is not allowed: it must be a function")
+
+
 def report(stop: int, count: int, progress: Callable[[float], None] | None, note: Callable[[int], None] | None) -> None:
     """Say that a part has ended, to those who want to know."""
     if note is not None:

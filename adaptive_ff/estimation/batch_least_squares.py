@@ -12,7 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg, stats
 
+from adaptive_ff.estimation.confidence import check_confidence
 from controllers.arrays import ArrayLike, NDArray
+from controllers.checks import checked_array
 
 Array = NDArray[np.float64]
 
@@ -231,8 +233,7 @@ def _check_options(names: tuple[str, ...], shape: tuple[int, ...], confidence: f
     rows, size = shape
     if len(names) != size:
         raise ValueError(f"names = {names} has {len(names)} entries; there must be one for each of {size} columns")
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
+    check_confidence(confidence)
     if not 0 <= correlated_samples < rows:
         raise ValueError(
             f"correlated_samples = {correlated_samples} is not allowed: it must be at least 0 and less than the "
@@ -241,8 +242,7 @@ def _check_options(names: tuple[str, ...], shape: tuple[int, ...], confidence: f
 
 
 def _check_data(regressors: ArrayLike, outputs: ArrayLike) -> tuple[Array, Array]:
-    matrix = np.asarray(regressors, dtype=np.float64)
-    target = np.asarray(outputs, dtype=np.float64)
+    matrix, target = checked_array("regressors", regressors), checked_array("outputs", outputs)
     if matrix.ndim != 2 or matrix.shape[1] == 0:
         raise ValueError(f"regressors have shape {matrix.shape}; it must be (rows, columns) with a column at least")
     rows, size = matrix.shape

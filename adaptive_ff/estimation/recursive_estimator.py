@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
+from adaptive_ff.estimation.confidence import check_confidence
 from adaptive_ff.estimation.updates import Settings, run_updates, single_update
 from controllers import check_positive, plain_state, rebuilt_state
 from controllers.arrays import ArrayLike, NDArray
@@ -181,8 +182,7 @@ class RecursiveEstimator:
         ValueError
             It does not lie between 0 and 1.
         """
-        if not 0.0 < confidence < 1.0:
-            raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
+        check_confidence(confidence)
         half = self.standard_errors * float(stats.t.ppf(0.5 + 0.5 * confidence, self._degrees_of_freedom()))
         return np.column_stack([self.estimate - half, self.estimate + half])
 

@@ -6,6 +6,7 @@ import re
 from functools import cached_property
 from typing import Any
 
+from adaptive_ff.errors import check_kind
 from adaptive_ff.export.buffer import layout_hash, payload_size
 from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.functions import Function
@@ -16,6 +17,7 @@ from adaptive_ff.export.sample import Recording, check_exportable, new_one, reco
 from adaptive_ff.export.types import REAL, Array, Record, type_of
 from adaptive_ff.export.unit import Unit
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
+from controllers.checks import checked_switch
 
 
 def as_record(value: Any, where: str) -> Record:
@@ -45,7 +47,9 @@ class Export:
     """
 
     def __init__(self, controller: Controller, prefix: str, single: bool = False) -> None:
+        single = checked_switch("single", single)
         check_exportable(controller, single)
+        check_kind("prefix", prefix, str, "a text")
         word = re.fullmatch(r"[a-z][a-z0-9_]{0,30}", prefix)
         if not word or keyword.iskeyword(prefix) or prefix in RESERVED:
             raise NotExportable(

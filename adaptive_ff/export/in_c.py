@@ -157,7 +157,7 @@ def run_in_c(controller: Controller, *, single: bool = False) -> Any:
         file.write_text(source(export), encoding="ascii")
         library = Path(folder) / "controller.so"
         compile_library([file], library, ["-fvisibility=default"])
-        return InC(own, library, declarations(declared), single)
+        return InC(own, library, declarations(declared), export.single)
 
 
 def declarations(text: str) -> str:

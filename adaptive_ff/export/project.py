@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from adaptive_ff.errors import checked_path
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu import fmu
 from adaptive_ff.export.header import header
@@ -9,6 +10,7 @@ from adaptive_ff.export.selftest import example, self_test
 from adaptive_ff.export.source import source
 from adaptive_ff.files import staged
 from controllers import Controller
+from controllers.checks import checked_switch
 
 CMAKE = """cmake_minimum_required(VERSION 3.10)
 project({prefix} C)
@@ -84,10 +86,10 @@ def export_controller(
     >>> from controllers import PI
     >>> files = export_controller(PI(100.0, 10.0, 0.001), "drive", prefix="axis1")  # doctest: +SKIP
     """
+    folder, also_fmu = checked_path("out", out), checked_switch("with_fmu", with_fmu)
     export = Export(controller, prefix, single)
     files = project_files(export)
-    archive = fmu(export) if with_fmu else None
-    folder = Path(out)
+    archive = fmu(export) if also_fmu else None
     names = [*files, *([f"{prefix}.fmu"] if archive is not None else [])]
     with staged(folder) as stage:
         for name, text in files.items():

@@ -18,6 +18,7 @@ from adaptive_ff.regression.series import COEFFICIENTS, write_physical
 from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
 from controllers import check_positive
 from controllers.arrays import ArrayLike
+from controllers.checks import check_numbers, checked_array
 
 FILTER_MEMORY = 6.0
 """Time constants of the filters after which they have forgotten an error: the equations are correlated that long."""
@@ -196,7 +197,7 @@ def slides_one_way(velocity: ArrayLike, slowest: float) -> Mask:
     ndarray of bool, shape (n,)
         Whether ``w(k)``, ``w(k-1)`` and ``w(k-2)`` are at least as fast and of one sign.
     """
-    speeds = np.asarray(velocity, dtype=np.float64)
+    speeds = checked_array("velocity", velocity)
     direction = np.where(np.abs(speeds) >= slowest, np.sign(speeds), 0.0)
     found = np.zeros(speeds.size, dtype=np.bool_)
     found[2:] = (direction[2:] != 0.0) & (direction[2:] == direction[1:-1]) & (direction[2:] == direction[:-2])
@@ -236,6 +237,7 @@ def _identification(
 
 
 def _check_not_negative(**values: float) -> None:
+    check_numbers(**values)
     for name, value in values.items():
         if not (math.isfinite(value) and value >= 0.0):
             raise ValueError(f"{name} = {value} is not allowed: it must be zero or more and finite")
@@ -244,7 +246,7 @@ def _check_not_negative(**values: float) -> None:
 def _check_series(**series: ArrayLike) -> list[Array]:
     checked: list[Array] = []
     for name, given in series.items():
-        array = np.ascontiguousarray(given, dtype=np.float64)
+        array = np.ascontiguousarray(checked_array(name, given))
         if array.ndim != 1 or array.size < 3:
             raise ValueError(f"{name} has shape {array.shape}; it must be a series of three samples at least")
         if checked and array.shape != checked[0].shape:

@@ -65,7 +65,7 @@ def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Ter
     InputError
         There is no such family, or it has terms of gravity and the log cannot have them.
     """
-    if family != AUTO and family not in FAMILIES:
+    if not isinstance(family, str) or (family != AUTO and family not in FAMILIES):
         raise InputError(f"model = {family!r} is not allowed: it must be {AUTO} or one of {', '.join(FAMILIES)}")
     if family != AUTO and GRAVITY[0] in FAMILIES[family] and not gravity:
         raise InputError(f"model = {family!r} is not allowed: gravity takes the position of a rotary joint")

@@ -1,12 +1,13 @@
 """Identification of a joint from a log: the steps from the samples to the result."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.errors import InputError, counted
+from adaptive_ff.errors import InputError, check_kind, counted
+from adaptive_ff.estimation.confidence import check_confidence
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
@@ -29,6 +30,7 @@ from adaptive_ff.identify.verdict import cautions, check_plausible, verdict
 from adaptive_ff.logs.defects import Piece, Skipped
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import Log, check_log
+from controllers.checks import check_numbers, checked_switch
 
 HELD_OUT = 0.25
 """Share of the log that is held out by default."""
@@ -112,13 +114,15 @@ def identify_log(
     InputError
         The log does not determine a joint, or an argument is out of range.
     TypeError
-        The log is none.
+        The log is none, or an argument is of another kind.
     """
     check_log("log", log)
     if validation is not None:
         check_log("validation", validation)
     _check_arguments(held_out, torque_delay, confidence)
-    asked = MapAsked(tuple(position_periods), position_hats, load_friction)
+    linear, is_current = checked_switch("linear", linear), checked_switch("is_current", is_current)
+    check_kind("position_periods", position_periods, Iterable, "a sequence of periods")
+    asked = MapAsked(tuple(position_periods), position_hats, checked_switch("load_friction", load_friction))
     check_asked(asked, log)
     prepared = prepare(log, bandwidth, linear=linear)
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
@@ -287,6 +291,7 @@ def _moves_both_ways(problem: Problem) -> bool:
 
 
 def _check_arguments(held_out: float, torque_delay: float, confidence: float) -> None:
+    check_numbers(held_out=held_out, torque_delay=torque_delay)
     if not 0.0 <= held_out < 1.0:
         raise InputError(f"held_out = {held_out:g} is not allowed: it must be zero or more, and less than one")
     if not abs(torque_delay) <= LONGEST_DELAY:
@@ -294,5 +299,4 @@ def _check_arguments(held_out: float, torque_delay: float, confidence: float) ->
             f"torque_delay = {torque_delay:g} s is not allowed: it must be from {-LONGEST_DELAY:g} to "
             f"{LONGEST_DELAY:g} s"
         )
-    if not 0.0 < confidence < 1.0:
-        raise InputError(f"confidence = {confidence:g} is not allowed: it must lie between 0 and 1")
+    check_confidence(confidence)

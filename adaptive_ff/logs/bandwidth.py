@@ -4,6 +4,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.derivatives import Array
+from controllers.checks import check_numbers
 
 MOTION_SHARE = 0.99
 """Share of the power of the velocity that makes the frequency of the motion."""
@@ -158,6 +159,7 @@ def check_bandwidth(bandwidth: float, period: float) -> None:
     InputError
         It is too wide or not positive.
     """
+    check_numbers(bandwidth=bandwidth)
     highest = LARGEST_SHARE / period
     if not 0.0 < bandwidth <= highest * (1.0 + 1e-9):
         raise InputError(

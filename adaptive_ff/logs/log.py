@@ -10,13 +10,15 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import numpy as np
 
-from adaptive_ff.errors import InputError, check_kind
+from adaptive_ff.errors import InputError, check_kind, checked_path
 from adaptive_ff.logs.formats import Content, read_content
 from controllers.arrays import NDArray
+from controllers.checks import check_numbers
 
 Array = NDArray[np.float64]
 
@@ -67,15 +69,18 @@ class Log:
         ValueError
             A series is no one-dimensional array of numbers, its length is not that of the times, or there is neither a
             position nor a velocity.
+        TypeError
+            Further series are not given by name.
         """
+        check_kind("extra", self.extra, Mapping, "series by name")
         if self.position is None and self.velocity is None:
             raise ValueError(f"{self.name}: position and velocity are both missing; a log has one of them")
         roles = {"time": self.time, "torque": self.torque, "position": self.position, "velocity": self.velocity}
         for role, series in {**roles, **self.extra}.items():
-            if series is None:
+            if series is None and role in ("position", "velocity"):
                 continue
             kind = getattr(series, "dtype", np.dtype(object)).kind
-            if kind not in "fiu" or series.ndim != 1:
+            if series is None or kind not in "fiu" or series.ndim != 1:
                 raise ValueError(f"{self.name}: {role} must be a one-dimensional array of numbers")
             if series.size != self.time.size:
                 raise ValueError(f"{self.name}: {role} has {series.size} samples; it must have {self.time.size}")
@@ -157,19 +162,30 @@ def read_log(
     InputError
         The file cannot be read, a column is not there (the message lists those that are), series differ in length, or
         an argument is not allowed.
+    TypeError
+        An argument is of another kind.
 
     Examples
     --------
     >>> read_log("robot.npz", time="t", position="q_deg[3]", torque="tau[3]", scale={"q_deg[3]": 3.14159 / 180})
     ... # doctest: +SKIP
     """
-    file = Path(path)
+    file = checked_path("path", path)
+    given = {"torque": torque, "position": position, "velocity": velocity, "time": time, "known_torque": known_torque}
+    for argument, column in given.items():
+        check_kind(argument, column, str if argument == "torque" else (str, NoneType), "the name of a column")
+    for argument, mapping in (("extra", extra), ("scale", scale)):
+        check_kind(argument, mapping, (Mapping, NoneType), "by name, such as {'NAME': ...}")
+    for name, column in (extra or {}).items():
+        check_kind(f"extra[{name!r}]", column, str, "the name of a column")
     if (position is None) == (velocity is None):
         raise InputError(f"{file}: a position or a velocity must be named, one of them")
     if (time is None) == (period is None):
         raise InputError(f"{file}: a column of time or a period must be given, one of them")
-    if period is not None and not (math.isfinite(period) and period > 0.0):
-        raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
+    if period is not None:
+        check_numbers(period=period)
+        if not (math.isfinite(period) and period > 0.0):
+            raise InputError(f"{file}: period = {period:g} s is not allowed: it must be positive")
     chosen = {"torque": torque, "time": time, "position": position, "velocity": velocity, KNOWN: known_torque}
     columns = {role: column for role, column in chosen.items() if column is not None}
     factors = dict(scale or {})
@@ -211,6 +227,7 @@ def _check_factors(file: Path, factors: Mapping[str, float], columns: Mapping[st
         if name not in columns.values():
             used = ", ".join(dict.fromkeys(columns.values()))
             raise InputError(f"{file}: scale: {name} is no column that is used; these are {used}")
+        check_numbers(**{f"scale[{name!r}]": factor})
         if not (math.isfinite(factor) and factor != 0.0):
             raise InputError(f"{file}: scale: {name} = {factor:g} is not allowed: it must be finite and not zero")
 

@@ -1,6 +1,6 @@
 """What controllers that identify have in common."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from adaptive_ff.model.friction import (
     ESTIMATED,
@@ -40,8 +40,11 @@ def check_parameters(
     parameters: Sequence[str], choices: Sequence[tuple[str, ...]] = FRICTION_CHOICES
 ) -> tuple[str, ...]:
     """Return the names of the parameters to identify, or raise ``ValueError`` where they are no such choice."""
-    names = tuple(parameters) if isinstance(parameters, Iterable) else ()
-    if isinstance(parameters, str) or names not in choices:
+    try:
+        names = tuple(parameters)
+    except TypeError:
+        names = ()
+    if isinstance(parameters, str) or not all(isinstance(name, str) for name in names) or names not in choices:
         allowed = ", or ".join(str(choice) for choice in choices)
         given = names if names and not isinstance(parameters, str) else parameters
         raise ValueError(f"parameters = {given!r} is not allowed: it must be {allowed}")

@@ -18,7 +18,7 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from adaptive_ff import __version__
-from adaptive_ff.errors import InputError, check_kind
+from adaptive_ff.errors import InputError, checked_path
 
 Series = NDArray[np.float64]
 Look = Mapping[str, Any]
@@ -126,8 +126,7 @@ def write_asked(figure: Figure, path: str | Path | None) -> None:
     """
     if path is None:
         return
-    check_kind("path", path, (str, os.PathLike), "a path")
-    place = Path(path)
+    place = checked_path("path", path)
     known = figure.canvas.get_supported_filetypes()
     if place.suffix and place.suffix[1:].lower() not in known:
         raise InputError(f"path = {str(path)!r} is not allowed: it must end in one of {', '.join(known)}")
@@ -141,9 +140,9 @@ def write_into(figures: Mapping[str, Figure], folder: str | Path | None) -> None
     """Write pictures as ``NAME.png`` into a folder, where one is given; it raises what :func:`write_asked` does."""
     if folder is None:
         return
-    check_kind("folder", folder, (str, os.PathLike), "a path")
+    place = checked_path("folder", folder)
     for name, figure in figures.items():
-        write_asked(figure, Path(folder) / f"{name}.png")
+        write_asked(figure, place / f"{name}.png")
 
 
 def _plain(text: str) -> str:

@@ -3,8 +3,10 @@
 import math
 import os
 import tomllib
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
+from types import NoneType
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -406,10 +408,14 @@ def parse_scenario(content: dict[str, Any], name: str, folder: Path | None = Non
     ------
     InputError
         A field is wrong; the message names it, its value and what is allowed.
+    TypeError
+        The content is no table, or the folder no path.
     """
+    check_kind("content", content, Mapping, "tables and fields by name; load_scenario(path) reads a file")
+    check_kind("folder", folder, (str, os.PathLike, NoneType), "a path")
     reference = content.get("reference")
     if folder is not None and isinstance(reference, dict) and isinstance(reference.get("path"), str):
-        content = {**content, "reference": {**reference, "path": str(folder / reference["path"])}}
+        content = {**content, "reference": {**reference, "path": str(Path(folder) / reference["path"])}}
     try:
         scenario = Scenario.model_validate(content)
         scenario.__dict__["name"] = name  # in the place of the cached property: no field, so that it is no setting
@@ -443,9 +449,10 @@ def load_scenario(path: str | Path | None = None, reference: str | Path | None =
     InputError
         The file cannot be read, or a field is wrong.
     TypeError
-        The path is none.
+        A path is none.
     """
-    check_kind("path", path, (str, os.PathLike, type(None)), "a path; parse_scenario(tables, name) takes tables")
+    check_kind("path", path, (str, os.PathLike, NoneType), "a path; parse_scenario(tables, name) takes tables")
+    check_kind("reference", reference, (str, os.PathLike, NoneType), "a path")
     file = BUILT_IN if path is None else Path(path)
     text = read_text(file, "is not valid TOML", "utf-8-sig")
     try:

@@ -13,9 +13,11 @@ from scipy import linalg, stats
 
 from adaptive_ff.errors import counted
 from adaptive_ff.estimation.batch_least_squares import Estimate
+from adaptive_ff.estimation.confidence import check_confidence
 from adaptive_ff.stribeck.problem import BEND, FLAT, Array, Points, exponent, make_problem, solve_linear
 from adaptive_ff.stribeck.profile import Estimated, interval_end, search
 from controllers.arrays import ArrayLike
+from controllers.checks import checked_array
 
 LARGEST_RATIO = 10.0
 """Ratio of the ends of an interval of Vs or delta above which the points are said not to identify it."""
@@ -70,7 +72,7 @@ class StribeckFit:
     def curve(self, velocity: ArrayLike) -> Array:
         """Return the friction torque (3), N m, without the offset, at velocities in rad/s; zero at rest."""
         value = {name: estimate.value for name, estimate in self.estimates.items()}
-        speeds = np.asarray(velocity, dtype=np.float64)
+        speeds = checked_array("velocity", velocity)
         with np.errstate(over="ignore"):  # the share is then zero
             share = np.exp(-((np.abs(speeds) / self.stribeck_velocity) ** self.stribeck_shape))
         sliding = value["coulomb"] * (1.0 - share) + value["stiction"] * share
@@ -111,6 +113,8 @@ def fit_stribeck(
     ValueError
         Arguments are of the wrong shape, not finite or out of range, there are too few points or speeds, or the torque
         is not that of a drive against friction.
+    TypeError
+        An argument is no number.
 
     Warns
     -----
@@ -219,10 +223,9 @@ def _warn_of_vague(names: list[str], estimates: dict[str, Estimate], points: Poi
 def _check_points(
     velocity: ArrayLike, torque: ArrayLike, standard_error: ArrayLike | None, confidence: float
 ) -> Points:
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence = {confidence} is not allowed: it must lie between 0 and 1")
-    speeds, torques = np.asarray(velocity, dtype=np.float64), np.asarray(torque, dtype=np.float64)
-    errors = np.ones_like(torques) if standard_error is None else np.asarray(standard_error, dtype=np.float64)
+    check_confidence(confidence)
+    speeds, torques = checked_array("velocity", velocity), checked_array("torque", torque)
+    errors = np.ones_like(torques) if standard_error is None else checked_array("standard_error", standard_error)
     if speeds.ndim != 1:
         raise ValueError(f"velocity has shape {speeds.shape}; it must be (points,)")
     for name, values in (("velocity", speeds), ("torque", torques), ("standard_error", errors)):

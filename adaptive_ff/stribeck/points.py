@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from scipy.special import polygamma, psi
 
 from controllers.arrays import ArrayLike, NDArray
+from controllers.checks import checked_array
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def support_points(velocity: ArrayLike, torque: ArrayLike, drive: ArrayLike | No
     ValueError
         Shapes do not agree, a value is not finite, a drive has fewer than two readings or all alike, or does not move.
     """
-    speeds, torques = np.asarray(velocity, dtype=np.float64), np.asarray(torque, dtype=np.float64)
+    speeds, torques = checked_array("velocity", velocity), checked_array("torque", torque)
     labels = _check_readings(speeds, torques, drive)
     _, place, count = np.unique(labels, return_inverse=True, return_counts=True)
     if np.any(count < 2):

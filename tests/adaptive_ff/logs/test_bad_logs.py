@@ -148,7 +148,7 @@ def test_torque_of_something_else_is_said_to_be_unexplained():
         ({"held_out": 1.0}, "held_out = 1 is not allowed: it must be zero or more, and less than one"),
         ({"held_out": 0.99}, "with 99 % held out, no piece is left"),
         ({"torque_delay": np.inf}, "torque_delay = inf s is not allowed"),
-        ({"confidence": 1.0}, "confidence = 1 is not allowed"),
+        ({"confidence": 1.0}, "confidence = 1.0 is not allowed"),
     ],
 )
 def test_argument_out_of_range_is_refused(arguments, message):
