@@ -14,8 +14,9 @@ def new_command(
 ) -> None:
     """Print a smallest complete scenario file, from the numbers of a data sheet: adaptive-ff new > joint.toml."""
     from adaptive_ff.errors import InputError
-    from adaptive_ff.scenario.new import new_scenario_text
+    from adaptive_ff.scenario.new import LONGEST_PERIOD, SHORTEST_PERIOD, new_scenario_text
 
-    if not 0.0 < rate < float("inf"):
-        raise InputError(f"--rate = {rate:g} is not allowed: it must be positive and finite")
+    least, most = 1.0 / LONGEST_PERIOD, 1.0 / SHORTEST_PERIOD
+    if not least < rate <= most:
+        raise InputError(f"--rate = {rate:g} is not allowed: it must be above {least:g} Hz and at most {most:.3g} Hz")
     typer.echo(new_scenario_text(inertia, torque, speed, period=1.0 / rate, linear=linear), nl=False)

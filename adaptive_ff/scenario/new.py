@@ -6,6 +6,8 @@ from pydantic import ValidationError
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.file import toml_text
+from adaptive_ff.scenario.reference import SHORTEST, Multisine
+from adaptive_ff.scenario.scenario import LONGEST
 from controllers import fastest_bandwidth
 from plant import JointModel
 
@@ -23,6 +25,12 @@ LOOP_SHARE = 0.5
 
 LONGEST_SOLVER_PERIOD = 0.001
 """Longest solver period, s."""
+
+SHORTEST_PERIOD = SHORTEST / LONGEST
+"""Shortest sampling period, s: a scenario without a duration takes ``SHORTEST`` s, in at most ``LONGEST`` steps."""
+
+LONGEST_PERIOD = 0.5 / max(Multisine().frequencies)
+"""Sampling period, s, below which the built-in reference is below half the sampling frequency."""
 
 UNITS = {
     "rotary": {"inertia": "kg m^2", "torque": "N m", "speed": "rad/s", "viscous": "N m s/rad"},
@@ -56,11 +64,17 @@ def new_scenario_text(
     Raises
     ------
     InputError
-        A number is not positive and finite, or no simulation of such a joint is possible.
+        A number is not positive and finite, the period is not one of a scenario that can be run, or no simulation of
+        such a joint is possible.
     """
     for name, value in (("inertia", inertia), ("torque", torque), ("speed", speed), ("period", period)):
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"{name} = {value:g} is not allowed: it must be positive and finite")
+    if not SHORTEST_PERIOD <= period < LONGEST_PERIOD:
+        raise InputError(
+            f"period = {period:g} s is not allowed: it must be from {SHORTEST_PERIOD:g} s to less than "
+            f"{LONGEST_PERIOD:g} s"
+        )
     axis = "linear" if linear else "rotary"
     units = UNITS[axis]
     coulomb, viscous = COULOMB_SHARE * torque, VISCOUS_SHARE * torque / speed
@@ -104,10 +118,11 @@ def new_scenario_text(
 
 def _solver_period(curve: dict[str, float], period: float) -> float:
     """Return the longest part of the sampling period for which the simulated joint has a unique step."""
+    shortest = max(period / 1000.0, SHORTEST_PERIOD)
     parts = 1
     while parts <= 1000:
         solver = float(f"{period / parts:.12g}")
-        if solver <= LONGEST_SOLVER_PERIOD:
+        if shortest * (1.0 - 1e-9) <= solver <= LONGEST_SOLVER_PERIOD:
             try:
                 JointModel(**curve, solver_period=solver)
             except ValidationError:
@@ -117,7 +132,7 @@ def _solver_period(curve: dict[str, float], period: float) -> float:
         parts += 1
     raise InputError(
         f"inertia = {curve['inertia']:g} is too small beside the rated torque for a simulation in steps of "
-        f"{period / 1000.0:g} s; give the inertia of motor and load at the joint"
+        f"{shortest:g} s; give the inertia of motor and load at the joint"
     )
 
 

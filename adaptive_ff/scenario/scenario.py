@@ -10,7 +10,8 @@ from types import NoneType
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError, check_kind, read_text
 from adaptive_ff.scenario.fourier import Fourier
@@ -70,7 +71,7 @@ class Scenario(Table):
     seed : int, optional
         Seed of the reference's phases, the noise and the jitter.
     controllers : list of str, optional
-        What is compared; by default the controllers of the main job.
+        What is compared, every name once; by default the controllers of the main job.
     joint : JointModel or another kind of joint
         What is simulated: inertia, friction, and the period of the solver.
     sampling, sensor, velocity : Sampling, Sensor, VelocityEstimate, optional
@@ -122,6 +123,13 @@ class Scenario(Table):
         if not isinstance(reference, dict) or "kind" in reference:
             return content
         return {**content, "reference": {"kind": "csv" if "path" in reference else "multisine", **reference}}
+
+    @field_validator("controllers")
+    @classmethod
+    def _check_controllers(cls, names: list[str]) -> list[str]:
+        if len(set(names)) < len(names):
+            raise PydanticCustomError("controllers", "it must have every name once")
+        return names
 
     @model_validator(mode="after")
     def _check_relations(self) -> Self:

@@ -2,6 +2,7 @@
 
 import copy
 import math
+import re
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
@@ -316,6 +317,14 @@ def test_value_that_is_no_list_is_refused(tmp_path, path, value):
     message = refusal(tmp_path, changed(complete(path), path, value))
     allowed = "a list of tables; in a file write [[change]]" if path == "change" else "a valid list"
     assert message == f"{path} = {value!r} is not allowed: it must be {allowed}"
+
+
+@pytest.mark.parametrize("names", [["pi", "pi"], ["pi", "adaptive", "pi"]])
+def test_controller_that_is_named_twice_is_refused(names):
+    with pytest.raises(
+        InputError, match=rf"controllers = {re.escape(repr(names))} is not allowed: it must have every name"
+    ):
+        parse_scenario({**built_in(), "controllers": names}, "mine")
 
 
 @pytest.mark.parametrize("path", ["controllers", "reference.frequencies", "reference.amplitudes"])
