@@ -19,7 +19,7 @@ class BacklashJoint(FrictionFields):
     kind : "backlash"
         Kind of joint.
     inertia, link_share, link_stiffness, link_damping, friction_lag, solver_period
-        As of :class:`ElasticJoint`.
+        As of :class:`plant.ElasticJoint`.
     gap : float
         Free play between motor and link, from one side to the other, rad on the joint's side, zero or more.
     hysteresis : float, optional

@@ -382,7 +382,6 @@ def forget_friction_in_place(
     estimate: NDArray[np.float64],
     scale: NDArray[np.float64],
     mean: float,
-    unit: float,
     share: float,
     work: NDArray[np.float64],
     loads: int = 0,
@@ -397,8 +396,6 @@ def forget_friction_in_place(
         The parameters, and the unit of each.
     mean : float
         Mean squared friction over the short window, in units of the torque scale squared.
-    unit : float
-        The torque scale, N m.
     share : float
         Length of the short window as a share of the memory.
     work : ndarray, shape (n, n)
@@ -421,7 +418,10 @@ def forget_offset_in_place(
     work: NDArray[np.float64],
     loads: int = 0,
 ) -> None:
-    """Forget the offset, but for what the short window holds; arguments as of :func:`forget_friction_in_place`."""
+    """Forget the offset, but for what the short window holds.
+
+    Arguments are those of :func:`forget_friction_in_place`, beside them the torque scale ``unit``, N m.
+    """
     if scale.size - loads > OFFSET:
         direction = work[0]
         write_unit_in_place(direction, OFFSET)

@@ -243,11 +243,11 @@ class AdaptiveController(AdaptiveBase):
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
-        What is identified: ``model.WITH_GRAVITY`` by default, for a rotary joint. What differs by direction of Coulomb
-        friction, and a constant load, is an offset; gravity is there as soon as ``step`` is given a position, and zero
-        until then. ``model.WITH_OFFSET`` is without gravity, for a linear axis whose position is given all the same;
-        ``model.ESTIMATED`` without offset, too; ``model.PER_DIRECTION`` and ``model.PER_DIRECTION_WITH_GRAVITY`` where
-        all friction may differ by direction.
+        What is identified, one of the sets of :mod:`adaptive_ff.model.friction`: ``WITH_GRAVITY`` by default, for a
+        rotary joint. What differs by direction of Coulomb friction, and a constant load, is an offset; gravity is there
+        as soon as ``step`` is given a position, and zero until then. ``WITH_OFFSET`` is without gravity, for a linear
+        axis whose position is given all the same; ``ESTIMATED`` without offset, too; ``PER_DIRECTION`` and
+        ``PER_DIRECTION_WITH_GRAVITY`` where all friction may differ by direction.
     delay : float, optional
         Computation delay of the drive, sampling periods. The ``feedforward`` that ``step`` takes is, as the torque
         that it returns, of the period in which the drive will apply it.

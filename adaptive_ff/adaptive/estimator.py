@@ -183,7 +183,6 @@ def time_stuck(levels: Levels, speed: float, measured: Signals, model: Signals, 
 
 @register_jitable
 def guess_friction_in_place(
-    estimator: EstimatorParameters,
     state: EstimatorState,
     measured: Signals,
     model: Signals,
@@ -283,7 +282,7 @@ def forget_in_place(
     information, scale, unit = recursion.information, estimator.scale, estimator.torque_scale
     loads, work = load_count(estimator), recursion.factor
     if alarm.cause != LOAD:
-        forget_friction_in_place(information, recursion.estimate, scale, mean, unit, share, work, loads)
+        forget_friction_in_place(information, recursion.estimate, scale, mean, share, work, loads)
     if alarm.cause == LOAD:
         forget_offset_in_place(information, scale, unit, SUDDEN * share, work, loads)
     elif alarm.cause == EITHER:

@@ -120,9 +120,9 @@ class JointGroup:
         ----------
         table : mapping
             ``period`` (s) and ``joints``, a table for each by name: arguments of :class:`AdaptiveController`, beside
-            them ``identify`` (a key of ``model.IDENTIFIED``, ``"gravity"`` by default) and ``preceding``, names of the
-            joints between the base and this one. ``regressors`` counts those that are given at each step, not those
-            that the joints behind it make; both together may be 20.
+            them ``identify`` (a key of ``adaptive_ff.model.friction.IDENTIFIED``, ``"gravity"`` by default) and
+            ``preceding``, names of the joints between the base and this one. ``regressors`` counts those that are given
+            at each step, not those that the joints behind it make; both together may be 20.
 
         Raises
         ------

@@ -34,7 +34,7 @@ def map_parameters(
         Known periods, rad.
     hats : int
         Number of hats.
-    positions : sequence of float, optional
+    positions : sequence of float or None
         Positions of the first and of the last hat, rad; from ``-pi`` to ``pi`` where there are hats and none is given.
     load : float
         Unit of the known torque, N m; zero where friction is not assumed to depend on it.

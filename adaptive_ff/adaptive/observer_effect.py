@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.ringing import Ringing, advance_ringing, initial_ringing, rings, with_blame
+from adaptive_ff.adaptive.ringing import Ringing, advance_ringing, initial_ringing, rings, without_half_cycles
 
 WINDOW = 1.0
 """Length of the means, s: single reversals, at which a joint sticks and does not answer as predicted, do not count."""
@@ -181,13 +181,13 @@ def look_for_ringing(
         Inertia over proportional gain, s.
     """
     used = gain > IN_USE * state.share
-    ringing = with_blame(state.ringing, state.ringing.blamed) if turned else state.ringing
+    ringing = without_half_cycles(state.ringing.blamed) if turned else state.ringing
     ringing = advance_ringing(ringing, error, variance, time_constant, duration)
     share, ceiling = state.share, state.ceiling
     if falls and ringing.blamed:
-        share, ceiling, ringing = 1.0, 1.0, with_blame(ringing, False)
+        share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
     elif used and not falls and rings(ringing, variance, peak):
-        share, ceiling, ringing = 0.0, 0.0, with_blame(ringing, True)
+        share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
     return ObserverEffect(
         state.error_squared, state.expected_squared, share, state.mean, state.fourth, ceiling, ringing
     )

@@ -130,6 +130,6 @@ def rings(state: Ringing, variance: float, peak: float) -> bool:
 
 
 @register_jitable
-def with_blame(state: Ringing, blamed: bool) -> Ringing:
-    """Return the state with or without blame, and no half cycle."""
+def without_half_cycles(blamed: bool) -> Ringing:
+    """Return the state of no half cycle, with or without blame."""
     return Ringing(0.0, 0.0, 0.0, 0.0, 0, blamed)

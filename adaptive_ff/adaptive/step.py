@@ -306,7 +306,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
             timing = with_evidence(timing, empty_evidence(since), since, timing.seen)
             slip, adhesion = bent_shares(estimator.candidates)
     else:
-        estimator = guess_friction_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio)
+        estimator = guess_friction_in_place(followed, period.measured, period.model, inputs.dt, ratio)
     identified, largest = estimator.recursion.estimate[FRICTION_LAG], block.estimator.ranges[FRICTION_LAG, 1]
     young = estimator.levels.learnt < YOUNG * block.estimator.memory
     timing = drop_stale_evidence(timing, identified, block.period, young)

@@ -255,7 +255,7 @@ def plan_rests(state: SupervisedState, plan: float) -> bool:
 
 
 @register_jitable
-def may_stick(block: SupervisedParameters, state: SupervisedState, plan: float) -> bool:
+def may_stick(state: SupervisedState, plan: float) -> bool:
     """Tell whether the plan has rested over the period, or moved so slowly that friction was held that hinders it."""
     if plan_rests(state, plan):
         return True
@@ -307,7 +307,7 @@ def watch(
                 inputs.reference,
                 inputs.correction,
                 inputs.velocity,
-                may_stick(block, state, inputs.reference),
+                may_stick(state, inputs.reference),
                 gap,
                 state.trust.peak,
                 strained,

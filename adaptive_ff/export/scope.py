@@ -64,6 +64,10 @@ class Scope:
         Variables by their name in Python.
     lines : list
         Depth and text of each line so far.
+    depth : int
+        Depth of the line that comes next.
+    conditional : int
+        How many expressions are open of which C may leave out a part.
     """
 
     kernel: Kernel

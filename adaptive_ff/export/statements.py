@@ -67,11 +67,11 @@ class Statements:
             case ast.Return():
                 self._return(statement)
             case ast.Assign(targets=[target]):
-                self._assign(target, statement.value, path)
+                self._assign(target, statement.value)
             case ast.Assign(targets=[*targets]) if all(isinstance(target, ast.Name) for target in targets):
-                self._bind_all(targets, statement.value, path)
+                self._bind_all(targets, statement.value)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
-                self._assign(target, value, path)
+                self._assign(target, value)
             case ast.AugAssign():
                 self._augmented(statement)
             case ast.Expr(value=ast.Call() as call):
@@ -159,25 +159,25 @@ class Statements:
         if outer is not None:
             self.scope.variables[name] = outer
 
-    def _assign(self, target: ast.expr, node: ast.expr, path: Path) -> None:
+    def _assign(self, target: ast.expr, node: ast.expr) -> None:
         match target:
             case ast.Tuple():
-                self._unpack(target, node, path)
+                self._unpack(target, node)
             case ast.Name():
-                self._bind(target, self.expressions.translate(node), path)
+                self._bind(target, self.expressions.translate(node))
             case ast.Subscript() if _is_full_slice(target.slice):
                 self._fill(target, node)
             case _:
                 self._store(target, self.expressions.translate(node))
 
-    def _bind_all(self, targets: list[ast.expr], node: ast.expr, path: Path) -> None:
+    def _bind_all(self, targets: list[ast.expr], node: ast.expr) -> None:
         """Give several variables one value."""
         value = self.expressions.translate(node)
         if value.constant is None and not isinstance(node, ast.Name):
             value = self._kept(node, value)
         for target in targets:
             assert isinstance(target, ast.Name)
-            self._bind(target, value, path)
+            self._bind(target, value)
 
     def _store(self, target: ast.expr, value: Value) -> None:
         """Assign to an element of an array."""
@@ -219,7 +219,7 @@ class Statements:
             self.scope.depth -= 1
             self.scope.emit("}")
 
-    def _bind(self, target: ast.Name, value: Value, path: Path) -> None:
+    def _bind(self, target: ast.Name, value: Value) -> None:
         """Give a variable a value, and declare it where that is its first."""
         name = target.id
         if name == "_":
@@ -259,7 +259,7 @@ class Statements:
             self.scope.emit(f"{constant}{self.unit.declaration(kind, text)} = {value.content};")
         self.scope.note_declaration(name)
 
-    def _unpack(self, target: ast.Tuple, node: ast.expr, path: Path) -> None:
+    def _unpack(self, target: ast.Tuple, node: ast.expr) -> None:
         if isinstance(node, ast.Tuple):
             if len(node.elts) != len(target.elts):
                 raise self.kernel.refusal(target, f"{ast.unparse(target)}: there must be a value for each")
@@ -270,7 +270,7 @@ class Statements:
             values = self._items(node, len(target.elts))
         for item, value in zip(target.elts, values, strict=True):
             if isinstance(item, ast.Name):
-                self._bind(item, value, path)
+                self._bind(item, value)
             else:
                 self._store(item, value)
 

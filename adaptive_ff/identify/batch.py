@@ -138,7 +138,8 @@ def identify_torque_form(
         Gate: for how long the joint must have been faster, s; a few times ``1 / filter_pole``. At the start, where
         the filters begin from a guess, twice as long.
     parameters : sequence of str, optional
-        What is identified: ``model.ESTIMATED`` by default, ``model.WITH_OFFSET``, or ``model.PER_DIRECTION``.
+        What is identified: ``ESTIMATED`` of :mod:`adaptive_ff.model.friction` by default, ``WITH_OFFSET`` or
+        ``PER_DIRECTION`` of it.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.
 

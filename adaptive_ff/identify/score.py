@@ -198,7 +198,7 @@ def score_log(
     start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
     offset = found.selection.chosen.values.get("offset", 0.0)
     structures = [
-        _begin(np.concatenate([start, np.full(knots, offset)]), knots, variation, records[0])
+        _begin(np.concatenate([start, np.full(knots, offset)]), variation, records[0])
         for variation in (NO_MAP, *_maps(position_periods, position_hats, records[0]))
         for knots in KNOTS
     ]
@@ -315,7 +315,7 @@ def _record(log: Log, *, linear: bool) -> Record:
     )
 
 
-def _begin(values: Array, knots: int, variation: MapParameters, record: Record) -> OpenLoopModel:
+def _begin(values: Array, variation: MapParameters, record: Record) -> OpenLoopModel:
     """Return the model that a fit starts from: that of the torque, without anything over the position."""
     low, high = float(np.min(record.position)), float(np.max(record.position))
     inertia, coulomb, viscous, asymmetry = (float(value) for value in values[:4])

@@ -139,7 +139,7 @@ def read_log(
         Parquet (needs pyarrow) or MCAP (needs mcap, mcap-ros2-support).
     torque : str
         Column of the drive's torque, N m.
-    position, velocity : str
+    position, velocity : str, optional
         Column of the position (rad) or of the velocity (rad/s): one of them.
     time : str, optional
         Column of the time, s.

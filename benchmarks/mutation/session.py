@@ -70,10 +70,12 @@ class Mutation:
         Functions by their full name.
     mutants : list of Mutant
         What is tried.
+    tell : callable
+        Is called with a line for each mutant.
     killed : dict
         For each mutant that was noticed, by its place in the list, the test that noticed it.
-    seconds, passed : dict
-        Of each test: how long it takes, and whether it passes with plain kernels.
+    noted : dict of Noted
+        What each test does with plain kernels.
     """
 
     kernels: dict[str, FunctionType]

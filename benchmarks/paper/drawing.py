@@ -1,4 +1,4 @@
-"""What the figures have in common: panels, labels above them, one legend; the looks of ``adaptive_ff.plots``."""
+"""What the figures have in common: panels, labels above them, one legend; looks of ``adaptive_ff.report.drawing``."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -135,11 +135,11 @@ def test_what_is_forgotten_of_friction_is_a_common_factor(size):
     """Inertia, lag, offset and the ratios of the friction parameters are known as well as before."""
     information, _ = random_information(size, size)
     estimate, scale = WHOLE_ESTIMATE[:size], WHOLE_SCALE[:size]
-    mean, unit, share = 0.3, 62.0, 0.02
+    mean, share = 0.3, 0.02
     factor = estimate / scale
     factor[[i for i in range(size) if i not in (COULOMB, STICTION, VISCOUS) and i <= OFFSET]] = 0.0
     result = information.copy()
-    forget_friction_in_place(result, estimate, scale, mean, unit, share, np.empty((size, size)))
+    forget_friction_in_place(result, estimate, scale, mean, share, np.empty((size, size)))
     assert np.allclose(result, released(information, factor, share * mean), rtol=1e-12)
     assert factor @ result @ factor <= share * mean * (1.0 + 1e-9)
     kept = [i for i in (0, 4, OFFSET) if i < size]

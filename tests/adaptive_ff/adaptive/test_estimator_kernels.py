@@ -33,8 +33,7 @@ def signals(torque=0.0, speed=0.0, slope=0.0, velocity=0.0):
 
 
 def guessed(measured, model, *, times=1, ratio=1.0, levels=None, names=ESTIMATED, loads=None, estimate=None):
-    estimator = parameters(names)
-    state = initial_estimator_state(estimator)
+    state = initial_estimator_state(parameters(names))
     if loads is not None:
         state.loads[:], state.recursion.estimate[-2:] = loads, (10.0, 20.0)
     if estimate is not None:
@@ -42,7 +41,7 @@ def guessed(measured, model, *, times=1, ratio=1.0, levels=None, names=ESTIMATED
     if levels is not None:
         state = with_levels(state, levels, state.surprise, state.alarm)
     for _ in range(times):
-        state = kernels.guess_friction_in_place(estimator, state, measured, model, PERIOD, ratio)
+        state = kernels.guess_friction_in_place(state, measured, model, PERIOD, ratio)
     return state.recursion.estimate, state.levels
 
 
@@ -98,20 +97,18 @@ def test_nothing_is_guessed_from_a_speed_that_no_reference_had(sign):
 @pytest.mark.parametrize(("times", "rises"), [(99, True), (102, False)])
 def test_a_joint_that_is_stuck_for_a_second_is_clamped(times, rises):
     """The torque goes on rising; what is guessed of it after a second does not."""
-    estimator = parameters(ESTIMATED)
-    state = initial_estimator_state(estimator)
+    state = initial_estimator_state(parameters(ESTIMATED))
     for k in range(1, times + 1):
-        state = kernels.guess_friction_in_place(estimator, state, signals(float(k), 0.0), MODEL, PERIOD)
+        state = kernels.guess_friction_in_place(state, signals(float(k), 0.0), MODEL, PERIOD)
     assert state.levels.stuck == pytest.approx(times * PERIOD)
     assert state.recursion.estimate[1] == pytest.approx(0.9 * times if rises else 0.9 * 100.0, rel=0.011)
     assert (state.recursion.estimate[1] < 0.9 * times) is not rises
 
 
 def test_a_joint_is_not_yet_clamped_after_exactly_a_second():
-    estimator = parameters(ESTIMATED)
-    state = initial_estimator_state(estimator)
+    state = initial_estimator_state(parameters(ESTIMATED))
     for k in range(1, 6):  # quarters of a second add up without rounding
-        state = kernels.guess_friction_in_place(estimator, state, signals(float(k), 0.0), MODEL, 0.25)
+        state = kernels.guess_friction_in_place(state, signals(float(k), 0.0), MODEL, 0.25)
     assert state.recursion.estimate[1:3].tolist() == [0.9 * 4.0] * 2
 
 

@@ -189,15 +189,14 @@ def test_observer_holds_while_friction_of_the_last_direction_is_held(states, sha
     """The joint may stick then; bristles that are known to bend turn friction at once, and nothing is held."""
     for presliding in (0.0, 0.01):
         controller = restored(states[-1])
-        state, block = controller.state, controller.parameters
-        turned = 0.003
+        state, turned = controller.state, 0.003
         plan = -math.copysign(share * turned, state.feedforward.friction)
         candidates = state.estimator.candidates._replace(presliding=presliding)
         before = state._replace(
             feedforward=state.feedforward._replace(reference=0.5 * plan, turned=turned),
             estimator=state.estimator._replace(candidates=candidates),
         )
-        assert may_stick(block, before, plan) == (held and presliding == 0.0)
+        assert may_stick(before, plan) == (held and presliding == 0.0)
         controller.state = at(before, 0.0)
         controller.step(plan, 0.0, next_reference=plan, realised_torque=70.0)
         moved = controller.state.observer.error_squared != before.observer.error_squared
