@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.progress import Progress
 from rich.table import Table
 
 from adaptive_ff.cli.columns import (
@@ -30,9 +31,13 @@ from adaptive_ff.cli.terminal import Printer, announce_compilation, error_consol
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy
     from adaptive_ff.design_studies.commissioning import Gain
     from adaptive_ff.identify.result import LogIdentification
     from adaptive_ff.logs.log import Log
+    from adaptive_ff.scenario.scenario import Scenario
 
 
 def commission_command(
@@ -65,17 +70,14 @@ def commission_command(
     report: Report = False,
 ) -> None:
     """Excite, identify, tune and write the scenario, in one go: the recipe for a real joint. Takes minutes."""
-    from adaptive_ff.design_studies.commissioning import gain_on_the_true_joint, identified_scenario, record, tuned
-    from adaptive_ff.design_studies.exciting_motion import default_limits
-    from adaptive_ff.files import write_csv, write_result
+    from adaptive_ff.design_studies.commissioning import gain_on_the_true_joint
+    from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
-    from adaptive_ff.logs.log import read_log
     from adaptive_ff.report.bandwidth_tables import best_table
     from adaptive_ff.report.drawing import write_stamped
-    from adaptive_ff.report.excitation_plot import plot_excitation
     from adaptive_ff.report.html_page import NAME, write_report
     from adaptive_ff.report.parameter_tables import parameters_table
-    from adaptive_ff.scenario.file import to_toml, toml_text
+    from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
 
@@ -89,29 +91,11 @@ def commission_command(
         with progress_bars(errors) as progress:
             pictures, gain = {}, None
             if given is None:
-                task = progress.add_task("motion", total=1.0)
-                limits = default_limits(
-                    loaded, position=position, velocity=velocity, acceleration=acceleration, torque=torque
-                )
-                recorded = record(
-                    loaded, limits, period=period, progress=lambda share: progress.update(task, completed=share)
-                )
-                write_csv(stage / "excitation.csv", recorded.motion.columns(loaded.sampling.period))
-                table = toml_text({"reference": recorded.motion.reference.model_dump()})
-                (stage / "excitation.toml").write_text(table, encoding="utf-8")
-                pictures["excitation"] = plot_excitation(recorded.motion, linear=linear)
-                write_csv(stage / "log.csv", recorded.columns)
-                given = read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque")
+                limits = {"position": position, "velocity": velocity, "acceleration": acceleration, "torque": torque}
+                given, pictures["excitation"] = _recorded(loaded, limits, period, stage, progress)
                 torque_delay = 0.5 * loaded.sampling.period  # the torque of a row is held over the coming period
             found = identify_log(given, torque_delay=torque_delay or 0.0, linear=linear)
-            work = progress.add_task("bandwidth", total=2.0)
-            shares: dict[str, float] = {}
-
-            def advance(name: str, share: float) -> None:
-                shares[name] = share
-                progress.update(work, completed=sum(shares.values()))
-
-            result, study = tuned(identified_scenario(loaded, found), advance)
+            result, study = _tuned(loaded, found, progress)
             if log is None:
                 gain = gain_on_the_true_joint(loaded, result, study)
         pictures |= found.plot(None) | {"tune": study.plot()}
@@ -162,6 +146,45 @@ def _given(
         )
     warn_of_degrees(chosen, scales)
     return read_columns(log, chosen, None, scales), [columns_taken(chosen)]
+
+
+def _recorded(
+    scenario: "Scenario", given: dict[str, float | None], period: float, stage: Path, progress: Progress
+) -> "tuple[Log, Figure]":
+    """Move the simulated joint within limits, those given among them, and write motion and log; return log and picture.
+
+    The period of the motion is in s.
+    """
+    from adaptive_ff.design_studies.commissioning import record
+    from adaptive_ff.design_studies.exciting_motion import default_limits
+    from adaptive_ff.files import write_csv
+    from adaptive_ff.logs.log import read_log
+    from adaptive_ff.report.excitation_plot import plot_excitation
+    from adaptive_ff.scenario.file import toml_text
+
+    task = progress.add_task("motion", total=1.0)
+    limits = default_limits(scenario, **given)
+    recorded = record(scenario, limits, period=period, progress=lambda share: progress.update(task, completed=share))
+    write_csv(stage / "excitation.csv", recorded.motion.columns(scenario.sampling.period))
+    table = toml_text({"reference": recorded.motion.reference.model_dump()})
+    (stage / "excitation.toml").write_text(table, encoding="utf-8")
+    picture = plot_excitation(recorded.motion, linear=scenario.joint.axis == "linear")
+    write_csv(stage / "log.csv", recorded.columns)
+    return read_log(stage / "log.csv", time="time", velocity="velocity", torque="torque"), picture
+
+
+def _tuned(scenario: "Scenario", found: "LogIdentification", progress: Progress) -> "tuple[Scenario, BandwidthStudy]":
+    """Return the identified scenario with the bandwidth that suits it, and the study that found it."""
+    from adaptive_ff.design_studies.commissioning import identified_scenario, tuned
+
+    work = progress.add_task("bandwidth", total=2.0)
+    shares: dict[str, float] = {}
+
+    def advance(name: str, share: float) -> None:
+        shares[name] = share
+        progress.update(work, completed=sum(shares.values()))
+
+    return tuned(identified_scenario(scenario, found), advance)
 
 
 def _taken_from(source: str, found: "LogIdentification") -> list[str]:

@@ -59,7 +59,7 @@ def compare_command(
 ) -> int:
     """Run a joint with each controller and show by how much friction feedforward improves tracking."""
     from adaptive_ff.comparison.own import check_own_names, named_own
-    from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+    from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report
@@ -77,11 +77,7 @@ def compare_command(
     source = scenario or "built-in scenario"
     if loaded.feedback.is_auto and not SETTINGS.quiet:
         errors.print("Looking for the bandwidth that suits each controller.")
-    try:
-        for name in (*loaded.controllers, *mine):
-            make_controller(loaded, name, mine)
-    except ValueError as error:
-        raise InputError(f"{source}: {error}") from error
+    _check_controllers(loaded, mine, str(source))
     warn(errors, loaded.cautions())
     with places(out, json) as (stage, beside):
         try:
@@ -101,6 +97,17 @@ def compare_command(
     console.show(shown)
     console.say(f"Plots, time series and result.json are in {out}")
     return 0 if gate is None else gate.judge(comparison, errors)
+
+
+def _check_controllers(scenario: "Scenario", own: "Mapping[str, Own]", source: str) -> None:
+    """Raise ``InputError``, before anything runs, where a controller cannot be made."""
+    from adaptive_ff.comparison.registry import make_controller
+
+    try:
+        for name in (*scenario.controllers, *own):
+            make_controller(scenario, name, own)
+    except ValueError as error:
+        raise InputError(f"{source}: {error}") from error
 
 
 def _run(scenario: "Scenario", own: "Mapping[str, Own]", errors: Console, thin: int | None) -> "Comparison":

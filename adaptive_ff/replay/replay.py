@@ -1,6 +1,6 @@
 """Replay of a log: what the adaptive feedforward would have learnt and fed forward on the machine, sample by sample."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
@@ -19,6 +19,7 @@ from adaptive_ff.replay.parts import (
     PART,
     REFERENCE_POSITION,
     REFERENCE_VELOCITY,
+    Part,
     has_reference,
     largest_reference,
     split_log,
@@ -106,10 +107,7 @@ def replay_log(
     pieces, skipped = usable_pieces(log, SHORTEST, jumps)
     if not pieces:
         raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect")
-    period = median_step(log)
-    if not SHORTEST_PERIOD <= period <= 1.0 / SHORTEST_PERIOD:
-        allowed = f"it must be from {SHORTEST_PERIOD:g} to {1.0 / SHORTEST_PERIOD:g}"
-        raise InputError(f"{log.name}: the sample time is {period:.3g} s; {allowed}")
+    period = _sample_time(log)
     saved = None
     if state is not None:
         settings, saved = state_from_json(state)
@@ -141,12 +139,8 @@ def replay_log(
         runners[FIXED].further = further
     log = as_followed(log, pieces, settings.motion_lead)
     tape = Tape(log, runners, period, judged)
-    done, used = 0, sum(piece.size for piece in pieces)
-    for piece_part in split_log(log, pieces, settings, reference_band, part):
-        tape.run(piece_part)
-        done += piece_part.time.size
-        if progress is not None:
-            progress(done / used)
+    used = sum(piece.size for piece in pieces)
+    _run_tape(tape, split_log(log, pieces, settings, reference_band, part), used, progress)
     left = tape.judge.result()
     notes += worse_than_none(left)
     notes += gravity_left_out(settings, runners)
@@ -165,6 +159,25 @@ def replay_log(
         tape.series(),
         tape.adaptive(),
     )
+
+
+def _sample_time(log: Log) -> float:
+    """Return the sample time of a log, s, or raise ``InputError`` where nothing can be reckoned with it."""
+    period = median_step(log)
+    if not SHORTEST_PERIOD <= period <= 1.0 / SHORTEST_PERIOD:
+        allowed = f"it must be from {SHORTEST_PERIOD:g} to {1.0 / SHORTEST_PERIOD:g}"
+        raise InputError(f"{log.name}: the sample time is {period:.3g} s; {allowed}")
+    return period
+
+
+def _run_tape(tape: Tape, parts: Iterable[Part], used: int, progress: Callable[[float], None] | None) -> None:
+    """Run over all parts of a log, with so many samples together, and say which share of them is done."""
+    done = 0
+    for part in parts:
+        tape.run(part)
+        done += part.time.size
+        if progress is not None:
+            progress(done / used)
 
 
 def gravity_left_out(settings: ReplaySettings, runners: Mapping[str, Runner]) -> list[str]:

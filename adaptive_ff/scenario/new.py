@@ -76,7 +76,6 @@ def new_scenario_text(
             f"{LONGEST_PERIOD:g} s"
         )
     axis = "linear" if linear else "rotary"
-    units = UNITS[axis]
     coulomb, viscous = COULOMB_SHARE * torque, VISCOUS_SHARE * torque / speed
     curve = {
         "inertia": _rounded(inertia),
@@ -94,7 +93,16 @@ def new_scenario_text(
         "adaptation": {"stribeck_velocity": curve["stribeck_velocity"]},
         "fixed": {name: curve[name] for name in ("inertia", "coulomb", "viscous")},
     }
-    comments = {
+    head = [
+        "A joint from data-sheet numbers; what is assumed says so. A log of the real joint gives better numbers:",
+        "adaptive-ff identify LOG. The reference is the built-in multisine, its peak chosen for this joint.",
+    ]
+    return toml_text(content, _comments(UNITS[axis]), head)
+
+
+def _comments(units: dict[str, str]) -> dict[str, str]:
+    """Return what is said beside the numbers, with their units."""
+    return {
         "joint.inertia": f"{units['inertia']}, motor and load at the joint",
         "joint.coulomb": f"{units['torque']}, assumed: {100.0 * COULOMB_SHARE:g} % of the rated one",
         "joint.stiction": f"{units['torque']}, assumed: {STICTION_FACTOR:g} times Coulomb friction",
@@ -109,11 +117,6 @@ def new_scenario_text(
         "adaptation.stribeck_velocity": "prior knowledge of the adaptive controller; a factor of two wrong is fine",
         "fixed": "the friction model that the controller 'fixed' feeds forward",
     }
-    head = [
-        "A joint from data-sheet numbers; what is assumed says so. A log of the real joint gives better numbers:",
-        "adaptive-ff identify LOG. The reference is the built-in multisine, its peak chosen for this joint.",
-    ]
-    return toml_text(content, comments, head)
 
 
 def _solver_period(curve: dict[str, float], period: float) -> float:
