@@ -39,6 +39,7 @@ from adaptive_ff.adaptive.friction_map import (
 from adaptive_ff.adaptive.supervised_step import SupervisedParameters, SupervisedState, initial_supervised_state
 from adaptive_ff.model.bounds import COULOMB
 from adaptive_ff.regression.known_loads import INPUT, VALUE
+from controllers.checks import checked_array
 
 LEAST_DEVIATION = 0.01
 """Least standard deviation of a coefficient: a map that is surer would not fade."""
@@ -110,8 +111,8 @@ def _checked(
 
 def _numbers(name: str, values: object, count: int) -> Array:
     try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError, OverflowError) as error:
+        array = checked_array(name, values)
+    except TypeError as error:
         raise ValueError(f"{name} = {values!r} is not allowed: it must be {count} numbers") from error
     if array.shape != (count,):
         raise ValueError(

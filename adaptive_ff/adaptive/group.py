@@ -19,6 +19,7 @@ from adaptive_ff.errors import check_kind, checked_path, read_text
 from adaptive_ff.model.friction import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
+from controllers.checks import checked_array
 from controllers.compiled import compiles
 
 if TYPE_CHECKING:
@@ -128,7 +129,10 @@ class JointGroup:
         ------
         ValueError
             An entry is missing, unknown or not allowed; the message names the joint.
+        TypeError
+            It is no table.
         """
+        check_kind("table", table, Mapping, "a table with period and joints; from_toml(path) reads a file")
         unknown = set(table) - {"period", "joints"}
         if unknown:
             raise ValueError(f"{min(unknown)} is not allowed: a group has period and joints")
@@ -255,8 +259,8 @@ class JointGroup:
 
     def _shaped(self, name: str, values: ArrayLike) -> Array:
         try:
-            array = np.asarray(values, dtype=float)
-        except (TypeError, ValueError) as error:
+            array = checked_array(name, values)
+        except TypeError as error:
             raise ValueError(
                 f"{name} = {values!r} is not allowed: it must be {len(self._controllers)} numbers"
             ) from error

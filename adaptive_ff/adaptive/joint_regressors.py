@@ -13,6 +13,7 @@ import numpy as np
 from adaptive_ff.adaptive.controller import AdaptiveController, refuse_large, write_finite
 from adaptive_ff.adaptive.settings import MOST_REGRESSORS, further_names
 from controllers.arrays import NDArray
+from controllers.checks import checked_array
 
 Array = NDArray[np.float64]
 
@@ -85,8 +86,8 @@ class JointRegressors:
         name, formed = self._names[place], self._formed[place]
         count = self._controllers[place].regressors.size - formed
         try:
-            array = np.asarray(vector, dtype=float)
-        except (TypeError, ValueError) as error:
+            array = checked_array("regressors", vector)
+        except TypeError as error:
             raise ValueError(
                 f"regressors of {name} = {vector!r} is not allowed: it must be a vector of {count}"
             ) from error

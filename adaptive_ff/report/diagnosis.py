@@ -256,7 +256,11 @@ def feedback_share(run: Recorded) -> float:
     ------
     ValueError
         The series are empty or of unequal length.
+    TypeError
+        The run has no such series.
     """
+    if not (hasattr(run, "torque") and hasattr(run, "feedforward")):
+        raise TypeError(f"run = {run!r} is not allowed: it must have the series torque and feedforward")
     torque, feedforward = np.asarray(run.torque), np.asarray(run.feedforward)
     if torque.ndim != 1 or torque.size == 0 or feedforward.shape != torque.shape:
         raise ValueError(

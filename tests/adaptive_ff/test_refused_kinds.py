@@ -64,7 +64,9 @@ CALLS = {
     "deviation": with_deviation,
     "step": stepped,
     "JointGroup": JointGroup,
+    "JointGroup.from_table": JointGroup.from_table,
     "JointGroup.from_toml": JointGroup.from_toml,
+    "diagnose": adaptive().diagnose,
     "Log": Log,
     "Comparison.write": RESULT.write,
     "assert_no_regression": assert_no_regression,
@@ -141,6 +143,8 @@ KINDS = [
     ("AdaptiveController", "model", "mine", "it must be a TorqueModel, or values by name"),
     ("AdaptiveController", "model", [1.0, 2.0], "it must be a TorqueModel, or values by name"),
     ("JointGroup", "preceding", ["shoulder"], "it must be names of the joints before each, by joint"),
+    ("JointGroup.from_table", "table", "arm.toml", "it must be a table with period and joints"),
+    ("diagnose", "run", "run.csv", "it must have the series torque and feedforward"),
     ("Log", "extra", [WAVE], "it must be series by name"),
     ("assert_no_regression", "comparison", None, r"it must be a Comparison: compare\(scenario\) makes one"),
     ("regressions", "comparison", SHORT, r"it must be a Comparison: compare\(scenario\) makes one"),
@@ -242,3 +246,20 @@ def test_numbers_of_any_kind_are_taken():
     plain = fit_stribeck(*(values.astype(object).tolist() for values in GIVEN["fit_stribeck"].values()))
     boxed = fit_stribeck(*(values.astype(object) for values in GIVEN["fit_stribeck"].values()))
     assert fit.estimates == plain.estimates == boxed.estimates
+
+
+@pytest.mark.parametrize("wrong", ["5", "abc", ["1"], 10**400], ids=["digits", "text", "texts", "huge"])
+@pytest.mark.parametrize("name", ["reference", "velocity", "position", "inertia", "dt"])
+def test_group_takes_no_texts_for_numbers(name, wrong):
+    group = JointGroup({"elbow": adaptive()})
+    before = group.state_to_json()
+    with pytest.raises(ValueError, match=rf"^{name} = .* is not allowed: it must be 1 numbers"):
+        group.step(**{"reference": [0.1], "velocity": [0.0], name: wrong})
+    assert group.state_to_json() == before
+
+
+@pytest.mark.parametrize("wrong", ["5", "abc", 10**400], ids=["digits", "text", "huge"])
+def test_first_map_takes_no_texts_for_numbers(wrong):
+    first = {"model": MODEL, "position_periods": [1.0], "position_map": [0.1, 0.1]}
+    with pytest.raises(ValueError, match=r"^map_deviation = .* is not allowed: it must be 2 numbers"):
+        adaptive(**first, map_deviation=wrong)
