@@ -82,7 +82,7 @@ class ReplaySettings:
 
     def __post_init__(self) -> None:
         for name, value in self.to_dict().items():
-            check_kind(name, value)
+            check_setting(name, value)
         for name in ("period", "inertia", "stribeck_velocity", "loop_bandwidth", "memory"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -212,10 +212,10 @@ def check_names(given: Mapping[str, Any]) -> None:
         if name not in GIVEN:
             raise InputError(f"{name} = {value!r} is no setting of a replay; allowed: {', '.join(GIVEN)}")
         if value is not None:
-            check_kind(name, value)
+            check_setting(name, value)
 
 
-def check_kind(name: str, value: Any) -> None:
+def check_setting(name: str, value: Any) -> None:
     """Refuse a value of a setting that is no number, or no text.
 
     Raises

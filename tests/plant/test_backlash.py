@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
+from stepped_joint import with_torques
 
 from plant import BacklashJoint, BacklashState, ElasticJoint, ElasticState, initial_state, step_backlash, step_elastic
 from plant.backlash import scaled_backlash
@@ -22,16 +23,7 @@ REST = BacklashState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HELD = {"link_inertia": 1e15, "motor_inertia": 1e15}
 
 
-def run_in_python(joint, state, torques, period):
-    """State after each step; row 0 is the start."""
-    motion = np.empty((torques.size + 1, 7))
-    motion[0] = state
-    for k in range(torques.size):
-        state = step_backlash(joint, state, torques[k], period)
-        motion[k + 1] = state
-    return motion
-
-
+run_in_python = with_torques(step_backlash)
 run = numba.njit(run_in_python)
 
 

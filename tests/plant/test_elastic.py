@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
+from stepped_joint import with_torques
 
 from plant import (
     ElasticJoint,
@@ -35,16 +36,7 @@ UNEVEN = ElasticJoint(
 )
 
 
-def run_in_python(joint, state, torques, period):
-    """State after each step; row 0 is the start."""
-    motion = np.empty((torques.size + 1, 5))
-    motion[0] = state
-    for k in range(torques.size):
-        state = step_elastic(joint, state, torques[k], period)
-        motion[k + 1] = state
-    return motion
-
-
+run_in_python = with_torques(step_elastic)
 run = numba.njit(run_in_python)
 
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
+from stepped_joint import with_torques
 
 from plant import LuGreJoint, LuGreParameters, LuGreState, Stribeck, initial_state, sliding_friction, step_lugre
 from plant.lugre import scaled_lugre
@@ -31,16 +32,7 @@ HELD = JOINT._replace(inertia=1e12)  # its velocity is forced: friction does not
 REST = LuGreState(0.0, 0.0, 0.0, 0.0)
 
 
-def run_in_python(joint, state, torques, period):
-    """State after each step; row 0 is the start."""
-    motion = np.empty((torques.size + 1, 4))
-    motion[0] = state
-    for k in range(torques.size):
-        state = step_lugre(joint, state, torques[k], period)
-        motion[k + 1] = state
-    return motion
-
-
+run_in_python = with_torques(step_lugre)
 run = numba.njit(run_in_python)
 
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
+from stepped_joint import along_paths, with_torques
 
 from plant import (
     JointModel,
@@ -34,26 +35,9 @@ def model(**changes):
     return MaxwellJoint(**{**FIELDS, **changes})
 
 
-def run_in_python(joint, state, torques, period):
-    """State after each step; row 0 is the start."""
-    motion = np.empty((torques.size + 1, 11))
-    motion[0] = state
-    for k in range(torques.size):
-        state = step_maxwell(joint, state, torques[k], period)
-        motion[k + 1] = state
-    return motion
-
-
+run_in_python = with_torques(step_maxwell)
 run = numba.njit(run_in_python)
-
-
-def friction_along(joint, path, period=1e-3, state=REST):
-    """Friction torque along a path that is forced upon a joint, which is too heavy to be moved by it."""
-    held, torques = joint._replace(inertia=1e18), []
-    for here, there in zip(path[:-1].tolist(), path[1:].tolist(), strict=True):
-        state = step_maxwell(held, state._replace(velocity=(there - here) / period), 0.0, period)
-        torques.append(state.friction_torque)
-    return np.array(torques)
+friction_along = along_paths(step_maxwell, REST)
 
 
 def virgin(displacement, shares=SHARES, reaches=REACHES, torque=60.0):
