@@ -220,10 +220,10 @@ class AdaptiveController(AdaptiveBase):
 
     The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. ``d`` is an
     observer of the torque that the feedforward lacks, ``g`` its gain, which noise closes; ``gamma`` is the trust in the
-    friction; the room's README.md says why together they never hurt.
+    friction; README.md beside this file says what each is for, and where they fail.
 
     The first estimate is a frictionless joint of the assumed inertia, with a friction lag equal to the time constant
-    ``J/Kp`` of the feedback; lags that are much shorter hardly matter to the loop.
+    ``J/Kp`` of the feedback, but 30 ms at most; lags that are much shorter hardly matter to the loop.
 
     Parameters
     ----------
