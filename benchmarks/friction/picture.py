@@ -30,6 +30,9 @@ LAWS = {
 
 PERIOD = 1e-3
 
+SIMULATED, FITTED = "0.15", "C0"
+"""Colours of what is simulated along a made-up motion, and of what is fitted to the record."""
+
 DRAWN = 2000
 """Samples of the record that are drawn, from the begin of the half that was not fitted: some two cycles."""
 
@@ -43,25 +46,28 @@ def motion() -> NDArray[np.float64]:
 
 
 def draw(record: PreslidingRecord, fits: list[Fit]) -> Figure:
-    """Draw the laws above and the fits below."""
-    figure = Figure(figsize=(15.0, 6.2), layout="constrained")
-    upper, lower = figure.subplots(2, 6)
+    """Draw the laws above and the fits below, in two rows each."""
+    figure = Figure(figsize=(8.5, 11.0), layout="constrained")
+    above, below = figure.subfigures(2, 1)
+    upper, lower = above.subplots(2, 3).ravel(), below.subplots(2, 3).ravel()
+    above.suptitle("Simulated along one motion, a small cycle in a wide one")
+    below.suptitle("Measured, and fitted to the other half of the record")
     path, period = motion(), PERIOD / 10.0
     velocity = np.diff(path) / period
     for axes, (name, joint) in zip(upper, LAWS.items(), strict=False):
         fine = type(joint)(**{**joint.model_dump(), "solver_period": period})
         force = force_along(fine, velocity, np.full(velocity.size, period))
-        axes.plot(1e3 * path[1:], force, linewidth=1.0)
+        axes.plot(1e3 * path[1:], force, color=SIMULATED, linewidth=1.0)
         axes.set(title=name, xlabel="displacement, mrad", ylabel="friction torque, N m")
     _draw_gear(upper[5])
     part = slice(record.force.size // 2, record.force.size // 2 + DRAWN)
     position = 1e3 * record.position[part]
     for axes, fit in zip(lower, fits, strict=False):
-        axes.plot(position, record.force[part], color="0.6", linewidth=3.0, label="measured (below)")
-        axes.plot(position, fit.force[part], linewidth=1.0, label="fitted to it")
+        axes.plot(position, record.force[part], color="0.6", linewidth=3.0, label="measured")
+        axes.plot(position, fit.force[part], color=FITTED, linewidth=1.0, label="fitted")
         axes.set_title(f"{fit.law}: {fit.tested:.2g} N rms", fontsize="medium")
         axes.set(xlabel="displacement, mm", ylabel="friction force, N")
-    figure.legend(*lower[0].get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small")
+    below.legend(*lower[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize="small")
     return figure
 
 
@@ -75,5 +81,5 @@ def _draw_gear(axes: Axes) -> None:
         state = step_backlash(joint, state._replace(motor_velocity=speed, velocity=0.0), 0.0, PERIOD)
         twists.append(1e3 * state.twist)
         torques.append(joint.link_stiffness * state.wind + state.hysteresis_torque)
-    axes.plot(twists, torques, linewidth=1.0)
+    axes.plot(twists, torques, color=SIMULATED, linewidth=1.0)
     axes.set(title="gear with backlash", xlabel="twist, mrad", ylabel="torque of the gear, N m")
