@@ -11,13 +11,13 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.model.friction import ESTIMATED
 from adaptive_ff.scenario.truth import true_model
+from benchmarks.wide import wide_console
 
 WITHIN = 2.0
 
@@ -68,7 +68,7 @@ def main(seeds: Annotated[int, typer.Option(min=1, help="Number of seeds.")] = 2
         cells = (f"{value:.2g}" for value in np.sqrt(np.mean(found**2, axis=0)))
         settings = (f"{case.period:g}", f"{1e3 * case.noise:g}", f"{case.duration:g}")
         table.add_row(*settings, *cells, f"{100.0 * np.mean(np.abs(found) < WITHIN):.0f} %")
-    Console().print(table)
+    wide_console().print(table)
 
 
 if __name__ == "__main__":

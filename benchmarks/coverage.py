@@ -15,7 +15,6 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 from scipy import signal
 
@@ -25,6 +24,7 @@ from adaptive_ff.identify.families import BASE, GRAVITY, LAG, SATURATIONS, Terms
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.reported import VAGUE
 from adaptive_ff.logs.log import Log
+from benchmarks.wide import wide_console
 
 Array = NDArray[np.float64]
 
@@ -264,7 +264,7 @@ def main(
     """Print coverage and width of the stated intervals."""
     asked = {"position_periods": tuple(position_period or ()), "position_hats": position_hats}
     results = [examine(make_case(seed), **asked) for seed in range(first, first + logs)]
-    console = Console()
+    console = wide_console()
     console.print(coverage_table(results))
     console.print(flag_sentence(results))
     if any(asked.values()):

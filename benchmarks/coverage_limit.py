@@ -12,13 +12,13 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 from scipy import signal
 
 from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.reported import VAGUE
 from benchmarks.coverage import CORRELATED, FIRST_SEED, NAMES, Array, Joint, draw_joint, make_case, saturating
+from benchmarks.wide import wide_console
 
 QUANTILE = 1.96
 """Of the normal distribution, for 95 %."""
@@ -166,7 +166,7 @@ def main(
             np.mean([one["viscous"]["covers"] for one in judged]),
         )
         table.add_row("told" if told else "one of three", *(f"{100.0 * share:.1f} %" for share in shares))
-    Console().print(table)
+    wide_console().print(table)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff.identify.families import LAG
@@ -21,6 +20,7 @@ from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.reported import VAGUE
 from benchmarks.coverage import FIRST_SEED, NAMES, Case, make_case
+from benchmarks.wide import wide_console
 
 CONFIDENCE = 0.95
 
@@ -81,7 +81,7 @@ def main(
     first: Annotated[int, typer.Option(min=0, help="Seed of the first log.")] = FIRST_SEED,
 ) -> None:
     """Print what is vague even where the terms are told."""
-    Console().print(told_table([judge(make_case(seed)) for seed in range(first, first + logs)]))
+    wide_console().print(told_table([judge(make_case(seed)) for seed in range(first, first + logs)]))
 
 
 if __name__ == "__main__":

@@ -11,13 +11,13 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.simulation.experiment import Course, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position
+from benchmarks.wide import wide_console
 
 LOSSES = (0.2, 1.0, 5.0)
 """Lengths of the losses, s."""
@@ -89,7 +89,7 @@ def main(
     only: Annotated[str, typer.Option(help="Controllers, separated by commas.")] = ",".join(SHOWN),
 ) -> None:
     """Print how controllers bridge a loss of the measurement."""
-    console = Console()
+    console = wide_console()
     names = only.split(",")
     unknown = sorted(set(names) - set(CONTROLLERS))
     if unknown:

@@ -10,12 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from adaptive_ff import Scenario, compare, load_scenario
 from adaptive_ff.files import write_json
+from benchmarks.wide import wide_console
 
 RATES = {"100 Hz": 0.01, "1 kHz": 0.001}
 TARGETS = {
@@ -82,7 +82,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write all errors there, rad/s.")] = None,
 ) -> None:
     """Print the errors of all controllers of the main job and how they stand to their targets."""
-    console = Console()
+    console = wide_console()
     result: dict[str, Any] = {}
     for label, period in RATES.items():
         scenario = load_scenario().modified(sampling={"period": period})

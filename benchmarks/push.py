@@ -13,10 +13,10 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff import Run, load_scenario, simulate
+from benchmarks.wide import wide_console
 
 BEGIN, AFTER, WINDOW = 30.0, 5.0, 5.0  # s
 DURATION = 60.0  # s
@@ -69,7 +69,7 @@ def main(
     for label, row in [*((str(seed), row) for seed, row in found.items()), ("worst", worst)]:
         shares = [f"{100.0 * row[name]:.1f} %" for name in WATCHED]
         table.add_row(label, *shares, f"{row['error after']:.2f}")
-    console = Console()
+    console = wide_console()
     console.print(table)
     missed = [name for name in names if worst[name] > (MOST_ERROR if name == "error after" else MOST_MOVED)]
     console.print(f"asked: at most {100 * MOST_MOVED:g} % and {MOST_ERROR:g}; missed: {', '.join(missed) or 'nothing'}")

@@ -12,11 +12,11 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
 
 from adaptive_ff import Comparison, compare, load_scenario
 from adaptive_ff.files import write_csv, write_json
 from adaptive_ff.report.comparison_tables import estimates_table, tracking_table
+from benchmarks.wide import wide_console
 
 ROOT = Path(__file__).resolve().parent.parent
 DATA = ROOT.parent / "shared" / "data" / "kuka_kr300"
@@ -48,7 +48,7 @@ def main(
         print(f"{folder}: there is no trajectory_A.npz. {__doc__}", file=sys.stderr)
         raise typer.Exit(2)
     comparison = run(folder)
-    console = Console()
+    console = wide_console()
     console.print(tracking_table(comparison))
     estimates = estimates_table(comparison)
     if estimates is not None:

@@ -16,7 +16,6 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
@@ -32,6 +31,7 @@ from adaptive_ff.comparison.registry import (
 )
 from benchmarks.tuning_literature import BY_GRADIENT, MADE_FOR, literature_candidates
 from benchmarks.tuning_rivals import candidates
+from benchmarks.wide import wide_console
 
 FIRST_SEED = 101
 
@@ -190,7 +190,7 @@ def main(
         raise typer.BadParameter(f"{only!r} is not known; there are {', '.join(CANDIDATES)}", param_hint="--only")
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for name in CANDIDATES if only is None else [only]:
-            Console().print(table_of(name, search(name, seeds, pool)))
+            wide_console().print(table_of(name, search(name, seeds, pool)))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import sys
 
 from rich.console import Console
 
-WIDTH = 170
+WIDTH = 190
 """Width where the output is no terminal, characters."""
 
 

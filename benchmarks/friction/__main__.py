@@ -11,7 +11,6 @@ from typing import Annotated
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from adaptive_ff.files import write_json
@@ -19,6 +18,7 @@ from adaptive_ff.report.drawing import write_stamped
 from benchmarks.friction.laws import LAWS, Fit, fit_all
 from benchmarks.friction.picture import draw
 from benchmarks.friction.record import DATA, read_record
+from benchmarks.wide import wide_console
 
 
 def table_of(fits: list[Fit]) -> Table:
@@ -45,7 +45,7 @@ def main(
         raise typer.Exit(2)
     measured = read_record(record)
     fits = fit_all(measured)
-    console = Console()
+    console = wide_console()
     console.print(table_of(fits))
     write_stamped({"friction_laws": draw(measured, fits)}, out, ["png"], "python -m benchmarks.friction")
     if json is not None:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from adaptive_ff.files import write_json
 from benchmarks.measured.figures import draw_machine
@@ -19,9 +18,7 @@ from benchmarks.measured.long_log import measure as measure_long
 from benchmarks.measured.long_log import table as long_table
 from benchmarks.measured.machines import DATA, JOBS
 from benchmarks.measured.results import Result, measure, results_table, score_sentence
-
-WIDTH = 190
-"""Columns of the table in a file."""
+from benchmarks.wide import wide_console
 
 
 def main(
@@ -32,9 +29,7 @@ def main(
     samples: Annotated[int, typer.Option(min=1000, help="Samples of the long log.")] = 10_000_000,
 ) -> None:
     """Print one table, and draw one figure a machine."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDTH)
+    console = wide_console()
     if long:
         console.print(long_table(measure_long(samples)))
         return

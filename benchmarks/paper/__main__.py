@@ -19,6 +19,7 @@ from adaptive_ff.files import staged, write_json
 from adaptive_ff.report.drawing import write_stamped
 from benchmarks.paper import closed_loop, misprints, offline, online, reversal, rounding, stribeck
 from benchmarks.paper.experiment import Experiment, Row
+from benchmarks.wide import wide_console
 
 EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
     "misprints": misprints.run,
@@ -35,8 +36,6 @@ SOURCE = "seed 1, python -m benchmarks.paper"
 """What stands below each picture."""
 
 BAD_INPUT = 2
-WIDTH = 170
-"""Characters in a line where the output is no terminal."""
 
 
 def run_all(console: Console) -> list[Experiment]:
@@ -135,9 +134,7 @@ def main(
 ) -> None:
     """Run every experiment of the paper in simulation, print one table and draw its figures."""
     started = time.perf_counter()
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDTH)
+    console = wide_console()
     try:
         experiments = run_and_write(out, json, Console(stderr=True))
     except InputError as error:
