@@ -49,9 +49,9 @@ def test_so_is_one_whose_half_cycles_are_of_two_lengths():
     [
         0.95 * TOGETHER / MOST * SINE,  # small beside the plan
         SINE * np.exp(-9.0 * TIME),  # what dies out by a half in each half cycle
-        np.sin(2.0 * np.pi * 2.3 * TIME),  # slower than a loop rings
+        np.sin(2.0 * np.pi * 3.5 * TIME),  # slower than a loop rings
         np.sin(2.0 * np.pi * 33.0 * TIME),  # faster
-        np.repeat(np.tile([1.0, -1.0], 10), np.tile([3, 22], 10)),  # every other half cycle too long
+        np.repeat(np.tile([1.0, -1.0], 10), np.tile([3, 15], 10)),  # every other half cycle too long
         np.where(np.mod(TIME, 0.5) < 0.05, 1.0, np.where(np.mod(TIME, 0.5) < 0.3, -1.0, 0.0)),  # pulses
         np.full(TIME.size, 1.0),
     ],
