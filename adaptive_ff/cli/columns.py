@@ -67,23 +67,55 @@ def with_torque_constant(
 
 def is_current(column: str) -> bool:
     """Tell whether the name of a column says that it is a current."""
-    return CURRENT.search(column) is not None
+    from adaptive_ff.logs.column_units import says_amperes
+
+    return CURRENT.search(column) is not None or says_amperes(column)
 
 
-def is_in_amperes(columns: Mapping[str, str], scales: Mapping[str, float]) -> bool:
-    """Tell whether the column of the torque is a current that no factor turns into a torque."""
-    return is_current(columns["torque"]) and columns["torque"] not in scales
+def is_in_amperes(
+    path: Path, columns: Mapping[str, str], scales: Mapping[str, float], torque_constant: float | None
+) -> bool:
+    """Tell whether the column of the torque is a current that no factor turns into a torque.
+
+    The factors are those that the user gave; one that turns milliamperes into amperes makes no torque.
+    """
+    from adaptive_ff.logs.column_units import MILLIAMPERES, foreign_unit
+    from adaptive_ff.logs.columns import with_unit
+
+    column = columns["torque"]
+    named = with_unit(path, column)
+    if torque_constant is not None or not is_current(named):
+        return False
+    unit = foreign_unit(named, "torque", linear=False)
+    into_amperes = 1e-3 if unit is not None and unit.name == MILLIAMPERES else 1.0
+    return scales.get(column, into_amperes) == into_amperes
 
 
-def warn_of_degrees(columns: Mapping[str, str], scales: Mapping[str, float]) -> None:
-    """Warn where the name of a column says degrees, and no factor turns them into radians."""
-    from adaptive_ff.logs.sanity import is_in_degrees
+def warn_of_units(path: Path, columns: Mapping[str, str], scales: Mapping[str, float], *, linear: bool) -> None:
+    """Warn where a column says another unit than the one it is taken in, and no factor was given.
 
-    for role in ("position", "velocity"):
-        column = columns.get(role)
-        if column is not None and column not in scales and is_in_degrees(column):
+    Parameters
+    ----------
+    path : Path
+        The log, whose columns may have a row of units.
+    columns : mapping of str to str
+        Column by role; roles of a replay among them.
+    scales : mapping of str to float
+        Factors that the user gave, by column.
+    linear : bool
+        Whether the joint is a linear axis.
+    """
+    from adaptive_ff.logs.column_units import foreign_unit
+    from adaptive_ff.logs.columns import with_unit
+
+    for role, column in columns.items():
+        if column in scales:
+            continue
+        unit = foreign_unit(with_unit(path, column), role.rpartition("_")[2], linear=linear)
+        if unit is not None:
             warnings.warn(
-                f"the column {column} seems to be in degrees, but is taken as radians: give --scale {column}=pi/180",
+                f"the column {column} seems to be in {unit.name}, but is taken as {unit.taken}: give "
+                f"--scale {column}={unit.factor}",
                 stacklevel=2,
             )
 

@@ -12,7 +12,7 @@ from adaptive_ff.cli.columns import (
     columns_taken,
     is_in_amperes,
     read_columns,
-    warn_of_degrees,
+    warn_of_units,
     with_torque_constant,
 )
 from adaptive_ff.cli.options import (
@@ -85,7 +85,7 @@ def commission_command(
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
     linear = loaded.joint.axis == "linear"
     columns = time_column, position_column, velocity_column, torque_column, known_torque
-    given, taken = _given(log, columns, scale or [], torque_constant, torque_delay)
+    given, taken = _given(log, columns, scale or [], torque_constant, torque_delay, linear=linear)
     with places(out, json) as (stage, beside):
         announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
@@ -126,6 +126,8 @@ def _given(
     scale: list[str],
     torque_constant: float | None,
     torque_delay: float | None,
+    *,
+    linear: bool,
 ) -> "tuple[Log | None, list[str]]":
     """Read the log that is given, if one is, and say which columns were taken.
 
@@ -139,12 +141,13 @@ def _given(
         return None, []
     time, position, velocity, torque, known = columns
     chosen = chosen_columns(log, time, None, position, velocity, torque, known, ending="-column")
-    scales = with_torque_constant(read_scales(scale), chosen, torque_constant)
-    if is_in_amperes(chosen, scales):
+    factors = read_scales(scale)
+    scales = with_torque_constant(factors, chosen, torque_constant)
+    if is_in_amperes(log, chosen, factors, torque_constant):
         raise InputError(
             f"{log}: the column {chosen['torque']} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
         )
-    warn_of_degrees(chosen, scales)
+    warn_of_units(log, chosen, factors, linear=linear)
     return read_columns(log, chosen, None, scales), [columns_taken(chosen)]
 
 

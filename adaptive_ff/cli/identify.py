@@ -12,7 +12,7 @@ from adaptive_ff.cli.columns import (
     columns_taken,
     is_in_amperes,
     read_columns,
-    warn_of_degrees,
+    warn_of_units,
     with_torque_constant,
 )
 from adaptive_ff.cli.options import (
@@ -96,8 +96,9 @@ def identify_command(
 
     drawn = picture_formats(formats)
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
-    scales = with_torque_constant(read_scales(scale or []), columns, torque_constant)
-    warn_of_degrees(columns, scales)
+    factors = read_scales(scale or [])
+    scales = with_torque_constant(factors, columns, torque_constant)
+    warn_of_units(log, columns, factors, linear=linear)
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)
     with places(out, json) as (stage, beside):
@@ -108,7 +109,7 @@ def identify_command(
             validation=other,
             torque_delay=torque_delay or 0.0,
             linear=linear,
-            is_current=is_in_amperes(columns, scales),
+            is_current=is_in_amperes(log, columns, factors, torque_constant),
             model=model,
             position_periods=known_periods(position_period, gear_ratio),
             position_hats=position_hats,

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.cli.columns import chosen_columns, columns_taken, is_in_amperes, read_columns, with_torque_constant
+from adaptive_ff.cli.columns import (
+    chosen_columns,
+    columns_taken,
+    is_in_amperes,
+    read_columns,
+    warn_of_units,
+    with_torque_constant,
+)
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -115,7 +122,9 @@ def replay_command(
         RECORDED: feedforward,
     }
     extra = {name: column for name, column in named.items() if column is not None}
-    scales = with_torque_constant(read_scales(scale or []), columns, torque_constant)
+    factors = read_scales(scale or [])
+    scales = with_torque_constant(factors, columns, torque_constant)
+    warn_of_units(log, {**columns, **extra}, factors, linear=linear)
     given = read_columns(log, columns, period, scales, extra)
     saved = None if state is None else read_state(state)
     errors = error_console()
@@ -138,7 +147,7 @@ def replay_command(
             band=band,
             state=saved,
             linear=linear,
-            is_current=is_in_amperes(columns, scales),
+            is_current=is_in_amperes(log, columns, factors, torque_constant),
         )
         figures, shown = found.plot(None), _shown(found, columns)
         write_figures(figures, stage, drawn)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns
+from adaptive_ff.cli.columns import chosen_columns, columns_taken, read_columns, warn_of_units
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -61,6 +61,8 @@ def score_command(
     drawn = picture_formats(formats)
     columns = chosen_columns(train, time, period, position, None, torque, known_torque)
     scales = read_scales(scale or [])
+    motion = {role: column for role, column in columns.items() if role in ("time", "position")}
+    warn_of_units(train, motion, scales, linear=linear)  # the torque may have any unit
     logs = [read_columns(path, columns, period, scales) for path in (train, test)]
     errors = error_console()
     with places(out, json) as (stage, beside):

@@ -81,8 +81,10 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
             said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
     peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
     if peak > FASTEST and found.units["velocity"] == ROTARY["velocity"]:
+        speeds = ("", "pi/180") if log.position is not None else (", or in revolutions per minute", "pi/180", "pi/30")
         said.append(
-            f"the joint reaches {peak:.3g} rad/s: is the motion in degrees? Then {log.scaling('motion', 'pi/180')}"
+            f"the joint reaches {peak:.3g} rad/s: is the motion in degrees{speeds[0]}? Then "
+            f"{log.scaling('motion', *speeds[1:])}"
         )
     if vague := unattributed(found):
         said.append(vague)

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.logs.formats import read_content
+from adaptive_ff.logs.formats import is_text, read_content
+from adaptive_ff.logs.text_tables import table_units
 
 USUAL = {
     "time": ("time", "t"),
@@ -53,6 +54,12 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending:
 def column_names(path: Path) -> list[str]:
     """Return the names of all arrays of a file."""
     return list(read_content(path, ()).shapes)
+
+
+def with_unit(path: Path, column: str) -> str:
+    """Return the name of a column, with the unit in brackets that a row below the header of a text file gives it."""
+    unit = table_units(path).get(column) if is_text(path) else None
+    return column if unit is None else f"{column} [{unit.strip('[](){} ')}]"
 
 
 def read_scales(texts: Sequence[str]) -> dict[str, float]:

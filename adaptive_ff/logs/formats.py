@@ -65,6 +65,11 @@ def read_content(path: Path, wanted: Collection[str]) -> Content:
         raise InputError(f"{path}: cannot be read: {reason or type(error).__name__}") from error
 
 
+def is_text(path: Path) -> bool:
+    """Tell whether a file is read as a table in text."""
+    return READERS.get(path.suffix.lower()) is _read_text
+
+
 def _read_text(path: Path, wanted: Collection[str]) -> Content:
     names, columns = read_table(path, wanted)
     return Content(dict.fromkeys(names, ()), columns)

@@ -4,7 +4,6 @@ What is certain is mended or refused with one line; what is probable is said.
 """
 
 import math
-import re
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,16 +16,16 @@ from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
 from adaptive_ff.logs.log import Array, Log
 
 SLOWEST = 1.0
-"""Sample time, s, from which the time is taken to be in milliseconds or microseconds."""
+"""Sample time, s, from which the time is taken to be in milliseconds, microseconds or nanoseconds."""
+
+FASTEST = 1e-5
+"""Shortest sample time, s, of a log of a joint: 100 kHz, above the rate of current loops."""
 
 WRAP_WITHIN = 0.05
 """Relative difference of a jump from a turn up to which it counts as a wrap."""
 
 JUMP = 20.0
 """A step of the position that is so many times the largest of its neighbours, and of nearly all, is a jump."""
-
-DEGREES = re.compile(r"deg(rees?)?(\[\d+\])?$", re.IGNORECASE)
-"""Ending of the name of a column in degrees."""
 
 
 class Sound(NamedTuple):
@@ -66,8 +65,8 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
     step = median_step(log)
     if step >= SLOWEST:
         raise InputError(
-            f"{log.name}: the sample time is {step:.4g} s; it must be less than {SLOWEST:g} s: is the time in "
-            f"milliseconds or microseconds? Then {log.scaling('time', '1e-3', '1e-6')}"
+            f"{log.name}: the sample time is {step:.4g} s; it must be less than {SLOWEST:g} s: "
+            f"{_other_clock(log, step)}"
         )
     pauses = find_pauses(log.time, step)
     if pauses.size:
@@ -86,13 +85,15 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
     return Sound(log, said, jumps)
 
 
+def _other_clock(log: Log, step: float) -> str:
+    """Ask for the unit of a clock of some sample time, s, that is too long; of those with which it would not be."""
+    units = {"milliseconds": "1e-3", "microseconds": "1e-6", "nanoseconds": "1e-9"}
+    fitting = {unit: factor for unit, factor in units.items() if FASTEST <= step * float(factor) < SLOWEST} or units
+    return f"is the time in {' or '.join(fitting)}? Then {log.scaling('time', *fitting.values())}"
+
+
 def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
-
-
-def is_in_degrees(column: str) -> bool:
-    """Tell whether the name of a column says that it is in degrees."""
-    return DEGREES.search(column) is not None
 
 
 def find_pauses(time: Array, step: float) -> NDArray[np.int64]:

@@ -39,12 +39,15 @@ class Layout(NamedTuple):
         Whether decimals are written with a comma.
     skipped : int
         Lines before the first row of numbers.
+    units : tuple of str
+        Words in a row of units below the header; empty without one.
     """
 
     names: list[str]
     separator: str
     comma: bool
     skipped: int
+    units: tuple[str, ...] = ()
 
 
 def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str, NDArray[np.float64]]]:
@@ -77,6 +80,12 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
     if table is None:
         table = _read_cells(path, layout, places)
     return layout.names, {name: table[:, place] for place, name in enumerate(names)}
+
+
+def table_units(path: Path) -> dict[str, str]:
+    """Return the units that a row below the header of a text file gives, by column; none without such a row."""
+    layout = _layout(path)
+    return {name: unit for name, unit in zip(layout.names, layout.units, strict=False) if unit}
 
 
 def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> dict[str, NDArray[np.float64]]:
@@ -155,7 +164,7 @@ def _layout(path: Path, *, has_header: bool = False) -> Layout:
                 lines[-1] += line
                 further += len(lines) == 1
             elif line.strip() and not line.lstrip().startswith(COMMENT):
-                if len(lines) == 2:
+                if len(lines) == 3:
                     break
                 lines.append(line)
             elif not lines:
@@ -168,12 +177,27 @@ def _layout(path: Path, *, has_header: bool = False) -> Layout:
     longest = max(map(len, first))
     if longest > csv.field_size_limit():
         raise InputError(f"{path}: cannot be read: a name of {longest} characters is none of a column")
-    comma = separator != "," and any(_is_comma_number(cell) for cell in _cells(lines[-1], separator))
+    rows = [[cell.strip() for cell in _cells(line, separator)] for line in lines[1:]]
+    comma = separator != "," and any(_is_comma_number(cell) for row in rows for cell in row)
     if has_header or not all(math.isfinite(_number(cell, comma)) for cell in first):
-        return Layout(first, separator, comma, skipped + further + 1)
+        units = tuple(rows[0]) if not has_header and _are_units(rows, comma) else ()
+        line_of_units = lines[1].count("\n") if units else 0
+        return Layout(first, separator, comma, skipped + further + 1 + line_of_units, units)
     from_comment = [cell.strip() for cell in _cells(last_comment, _separator(last_comment))]
     names = from_comment if len(from_comment) == len(first) else [str(place) for place in range(len(first))]
     return Layout(names, separator, comma, skipped)
+
+
+def _are_units(rows: list[list[str]], comma: bool) -> bool:
+    """Tell whether the first of two rows below a header holds words alone, and the second one a number."""
+    if len(rows) < 2:
+        return False
+    words, numbers = ([cell for cell in row if cell.lower() not in UNKNOWN] for row in rows)
+    return (
+        bool(words and numbers)
+        and not any(math.isfinite(_number(cell, comma)) for cell in words)
+        and any(math.isfinite(_number(cell, comma)) for cell in numbers)
+    )
 
 
 def _separator(line: str) -> str:

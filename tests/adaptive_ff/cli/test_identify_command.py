@@ -117,6 +117,24 @@ def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_sc
     assert found["inertia"]["unit"] == "A s²/rad"
 
 
+def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(tmp_path):
+    log, path = make_log(noise=0.05), tmp_path / "log.csv"
+    write_csv(path, {"t": log.time, "lage": np.degrees(log.position), "strom": 1e3 * log.torque})
+    header, rows = path.read_text(encoding="utf-8").split("\n", 1)
+    path.write_text(f"{header}\n[s],[deg],[mA]\n{rows}", encoding="utf-8")
+    columns = ["--position", "lage", "--torque", "strom", "--out", tmp_path / "out"]
+    outcome = run_command_line("identify", path, *columns)
+    said = " ".join(outcome.err.split())
+    assert "the column lage seems to be in degrees, but is taken as radians: give --scale lage=pi/180" in said
+    assert "the column strom seems to be in mA, but is taken as A: give --scale strom=1e-3" in said
+    assert (
+        run_command_line("identify", path, *columns, "--scale", "lage=pi/180", "--scale", "strom=1e-3").warnings == []
+    )
+    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
+    assert found["inertia"]["unit"] == "A s²/rad"
+
+
 def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
     log = make_log(noise=0.05)
     np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))
@@ -165,7 +183,7 @@ REFUSALS = [
     (["--scale", "u=2"], "scale: u is no column that is used; these are torque, time, position"),
     (["--scale", "torque=-1"], "friction would drive the joint"),
     (["--scale", "torque=-1"], "are exchanged: give --scale torque=-1*-1, or name the others"),
-    (["--scale", "time=1e3"], "Then give --scale time=1000*1e-3 or --scale time=1000*1e-6"),
+    (["--scale", "time=1e3"], "is the time in milliseconds? Then give --scale time=1000*1e-3"),
     (["--torque", "position"], "the column position is given as torque and as position; each must have its own"),
     (["--bandwidth", "100"], "bandwidth = 100 Hz is not allowed"),
     (["--held-out", "1"], "held_out = 1 is not allowed"),

@@ -40,6 +40,16 @@ def result(tmp_path_factory):
     return folder, outcome
 
 
+def test_degrees_of_a_reference_are_pointed_out(tmp_path):
+    log = write_log(tmp_path / "log.csv")
+    columns = ("--position", "q_deg", "--scale", "q_deg=pi/180", "--reference-position", "wanted_deg")
+    text = log.read_text(encoding="utf-8").replace("wanted", "wanted_deg", 1)
+    log.write_text(text, encoding="utf-8")
+    outcome = run_command_line("replay", log, *columns, "--out", tmp_path / "out")
+    assert "the column wanted_deg seems to be in degrees, but is taken as radians" in " ".join(outcome.err.split())
+    assert "q_deg seems" not in outcome.err
+
+
 def test_files_are_written(result):
     folder, _ = result
     assert set(content_of(folder / "out")) == FILES

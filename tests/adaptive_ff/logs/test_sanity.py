@@ -10,7 +10,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.log import Log
-from adaptive_ff.logs.sanity import find_jumps, is_in_degrees, look_through, without_wraps
+from adaptive_ff.logs.sanity import find_jumps, look_through, without_wraps
 from adaptive_ff.replay.replay import replay_log
 
 
@@ -18,10 +18,14 @@ def with_position(log, position):
     return Log("log", log.time, log.torque, position=position)
 
 
-def test_milliseconds_are_refused():
+@pytest.mark.parametrize(
+    ("rate", "unit", "step"),
+    [(1e3, "milliseconds", "2"), (1e6, "microseconds", "2000"), (1e9, "nanoseconds", r"2e\+06"), (1e12, "milli", "2e")],
+)
+def test_clock_that_does_not_count_seconds_is_refused_with_the_unit_that_suits(rate, unit, step):
     log = make_log()
-    with pytest.raises(InputError, match=r"log: the sample time is 2 s; .* milliseconds or microseconds"):
-        identify_log(Log("log", 1e3 * log.time, log.torque, position=log.position))
+    with pytest.raises(InputError, match=rf"log: the sample time is {step}.* is the time in {unit}"):
+        identify_log(Log("log", rate * log.time, log.torque, position=log.position))
 
 
 def test_wraps_are_undone_and_said():
@@ -101,14 +105,8 @@ def test_sound_log_is_left_as_it_is():
 
 
 @pytest.mark.parametrize(
-    ("column", "expected"), [("q_deg", True), ("angleDegrees", True), ("deg[3]", True), ("q", False)]
-)
-def test_degrees_are_known_by_their_name(column, expected):
-    assert is_in_degrees(column) is expected
-
-
-@pytest.mark.parametrize(
-    ("column", "expected"), [("current", True), ("i_q", True), ("motor_current[2]", True), ("u", False)]
+    ("column", "expected"),
+    [("current", True), ("i_q", True), ("motor_current[2]", True), ("Strom [mA]", True), ("u", False)],
 )
 def test_currents_are_known_by_their_name(column, expected):
     assert is_current(column) is expected

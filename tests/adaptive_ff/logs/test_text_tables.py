@@ -8,7 +8,7 @@ import pytest
 
 from adaptive_ff import InputError
 from adaptive_ff.logs.log import read_log
-from adaptive_ff.logs.text_tables import read_table
+from adaptive_ff.logs.text_tables import read_table, table_units
 
 WAYS = {
     "commas": "t,q,u\n0.0,1.5,-2\n0.1,1.25,3e1\n",
@@ -17,6 +17,8 @@ WAYS = {
     "blanks": "t   q  u\n0.0 1.5   -2\n0.1  1.25 30\n",
     "comments": "# of the arm\nt,q,u\n0.0,1.5,-2\n# pause\n0.1,1.25,30\n",
     "header in a comment": "# of the arm\n# t q u\n0.0 1.5 -2\n0.1 1.25 30\n",
+    "row of units": "t,q,u\n[s],[rad],[N m]\n0.0,1.5,-2\n0.1,1.25,30\n",
+    "row of units and decimal commas": "t;q;u\ns;rad;\n0,0;1,5;-2\n0,1;1,25;3e1\n",
     "byte order mark": "\ufefft,q,u\n0.0,1.5,-2\n0.1,1.25,30\n",
 }
 
@@ -32,6 +34,15 @@ def test_table_is_read_however_it_is_written(way, tmp_path):
         "t": [0.0, 0.1],
         "q": [1.5, 1.25],
     }
+
+
+def test_row_of_units_is_told_from_a_row_of_words(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t;q;u\n[s];[deg];\n0,0;1,5;-2\n", encoding="utf-8")
+    assert table_units(path) == {"t": "[s]", "q": "[deg]"}
+    for text in ("t,q\n0,none\n0.1,1\n", "t,q\nnan,nan\n0.1,1\n", "t,q\n[s],[deg]\n", "0,1\n[s],[deg]\n0,1\n"):
+        path.write_text(text, encoding="utf-8")
+        assert table_units(path) == {}, text
 
 
 def test_columns_without_a_header_are_named_by_their_number(tmp_path):

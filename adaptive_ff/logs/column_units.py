@@ -1,0 +1,108 @@
+"""Units that the name of a column says: ``q_deg``, ``Speed [rpm]``, ``current_mA``."""
+
+import re
+from typing import NamedTuple
+
+PLACE = re.compile(r"(\[\d+\])?$")
+"""Which series of an array is picked, at the end of the name of a column."""
+
+BEFORE, AFTER = r"(?:^|[\s_.,:/\[({])", r"[\])}]?$"
+"""What is around a unit at the end of a name: it is in brackets, or apart from the rest."""
+
+DEGREES = re.compile(r"(deg(rees?)?|°)[\])}]?$")
+"""Ending of the name of a column in degrees, which need not be apart from the rest."""
+
+
+class Unit(NamedTuple):
+    """A unit that a column is in instead of the one that is taken.
+
+    Attributes
+    ----------
+    name, taken : str
+        The unit, and the one in which the column is taken, in words.
+    factor : str
+        Factor from one to the other, as ``--scale`` takes it; in capitals what only the user knows.
+    """
+
+    name: str
+    taken: str
+    factor: str
+
+
+TIMES = {
+    "milliseconds": (("ms", "msec", "millis", "milliseconds"), "1e-3"),
+    "microseconds": (("us", "µs", "μs", "usec", "micros", "microseconds"), "1e-6"),
+    "nanoseconds": (("ns", "nsec", "nanos", "nanoseconds"), "1e-9"),
+    "minutes": (("min", "minutes"), "60"),
+}
+COUNTED = ("counts?", "cnts?", "incs?", "increments", "ticks?", "pulses")
+ANGLES = {
+    "milliradians": (("mrad",), "1e-3"),
+    "turns": (("revs?", "revolutions", "turns"), "2*pi"),
+    "counts": (COUNTED, "2*pi/COUNTS_OF_A_TURN"),
+}
+PATHS = {
+    "millimetres": (("mm", "millimet(?:er|re)s?"), "1e-3"),
+    "micrometres": (("um", "µm", "μm"), "1e-6"),
+    "counts": (COUNTED, "1/COUNTS_OF_A_METRE"),
+}
+TURNING = {
+    "degrees per second": (("deg/s", "deg_s", "deg_per_s", "dps", "°/s"), "pi/180"),
+    "revolutions per minute": (("rpm", "1/min", "u/min", r"min\^?-1", "rev/min", "r/min", "upm"), "pi/30"),
+    "revolutions per second": (("rps", "rev/s"), "2*pi"),
+    "milliradians per second": (("mrad/s", "mrad_s"), "1e-3"),
+}
+MOVING = {
+    "millimetres per second": (("mm/s", "mm_s"), "1e-3"),
+    "metres per minute": (("m/min",), "1/60"),
+}
+MILLIAMPERES = "mA"
+CURRENTS = {MILLIAMPERES: (("ma", "milliamp(?:ere)?s?"), "1e-3")}
+PERCENT = {"per cent": (("%", "percent"), "RATED/100")}
+TORQUES = {
+    "mN m": (("mnm", r"mn[\s*.·]m", "nmm", r"n[\s*.·]mm"), "1e-3"),
+    "N cm": (("ncm", r"n[\s*.·]cm"), "1e-2"),
+    "kN m": (("knm", r"kn[\s*.·]m"), "1e3"),
+    **PERCENT,
+}
+FORCES = {"kN": (("kn",), "1e3"), **PERCENT}
+
+AMPERES = re.compile(r"[\[(]a([ _.]?(rms|eff))?[\])]$")
+"""How names of columns end that are currents in A; an ``a`` that is not in brackets may be a letter of a joint."""
+
+
+def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
+    """Return the unit that the name of a column says, where it is not the one that the column is taken in.
+
+    Parameters
+    ----------
+    column : str
+        Name of the column, such as ``q_deg[3]``.
+    role : str
+        What it is: ``time``, ``position``, ``velocity`` or a torque.
+    linear : bool
+        Whether the joint is a linear axis, in m and N.
+    """
+    name = PLACE.sub("", column.strip()).strip().casefold()
+    motions = {"position": (ANGLES, "radians"), "velocity": (TURNING, "rad/s")}
+    if linear:
+        motions = {"position": (PATHS, "metres"), "velocity": (MOVING, "m/s")}
+    table, taken = {"time": (TIMES, "seconds"), **motions}.get(role, (FORCES if linear else TORQUES, "N m"))
+    if role in motions and not linear and DEGREES.search(name):
+        return Unit("degrees", "radians", "pi/180")
+    if role not in ("time", *motions):
+        table, taken = {**table, **CURRENTS}, "N" if linear else taken
+    for unit, (spellings, factor) in table.items():
+        if _ends_with(name, spellings):
+            return Unit(unit, "A" if unit in CURRENTS else taken, factor)
+    return None
+
+
+def says_amperes(column: str) -> bool:
+    """Tell whether the name of a column ends with ampere, or milliampere."""
+    name = PLACE.sub("", column.strip()).strip().casefold()
+    return AMPERES.search(name) is not None or _ends_with(name, CURRENTS[MILLIAMPERES][0])
+
+
+def _ends_with(name: str, spellings: tuple[str, ...]) -> bool:
+    return re.search(f"{BEFORE}(?:{'|'.join(spellings)}){AFTER}", name) is not None

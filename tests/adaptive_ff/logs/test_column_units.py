@@ -1,0 +1,57 @@
+"""Units that names of columns say, as laboratories write them."""
+
+import pytest
+
+from adaptive_ff.logs.column_units import foreign_unit, says_amperes
+
+FOREIGN = [
+    ("q_deg", "position", False, "pi/180"),
+    ("Position [deg]", "position", False, "pi/180"),
+    ("Angle (°)", "position", False, "pi/180"),
+    ("angleDegrees", "position", False, "pi/180"),
+    ("deg[3]", "position", False, "pi/180"),
+    ("speed [deg/s]", "velocity", False, "pi/180"),
+    ("Drehzahl [1/min]", "velocity", False, "pi/30"),
+    ("n_rpm[2]", "velocity", False, "pi/30"),
+    ("pos_counts", "position", False, "2*pi/COUNTS_OF_A_TURN"),
+    ("time_ms", "time", False, "1e-3"),
+    ("t [µs]", "time", False, "1e-6"),
+    ("current_mA", "torque", False, "1e-3"),
+    ("Strom [mA]", "torque", True, "1e-3"),
+    ("M [Nmm]", "torque", False, "1e-3"),
+    ("torque [%]", "torque", False, "RATED/100"),
+    ("z [mm]", "position", True, "1e-3"),
+    ("v_mm/s", "velocity", True, "1e-3"),
+    ("F [kN]", "torque", True, "1e3"),
+]
+OWN = [
+    ("q", "position", False),
+    ("q [rad]", "position", False),
+    ("z [m]", "position", True),
+    ("w [rad/s]", "velocity", False),
+    ("items", "time", False),
+    ("t [s]", "time", False),
+    ("T [Nm]", "torque", False),
+    ("gamma", "torque", False),
+    ("I [A]", "torque", False),
+    ("F [N]", "torque", True),
+]
+
+
+@pytest.mark.parametrize(("column", "role", "linear", "factor"), FOREIGN)
+def test_unit_at_the_end_of_a_name_is_seen(column, role, linear, factor):
+    unit = foreign_unit(column, role, linear=linear)
+    assert unit is not None
+    assert unit.factor == factor
+
+
+@pytest.mark.parametrize(("column", "role", "linear"), OWN)
+def test_unit_that_is_taken_and_words_that_only_end_like_one_are_left(column, role, linear):
+    assert foreign_unit(column, role, linear=linear) is None
+
+
+@pytest.mark.parametrize(
+    ("column", "expected"), [("Strom [mA]", True), ("I [A]", True), ("I (A rms)", True), ("gamma", False), ("M", False)]
+)
+def test_amperes_are_seen(column, expected):
+    assert says_amperes(column) is expected
