@@ -18,6 +18,7 @@ from adaptive_ff.identify.held_out_error import has_changed, is_larger
 from adaptive_ff.identify.identified_map import identified_map
 from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, check_periods, with_map
 from adaptive_ff.identify.map_selection import select_map
+from adaptive_ff.identify.other_units import other_units
 from adaptive_ff.identify.prediction import predict, torque_error
 from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
 from adaptive_ff.identify.recorded_reference import reference_of
@@ -157,10 +158,12 @@ def identify_log(
         found, units=units, validated_on=name, both_ways=_moves_both_ways(problem), map_asked=asked, position_map=learnt
     )
     if found.validation is not None and is_larger(found.fit, found.validation):
+        foreign = None if validation is None else other_units(problem, held)
         found = replace(
             found,
+            other_units=foreign,
             carries_over=carries_over(problem, held, selection, confidence),
-            has_changed=has_changed(held, selection, found.fit, found.validation, confidence),
+            has_changed=foreign is None and has_changed(held, selection, found.fit, found.validation, confidence),
         )
     check_plausible(found, log)
     return replace(found, verdict=verdict(found), cautions=[*prepared.said, *cautions(found, log)])
@@ -200,6 +203,7 @@ def _assemble(
         validation=torque_error(unseen),
         validated_on="",
         carries_over=None,
+        other_units=None,
         has_changed=False,
         both_ways=True,
         curve=friction_curve(rows, chosen.values["coulomb"], prepared.bandwidth, confidence),

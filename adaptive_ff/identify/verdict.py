@@ -157,6 +157,8 @@ def _of_validation(found: LogIdentification) -> str:
 
 def _why(found: LogIdentification) -> str:
     """Go on from a much larger error on what was held out with what it tells."""
+    if found.other_units is not None:
+        return f"; {found.other_units}."
     if found.carries_over is not None:
         terms, error = found.carries_over
         return (
