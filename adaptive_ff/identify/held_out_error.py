@@ -4,8 +4,8 @@ A model lacks something everywhere: other axes that move now and then, ripple, a
 stretch to stretch of one log of a machine that stays as it is. How much, cross-validation has seen on blocks of the
 fitted part, each left by a fit to the others. What was held out is so many such blocks, whose mean square scatters by
 the deviation of a block over the root of their number, about the mean of the others, which scatters as well. And
-another friction or inertia must explain it: where the same terms with other values do not either, the model lacks
-something.
+another friction or inertia must explain it: where the same terms with other values do not either, neither as well as
+they explain the fitted part nor nearly all of what is left, the model lacks something.
 """
 
 import math
@@ -25,6 +25,10 @@ DEVIATIONS = 3.0
 """Standard deviations of what scatter explains, by which a mean square must exceed the mean of the blocks. With ten
 blocks, Student's t exceeds that in 0.7 % of the cases."""
 
+EXPLAINED = 0.1
+"""Share of the mean square error that other values of the same terms may leave: where another machine is noisier, or
+sticks more, they leave more than of the fitted part."""
+
 
 def is_larger(fit: TorqueError, validation: TorqueError) -> bool:
     """Tell whether the error of what was held out is much larger than that of the fit, by chance or not."""
@@ -37,7 +41,7 @@ def has_changed(
     """Tell whether what was held out speaks for another friction or inertia there.
 
     It does where its error is beyond what scatter between blocks explains, and the same terms with other values leave
-    there no more than ``WORSE`` times the error of the fit.
+    there no more than ``WORSE`` times the error of the fit, or next to nothing of what the fit leaves.
 
     Parameters
     ----------
@@ -62,7 +66,9 @@ def has_changed(
         error = torque_error(predict(held, fit_terms(held, chosen.terms, confidence, start=chosen.searched)))
     except ValueError:
         return False  # the rows do not determine other values
-    return error is not None and not is_larger(fit, error)
+    if error is None:
+        return False
+    return not is_larger(fit, error) or error.rms_error**2 <= EXPLAINED * validation.rms_error**2
 
 
 def block_squares(selection: Selection, fit: TorqueError) -> Array:

@@ -29,6 +29,12 @@ def test_machine_that_changed_is_blamed(change):
     assert found.verdict[1].endswith(BLAMED)
 
 
+def test_machine_that_changed_and_became_noisier_is_blamed():
+    """It was not: of Coulomb friction that is a third more the error was 9 times that of the fit."""
+    found = identify_log(make_log(noise=0.1), validation=make_log(noise=0.3, coulomb=5.0, seed=102))
+    assert found.verdict[1].endswith(BLAMED)
+
+
 @pytest.mark.parametrize("seed", [101, 102, 103])
 def test_machine_that_stayed_as_it_is_is_not_blamed_for_another_torque(seed):
     """It was: of two axes of the KR300 it was said, and of these logs."""
