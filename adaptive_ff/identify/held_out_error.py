@@ -12,9 +12,10 @@ import math
 
 import numpy as np
 
+from adaptive_ff.identify.families import GRAVITY
 from adaptive_ff.identify.fit import fit_terms
 from adaptive_ff.identify.prediction import TorqueError, predict, torque_error
-from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.regressors import Problem, design
 from adaptive_ff.identify.term_selection import Selection
 from adaptive_ff.logs.derivatives import Array
 
@@ -54,21 +55,48 @@ def has_changed(
     confidence : float
         Probability that the intervals are meant to have.
     """
-    if not is_larger(fit, validation):
-        return False
-    squares = block_squares(selection, fit)
-    blocks = max(1.0, validation.duration / fit.duration * squares.size)
-    scatter = float(np.std(squares, ddof=1)) * math.sqrt(1.0 / blocks + 1.0 / squares.size)
-    if validation.rms_error**2 <= float(np.mean(squares)) + DEVIATIONS * scatter:
+    if not _is_beyond_scatter(selection, fit, validation):
         return False
     chosen = selection.chosen
     try:
         error = torque_error(predict(held, fit_terms(held, chosen.terms, confidence, start=chosen.searched)))
     except ValueError:
         return False  # the rows do not determine other values
-    if error is None:
+    return error is not None and _explains(error.rms_error, fit, validation)
+
+
+def error_with_other_load(
+    held: Problem, selection: Selection, fit: TorqueError, validation: TorqueError
+) -> float | None:
+    """Return what is left of what was held out with another gravity and offset, N m; None where it is no reason.
+
+    Inertia and friction stay as they are. That is so of another load or sensor's zero, and where the position is
+    counted from another zero. The arguments are those of ``has_changed``, whose rules hold here, too.
+    """
+    chosen = selection.chosen
+    terms = [term for term in chosen.linear if term in ("offset", *GRAVITY)]
+    if not terms or not _is_beyond_scatter(selection, fit, validation):
+        return None
+    rows = predict(held, chosen)
+    left = np.concatenate([(piece.torque - piece.fitted)[piece.slides] for piece in rows])
+    columns = design(held, terms, {})
+    error = float(np.sqrt(np.mean((left - columns @ np.linalg.lstsq(columns, left)[0]) ** 2)))
+    return error if _explains(error, fit, validation) else None
+
+
+def _is_beyond_scatter(selection: Selection, fit: TorqueError, validation: TorqueError) -> bool:
+    """Tell whether an error of what was held out is larger than what scatter between blocks explains."""
+    if not is_larger(fit, validation):
         return False
-    return not is_larger(fit, error) or error.rms_error**2 <= EXPLAINED * validation.rms_error**2
+    squares = block_squares(selection, fit)
+    blocks = max(1.0, validation.duration / fit.duration * squares.size)
+    scatter = float(np.std(squares, ddof=1)) * math.sqrt(1.0 / blocks + 1.0 / squares.size)
+    return validation.rms_error**2 > float(np.mean(squares)) + DEVIATIONS * scatter
+
+
+def _explains(error: float, fit: TorqueError, validation: TorqueError) -> bool:
+    """Tell whether other values, which leave some error on what was held out, N m, explain it."""
+    return error <= WORSE * fit.rms_error or error**2 <= EXPLAINED * validation.rms_error**2
 
 
 def block_squares(selection: Selection, fit: TorqueError) -> Array:

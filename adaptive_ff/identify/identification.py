@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from adaptive_ff.identify.constant_speed import friction_curve
 from adaptive_ff.identify.families import AUTO, jumps_at_reversal
 from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
-from adaptive_ff.identify.held_out_error import has_changed, is_larger
+from adaptive_ff.identify.held_out_error import error_with_other_load, has_changed, is_larger
 from adaptive_ff.identify.identified_map import identified_map
 from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, check_periods, with_map
 from adaptive_ff.identify.map_selection import select_map
@@ -158,13 +158,7 @@ def identify_log(
         found, units=units, validated_on=name, both_ways=_moves_both_ways(problem), map_asked=asked, position_map=learnt
     )
     if found.validation is not None and is_larger(found.fit, found.validation):
-        foreign = None if validation is None else other_units(problem, held)
-        found = replace(
-            found,
-            other_units=foreign,
-            carries_over=carries_over(problem, held, selection, confidence),
-            has_changed=foreign is None and has_changed(held, selection, found.fit, found.validation, confidence),
-        )
+        found = replace(found, **_reasons(found, problem, held, of_log=validation is not None))
     check_plausible(found, log)
     return replace(found, verdict=verdict(found), cautions=[*prepared.said, *cautions(found, log)])
 
@@ -204,6 +198,7 @@ def _assemble(
         validated_on="",
         carries_over=None,
         other_units=None,
+        has_other_load=False,
         has_changed=False,
         both_ways=True,
         curve=friction_curve(rows, chosen.values["coulomb"], prepared.bandwidth, confidence),
@@ -216,6 +211,26 @@ def _assemble(
         map_asked=MapAsked(),
         position_map=None,
     )
+
+
+def _reasons(found: LogIdentification, problem: Problem, held: Problem, *, of_log: bool) -> dict[str, Any]:
+    """Return why a model is much worse on what was held out, which may be of another log."""
+    assert found.validation is not None
+    foreign = other_units(problem, held) if of_log else None
+    arguments = held, found.selection, found.fit, found.validation
+    carrying = carries_over(problem, held, found.selection, found.confidence)
+    loaded = None if foreign else error_with_other_load(*arguments)
+    if loaded is not None and carrying is not None:
+        loaded, carrying = (loaded, None) if loaded < carrying[1].rms_error else (None, carrying)
+    return {
+        "other_units": foreign,
+        "carries_over": carrying,
+        "has_other_load": loaded is not None,
+        "has_changed": not foreign
+        and loaded is None
+        and carrying is None
+        and has_changed(*arguments, found.confidence),
+    }
 
 
 def rest_torque(problem: Problem, values: Mapping[str, float]) -> float | None:

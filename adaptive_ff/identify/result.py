@@ -86,9 +86,11 @@ class LogIdentification:
         What the latter is.
     carries_over : tuple of terms and TorqueError, or None
         Where the chosen model is much worse on what was held out, but one of another family is not: its terms, and its
-        error there.
+        error there, which may still be more than that of the chosen one.
     other_units : str or None
         What another log's torque or motion seems to be in, where it is not what the log's is in.
+    has_other_load : bool
+        Whether what was held out speaks for another gravity or offset there alone.
     has_changed : bool
         Whether what was held out speaks for another friction or inertia there.
     both_ways : bool
@@ -128,6 +130,7 @@ class LogIdentification:
     validated_on: str
     carries_over: tuple[tuple[str, ...], TorqueError] | None
     other_units: str | None
+    has_other_load: bool
     has_changed: bool
     both_ways: bool
     curve: FrictionCurve
@@ -234,6 +237,7 @@ class LogIdentification:
         result["validation"] = None if held is None else {"on": self.validated_on, **held}
         other = self.carries_over
         result["has_changed"] = self.has_changed
+        result["has_other_load"] = self.has_other_load
         result["other_units"] = self.other_units
         result["carries_over"] = None if other is None else {"terms": list(other[0]), **other[1]._asdict()}
         result["models"] = [

@@ -159,11 +159,18 @@ def _why(found: LogIdentification) -> str:
     """Go on from a much larger error on what was held out with what it tells."""
     if found.other_units is not None:
         return f"; {found.other_units}."
-    if found.carries_over is not None:
+    assert found.validation is not None
+    if found.carries_over is not None and found.carries_over[1].rms_error < found.validation.rms_error:
         terms, error = found.carries_over
         return (
             f". The model of {_listed(list(terms))} leaves {100.0 * error.relative_error:.3g} % there: "
             "the terms chosen on the log do not carry over."
+        )
+    if found.has_other_load:
+        carried = "Gravity or the offset" if GRAVITY[0] in found.selection.chosen.terms else "The offset"
+        return (
+            f". {carried} is another there (another load, a sensor's zero or, of gravity, a position counted from "
+            "another zero); inertia and friction are the same."
         )
     if found.has_changed:
         return ", and every family of models gets worse there. Friction or inertia is another there."
