@@ -92,7 +92,7 @@ class Log:
         assert series is not None
         return series
 
-    def part(self, chosen: slice | NDArray[np.bool_]) -> "Log":
+    def part(self, chosen: slice | NDArray[np.bool_] | NDArray[np.int64]) -> "Log":
         """Return the log of some of the samples."""
 
         def cut(series: Array | None) -> Array | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.clock import with_clear_clock
 from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
+from adaptive_ff.logs.held_rows import without_held_rows
 from adaptive_ff.logs.log import Array, Log
 
 SLOWEST = 1.0
@@ -34,7 +35,8 @@ class Sound(NamedTuple):
     Attributes
     ----------
     log : Log
-        The log, wraps undone, without rows that have the time of the row before; see :mod:`adaptive_ff.logs.clock`.
+        The log, wraps undone, without rows that have the time of the row before or hold their motion; see
+        :mod:`adaptive_ff.logs.clock` and :mod:`adaptive_ff.logs.held_rows`.
     said : list of str
         What was done or is probably wrong, a sentence each.
     jumps : list of Skipped
@@ -62,6 +64,8 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
         The sample time is a second or more.
     """
     log, said = with_clear_clock(log)
+    log, held = without_held_rows(log)
+    said += held
     step = median_step(log)
     if step >= SLOWEST:
         raise InputError(

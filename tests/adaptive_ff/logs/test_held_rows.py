@@ -1,0 +1,66 @@
+"""Positions and torques that are sampled more slowly than the log they are written to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from synthetic_logs import JOINT, make_log
+
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.logs.held_rows import find_held, without_held_rows
+
+
+def held(values, every):
+    """Each value is that at the last tick of a clock that ticks once in so many rows."""
+    rows = np.arange(values.size)
+    return CubicSpline(rows, values)(every * np.floor(rows / every + 1e-9))
+
+
+def rounded(values, step):
+    return step * np.round(values / step)
+
+
+@pytest.mark.parametrize("every", [2, 3, 10, 3.3])
+def test_rows_with_a_new_value_are_found(every):
+    position = make_log().position
+    found = find_held(held(position, every))
+    assert found.every == pytest.approx(every, abs=0.01)
+    assert found.rows.size == pytest.approx(position.size / every, rel=2e-3)
+    assert np.max(np.diff(found.rows)) <= np.ceil(every)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.05])
+@pytest.mark.parametrize("counts", [256, 1024, 65536])
+def test_coarse_encoder_holds_nothing(counts, share):
+    """Nor does it where the joint is so slow that no two rows differ."""
+    assert find_held(rounded(share * make_log().position, 2.0 * np.pi / counts)) is None
+
+
+def test_rest_stays_in_the_log():
+    log = make_log(duration=30.0)
+    position = log.position[np.minimum(np.arange(log.time.size), 10_000)]
+    position[12_000:] += log.position[12_000:] - log.position[12_000]
+    rows = find_held(held(position, 4)).rows
+    assert np.array_equal(np.unique(np.diff(rows)), [4])
+
+
+@pytest.mark.parametrize("every", [4, 2.7])
+def test_joint_is_found_behind_a_slow_encoder(every):
+    """Every fourth row: inertia was 33 instead of 0.5 kg m^2 on a log of this kind, and 4000 % of the torque left."""
+    log = make_log(noise=0.1, period=0.001)
+    found = identify_log(replace(log, position=held(log.position, every)))
+    assert any(f"the position changes in one of {every} rows only" in caution for caution in found.cautions)
+    assert found.fit.relative_error < 0.05
+    for name in ("inertia", "coulomb"):
+        assert found.parameters[name].estimate.value == pytest.approx(JOINT[name], rel=0.02)
+
+
+def test_held_torque_is_said_and_left():
+    log = make_log(noise=0.1)
+    slow = replace(log, torque=held(log.torque, 5))
+    same, said = without_held_rows(slow)
+    assert same is slow
+    assert said[0].startswith("the torque changes in one of 5 rows only")
+    assert said[0].endswith("give --torque-delay=-0.004")
+    assert without_held_rows(log) == (log, [])
