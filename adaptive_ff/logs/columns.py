@@ -48,12 +48,20 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending:
                 return role, name
     options = " or ".join(f"--{role}{ending}" for role in roles)
     usual = " or ".join(name for role in roles for name in USUAL[role])
-    raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {', '.join(names)}")
+    raise InputError(
+        f"{path}: {options} must name a column, as none is called {usual}; there are {_listed(path, names)}"
+    )
 
 
 def column_names(path: Path) -> list[str]:
     """Return the names of all arrays of a file."""
     return list(read_content(path, ()).shapes)
+
+
+def _listed(path: Path, names: Sequence[str]) -> str:
+    """Return names of columns, with shapes of arrays that hold several."""
+    shapes = read_content(path, ()).shapes
+    return ", ".join(name + (f" {shapes[name]}" if len(shapes.get(name, ())) > 1 else "") for name in names)
 
 
 def with_unit(path: Path, column: str) -> str:

@@ -176,6 +176,7 @@ def _library(name: str, extra: str, path: Path) -> Any:
 
 
 HINTS = {
+    ".npy": "; save it as NPZ, numpy.savez(FILE, data=ARRAY), of which data[0] is a series",
     ".bag": "; write it as CSV first: rostopic echo -b FILE -p TOPIC",
     ".db3": "; write it as MCAP first, ros2 bag convert, or as CSV, such as with PlotJuggler",
     ".xlsx": "; save the sheet as CSV",

@@ -143,6 +143,11 @@ def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
     assert outcome.status == 0, outcome
 
 
+def test_shape_of_an_array_that_holds_several_columns_is_said(tmp_path):
+    np.savez(tmp_path / "log.npz", data=np.zeros((100, 3)))
+    assert "there are data (100, 3)" in refusal("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
+
+
 def test_skipped_stretches_are_said_and_listed(tmp_path):
     log = make_log(noise=0.05)
     log.torque[4000:4500] = np.nan
