@@ -100,8 +100,13 @@ def warn(errors: Console, cautions: Sequence[str]) -> None:
 
 
 def warn_of_skips(errors: Console, skipped: Sequence[Any], file: str) -> None:
-    """Print which pieces of a log were skipped and why, but no more than people read."""
-    warn(errors, [f"skipped: samples {skip.start} to {skip.stop}: {skip.reason}" for skip in skipped[:LONGEST_LIST]])
+    """Print which pieces of a log were skipped, where it was cut, and why, but no more than people read."""
+    said = []
+    for skip in skipped[:LONGEST_LIST]:
+        is_cut = skip.start == skip.stop
+        place = f"cut before sample {skip.start}" if is_cut else f"skipped: samples {skip.start} to {skip.stop}"
+        said.append(f"{place}: {skip.reason}")
+    warn(errors, said)
     if len(skipped) > LONGEST_LIST:
         warn(errors, [f"skipped: {len(skipped) - LONGEST_LIST} more, listed in {file}"])
 

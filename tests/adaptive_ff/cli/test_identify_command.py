@@ -143,6 +143,13 @@ def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
     assert outcome.status == 0, outcome
 
 
+def test_log_whose_clock_begins_anew_is_cut_there_and_nothing_of_it_is_called_skipped(tmp_path):
+    log = make_log(noise=0.05)
+    np.savez(tmp_path / "log.npz", t=np.where(log.time < 15.0, log.time, log.time - 15.0), q=log.position, u=log.torque)
+    outcome = run_command_line("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
+    assert outcome.warnings == ["warning: cut before sample 7500: the clock jumps back, from 14.998 s to 0 s"]
+
+
 def test_shape_of_an_array_that_holds_several_columns_is_said(tmp_path):
     np.savez(tmp_path / "log.npz", data=np.zeros((100, 3)))
     assert "there are data (100, 3)" in refusal("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
