@@ -132,13 +132,16 @@ def identify_log(
     problem = regression_problem(prepared, fitting, torque_delay)
     selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
-        might_creep = any(not jumps_at_reversal(model.terms) for model in selection.validated)
-        sticking = prepared._replace(rest=prepared.rest._replace(sticks=True, dwells=might_creep))
-        sliding = regression_problem(sticking, fitting, torque_delay)
-        if FEWEST_ROWS <= _rows(sliding) < _rows(problem):
+        might_creep = any(not jumps_at_reversal(other.terms) for other in selection.validated)
+        for dwells in (True, False) if might_creep else (False,):
+            sticking = prepared._replace(rest=prepared.rest._replace(sticks=True, dwells=dwells))
+            sliding = regression_problem(sticking, fitting, torque_delay)
+            if not FEWEST_ROWS <= _rows(sliding) < _rows(problem):
+                continue
             again = _select(log, sliding, family=model, rotary=not linear, confidence=confidence)
-            if jumps_at_reversal(again.chosen.terms):  # else it creeps there, which tells of its friction
+            if not dwells or jumps_at_reversal(again.chosen.terms):  # else it creeps, which tells of its friction
                 prepared, problem, selection = sticking, sliding, again
+                break
     basis: MapBasis | None = None
     if asked != MapAsked():
         problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
