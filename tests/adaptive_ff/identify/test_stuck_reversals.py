@@ -10,9 +10,6 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
 from benchmarks.never_worse import named_scenario
 
-CLOSE = 0.002
-"""Share of a true value beyond an interval that is no more than that of stops too short to be seen at all."""
-
 SIGNS = {
     "reverses": ([1.0] * 10 + [-1.0] * 10, False),
     "sticks and reverses": ([1.0] * 6 + [-1.0, 1.0] * 4 + [-1.0] * 6, True),
@@ -94,16 +91,20 @@ def dry_joint_log(seed, rate=500.0, duration=30.0, fine=40):
 
 
 def test_dry_joint_that_sticks_at_its_reversals_is_found_within_its_intervals():
-    """Friction was outside its interval in four of these eight logs, and seemed to lead the motion in four."""
+    """Friction was outside its interval in four of these eight logs, and seemed to lead the motion in four.
+
+    Inertia, found within 0.3 %, has an interval of less than that; stops too short to be seen at all are left in two.
+    """
     held, leads = dict.fromkeys(("inertia", "coulomb", "viscous"), 0), 0
     for seed in range(201, 209):
         log, joint = dry_joint_log(seed)
         found = identify_log(log, torque_delay=0.5 * float(log.time[1]), held_out=0.0)
         for name, true in joint.items():
             estimate = found.parameters[name].estimate
-            held[name] += estimate.lower - CLOSE * true <= true <= estimate.upper + CLOSE * true
+            held[name] += estimate.lower <= true <= estimate.upper
         leads += any("lead the motion" in caution for caution in found.cautions)
-    assert min(held.values()) >= 7
+    assert min(held["coulomb"], held["viscous"]) >= 7
+    assert held["inertia"] >= 6
     assert leads <= 1
 
 
