@@ -1,5 +1,7 @@
 """Logs that show friction without telling which, and verdicts that claim no more than the table."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from command_line import content_of, run_command_line
@@ -8,6 +10,7 @@ from adaptive_ff import InputError
 from adaptive_ff.files import write_csv
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.scenario_text import scenario_text
+from adaptive_ff.identify.unattributed import unattributed
 from adaptive_ff.logs.log import Log
 from adaptive_ff.report.parameter_tables import parameters_table
 
@@ -65,3 +68,18 @@ def test_interval_of_what_is_confounded_is_said_to_be_so_in_the_scenario():
     assert found.parameters["viscous"].confounded == ("coulomb",)
     lines = scenario_text(found, "reference.csv").splitlines()
     assert next(line for line in lines if line.startswith("viscous = ")).endswith(", confounded with coulomb")
+
+
+def test_coulomb_friction_is_not_used_without_what_it_is_confounded_with():
+    """A negative viscous coefficient is taken as zero; Coulomb friction without it is more than the log shows."""
+    found = identify_log(make_log(0.5 + 0.002 * SHAKEN))
+    coulomb, viscous = found.parameters["coulomb"], found.parameters["viscous"]
+    twice = coulomb._replace(identifiable=True, estimate=coulomb.estimate._replace(value=15.0))
+    negative = viscous._replace(identifiable=False, estimate=viscous.estimate._replace(value=-9.0))
+    assert unattributed(found) == ""
+    mixed = replace(found, parameters={**found.parameters, "coulomb": twice, "viscous": negative})
+    assert "does not separate Coulomb friction" in unattributed(mixed)
+    alone = replace(
+        found, parameters={**found.parameters, "coulomb": twice, "viscous": viscous._replace(confounded=())}
+    )
+    assert unattributed(alone) == ""
