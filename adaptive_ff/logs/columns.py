@@ -15,7 +15,7 @@ USUAL = {
     "velocity": ("measured", "velocity", "w"),
     "torque": ("torque", "u", "current"),
 }
-"""Names that columns have where none are given."""
+"""Names that columns have where none are given; words with capitals, too, as ``Time``. A ``T`` may be a torque."""
 
 
 def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending: str = "") -> tuple[str, str]:
@@ -44,8 +44,9 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending:
     """
     for role in roles:
         for name in USUAL[role]:
-            if name in names:
-                return role, name
+            written = [column for column in names if column == name or (len(name) > 1 and column.casefold() == name)]
+            if written:
+                return role, name if name in written else written[0]
     options = " or ".join(f"--{role}{ending}" for role in roles)
     usual = " or ".join(name for role in roles for name in USUAL[role])
     raise InputError(
