@@ -48,6 +48,7 @@ from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, likely_variance, noise_known
 from adaptive_ff.adaptive.observer_effect import advance_effect, look_for_ringing
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
+from adaptive_ff.adaptive.ringing import beside_correction
 from controllers import PIParameters, remember
 
 WINDOW = 0.3
@@ -224,7 +225,8 @@ def observe(
     if not held:
         variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
         turned = seen * state.reference < 0.0
-        effect = look_for_ringing(effect, now, variance, peak, state.gain, turned, falls, time_constant, duration)
+        own = beside_correction(now, correction)
+        effect = look_for_ringing(effect, own, variance, peak, state.gain, turned, falls, time_constant, duration)
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(

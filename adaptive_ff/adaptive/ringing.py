@@ -122,6 +122,16 @@ def advance_ringing(state: Ringing, error: float, variance: float, time_constant
 
 
 @register_jitable
+def beside_correction(error: float, correction: float) -> float:
+    """Return an error without twice what an outer loop asks for (rad/s), or zero where nothing is left of it.
+
+    A loop that rings moves the velocity far more than the position. A correction that is noisy makes an error that
+    crosses zero as often, which no observer has made.
+    """
+    return math.copysign(max(0.0, abs(error) - 2.0 * abs(correction)), error)
+
+
+@register_jitable
 def rings(state: Ringing, variance: float, peak: float) -> bool:
     """Tell whether the loop rings, for a variance of the noise (rad^2/s^2) and the plan's largest speed (rad/s)."""
     squared = state.last_extreme * state.last_extreme

@@ -5,7 +5,7 @@ import pytest
 
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.observer_effect import advance_effect, initial_effect, look_for_ringing
-from adaptive_ff.adaptive.ringing import MOST, TOGETHER, advance_ringing, initial_ringing, rings
+from adaptive_ff.adaptive.ringing import MOST, TOGETHER, advance_ringing, beside_correction, initial_ringing, rings
 from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
@@ -64,6 +64,11 @@ def test_neither_is_noise_nor_what_is_within_it():
     assert first_rings(0.5 * PEAK * SINE, variance=(0.1 * PEAK) ** 2) is None
     noise = np.random.default_rng(101).normal(0.0, PEAK, 100_000)
     assert first_rings(noise, variance=PEAK**2) is None
+
+
+@pytest.mark.parametrize(("correction", "left"), [(0.0, -0.3), (0.1, -0.1), (-0.1, -0.1), (0.2, 0.0), (-0.3, 0.0)])
+def test_an_error_that_an_outer_loop_asks_for_is_none_of_the_observer(correction, left):
+    assert beside_correction(-0.3, correction) == pytest.approx(left)
 
 
 def effect_after(error, *, gain=1.0, turns=False, falls=False, begin=None):
