@@ -17,7 +17,7 @@ def check_numbers(**values: Any) -> None:
         except TypeError:
             raise TypeError(f"{name} = {value!r} is not allowed: it must be a number") from None
         except OverflowError:  # a whole number of hundreds of digits
-            raise ValueError(f"{name} = {reprlib.repr(value)} is not allowed: it must be below 1e308") from None
+            raise ValueError(f"{name} = {reprlib.repr(value)} is not allowed: its size must be below 1e308") from None
 
 
 def check_finite(**values: Any) -> None:
@@ -32,7 +32,9 @@ def checked_array(name: str, values: Any) -> NDArray[np.float64]:
     """Return numbers as an array of any shape; raise ``TypeError`` for what is none, such as texts of digits."""
     try:
         array = np.asarray(values)
-        if array.dtype.kind in "biufO":
+        if array.dtype.kind in "biuf" or (
+            array.dtype.kind == "O" and not any(isinstance(one, str | bytes | None) for one in array.flat)
+        ):
             return array.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError):
         pass

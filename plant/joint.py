@@ -185,12 +185,12 @@ def whole_multiple(duration: float, period: float) -> int | None:
     Raises
     ------
     ValueError
-        The period is zero.
+        The period is not positive.
     TypeError
         A value is no number.
     """
     check_numbers(duration=duration, period=period)
-    if period == 0.0:
+    if period <= 0.0:
         raise ValueError(f"period = {period} is not allowed: it must be positive")
     ratio = duration / period
     if not math.isfinite(ratio) or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 + 1e-12 * ratio:

@@ -77,7 +77,7 @@ def is_in_amperes(
 ) -> bool:
     """Tell whether the column of the torque is a current that no factor turns into a torque.
 
-    The factors are those that the user gave; one that turns milliamperes into amperes makes no torque.
+    The factors are those that the user gave; one that turns milliamperes into amperes, or the sign, makes no torque.
     """
     from adaptive_ff.logs.column_units import MILLIAMPERES, foreign_unit
     from adaptive_ff.logs.columns import with_unit
@@ -88,7 +88,7 @@ def is_in_amperes(
         return False
     unit = foreign_unit(named, "torque", linear=False)
     into_amperes = 1e-3 if unit is not None and unit.name == MILLIAMPERES else 1.0
-    return scales.get(column, into_amperes) == into_amperes
+    return abs(scales.get(column, into_amperes)) == into_amperes
 
 
 def warn_of_units(path: Path, columns: Mapping[str, str], scales: Mapping[str, float], *, linear: bool) -> None:

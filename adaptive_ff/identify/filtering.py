@@ -86,8 +86,8 @@ class Rest(NamedTuple):
         Whether a joint that stands for less than a cycle of the band, as while it reverses, counts as resting.
     dwells : bool
         Whether it counts as standing, too, where it is slow for longer than its accelerations say, or goes on the same
-        way. A joint that creeps does the same, so that this takes that no friction which rises from standstill says the
-        log better.
+        way. A joint that creeps does the same, so it is set only where no model whose friction rises from standstill
+        fits the log better.
     """
 
     slowest: float
@@ -295,10 +295,20 @@ def _between_samples(fast: Array, rest: Rest, period: float, filtered: Callable[
 
 
 def _at_rest(velocity: Array, slowest: float, cycle: float, reach: int | None, *, sticks: bool) -> NDArray[np.bool_]:
-    """Return where a joint rests, by its velocity and the speed below which it is slow, rad/s.
+    """Return where a joint rests.
 
-    Further arguments are the samples of a cycle of the band, those over which accelerations beside a reversal are
-    taken, None where only a joint that reverses stands, and whether moments count in which it does.
+    Parameters
+    ----------
+    velocity : ndarray, shape (n,)
+        Its velocity, rad/s.
+    slowest : float
+        Speed below which it is slow, rad/s.
+    cycle : float
+        Samples of a cycle of the band.
+    reach : int or None
+        Samples over which the accelerations beside a reversal are taken; None where those do not count.
+    sticks : bool
+        Whether it rests where it stands for less than a cycle, too.
     """
     sign, slow = np.sign(velocity), np.abs(velocity) < slowest
     resting = np.zeros_like(slow)

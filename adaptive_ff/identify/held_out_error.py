@@ -4,8 +4,8 @@ A model lacks something everywhere: other axes that move now and then, ripple, a
 stretch to stretch of one log of a machine that stays as it is. How much, cross-validation has seen on blocks of the
 fitted part, each left by a fit to the others. What was held out is so many such blocks, whose mean square scatters by
 the deviation of a block over the root of their number, about the mean of the others, which scatters as well. And
-another friction or inertia must explain it: where the same terms with other values do not either, neither as well as
-they explain the fitted part nor nearly all of what is left, the model lacks something.
+another friction or inertia must explain it: where other values of the same terms neither come down to 1.5 times the
+error of the fit nor leave less than a tenth of the mean square, the model lacks something.
 """
 
 import math

@@ -1,7 +1,8 @@
 """Identification of a joint from a log: the steps from the samples to the result."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -130,18 +131,10 @@ def identify_log(
     if asked.periods:
         check_periods(asked, log.name, *_positions(prepared, fitting))
     problem = regression_problem(prepared, fitting, torque_delay)
-    selection = _select(log, problem, family=model, rotary=not linear, confidence=confidence)
+    select = partial(_select, log, family=model, rotary=not linear, confidence=confidence)
+    selection = select(problem)
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
-        might_creep = any(not jumps_at_reversal(other.terms) for other in selection.validated)
-        for dwells in (True, False) if might_creep else (False,):
-            sticking = prepared._replace(rest=prepared.rest._replace(sticks=True, dwells=dwells))
-            sliding = regression_problem(sticking, fitting, torque_delay)
-            if not FEWEST_ROWS <= _rows(sliding) < _rows(problem):
-                continue
-            again = _select(log, sliding, family=model, rotary=not linear, confidence=confidence)
-            if not dwells or jumps_at_reversal(again.chosen.terms):  # else it creeps, which tells of its friction
-                prepared, problem, selection = sticking, sliding, again
-                break
+        prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
     basis: MapBasis | None = None
     if asked != MapAsked():
         problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
@@ -216,6 +209,28 @@ def _assemble(
         map_asked=MapAsked(),
         position_map=None,
     )
+
+
+def _without_stops(
+    select: Callable[[Problem], Selection],
+    prepared: Prepared,
+    fitting: list[Piece],
+    torque_delay: float,
+    problem: Problem,
+    selection: Selection,
+) -> tuple[Prepared, Problem, Selection]:
+    """Leave out the rows in which a joint stands while it reverses; short stops only where it does not creep there."""
+    might_creep = any(not jumps_at_reversal(other.terms) for other in selection.validated)
+    fewest = _rows(problem)
+    for dwells in (True, False) if might_creep else (False,):
+        sticking = prepared._replace(rest=prepared.rest._replace(sticks=True, dwells=dwells))
+        sliding = regression_problem(sticking, fitting, torque_delay)
+        if FEWEST_ROWS <= _rows(sliding) != fewest and _rows(sliding) < _rows(problem):
+            again = select(sliding)
+            if not dwells or jumps_at_reversal(again.chosen.terms):  # else it creeps, which tells of its friction
+                return sticking, sliding, again
+            fewest = _rows(sliding)
+    return prepared, problem, selection
 
 
 def _reasons(found: LogIdentification, problem: Problem, held: Problem, *, of_log: bool) -> dict[str, Any]:

@@ -4,6 +4,8 @@ A joint may have another friction or inertia there; but no joint has 57 times th
 coefficient with the same Coulomb friction, and in none friction drives.
 """
 
+import numpy as np
+
 from adaptive_ff.estimation.batch_least_squares import fit_least_squares
 from adaptive_ff.identify.families import BASE
 from adaptive_ff.identify.regressors import Problem, design, measured_torque
@@ -14,6 +16,9 @@ TERMS = (*BASE, "offset")
 FOREIGN = 5.0
 """Factor from which on parameters are those of other units; that of turns for radians is 6.3, and no common one is
 smaller."""
+
+MOST_LEFT = 0.5
+"""Share of the mean square torque that the simple fit may leave of the other log: else no joint has made it."""
 
 ALIKE = 2.0
 """Factor within which parameters may differ on another log of a joint that has changed, but is in the same units."""
@@ -28,9 +33,11 @@ def other_units(problem: Problem, held: Problem) -> str | None:
         The rows that were fitted, and those of the other log.
     """
     try:
-        here, there = _simple(problem), _simple(held)
+        (here, _), (there, left) = _simple(problem), _simple(held)
     except ValueError:
         return None  # the rows do not determine the terms
+    if left > MOST_LEFT:
+        return None  # whatever made the torque there
     inertia, coulomb, viscous = (there[name] / here[name] if here[name] != 0.0 else 0.0 for name in BASE)
     if inertia < 0.0 and coulomb < 0.0:
         return "friction would drive the joint there, so the torque or the motion has the other sign in that log"
@@ -45,9 +52,11 @@ def other_units(problem: Problem, held: Problem) -> str | None:
     return None
 
 
-def _simple(problem: Problem) -> dict[str, float]:
-    fit = fit_least_squares(design(problem, TERMS, {}), measured_torque(problem), names=TERMS)
-    return dict(zip(TERMS, fit.values.tolist(), strict=True))
+def _simple(problem: Problem) -> tuple[dict[str, float], float]:
+    """Return the values of the simple fit, and the share of the mean square torque that it leaves."""
+    torque = measured_torque(problem)
+    fit = fit_least_squares(design(problem, TERMS, {}), torque, names=TERMS)
+    return dict(zip(TERMS, fit.values.tolist(), strict=True)), float(np.mean(fit.residuals**2) / np.mean(torque**2))
 
 
 def _are_alike(one: float, other: float, within: float = ALIKE) -> bool:

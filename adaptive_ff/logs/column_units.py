@@ -9,6 +9,9 @@ PLACE = re.compile(r"(\[\d+\])?$")
 BEFORE, AFTER = r"(?:^|[\s_.,:/\[({])", r"[\])}]?$"
 """What is around a unit at the end of a name: it is in brackets, or apart from the rest."""
 
+MILLIDEGREES = re.compile(r"mdeg[\])}]?$")
+"""Ending of the name of a column in millidegrees."""
+
 DEGREES = re.compile(r"(deg(rees?)?|°)[\])}]?$")
 """Ending of the name of a column in degrees, which need not be apart from the rest."""
 
@@ -38,7 +41,7 @@ TIMES = {
 COUNTED = ("counts?", "cnts?", "incs?", "increments", "ticks?", "pulses")
 ANGLES = {
     "milliradians": (("mrad",), "1e-3"),
-    "turns": (("revs?", "revolutions", "turns"), "2*pi"),
+    "turns": (("revs?", "revolutions", "turns?"), "2*pi"),
     "counts": (COUNTED, "2*pi/COUNTS_OF_A_TURN"),
 }
 PATHS = {
@@ -47,9 +50,9 @@ PATHS = {
     "counts": (COUNTED, "1/COUNTS_OF_A_METRE"),
 }
 TURNING = {
-    "degrees per second": (("deg/s", "deg_s", "deg_per_s", "dps", "°/s"), "pi/180"),
+    "degrees per second": (("deg/s", "deg/sec", "°/sec", "deg_s", "deg_per_s", "dps", "°/s"), "pi/180"),
     "revolutions per minute": (("rpm", "1/min", "u/min", r"min\^?-1", "rev/min", "r/min", "upm"), "pi/30"),
-    "revolutions per second": (("rps", "rev/s"), "2*pi"),
+    "revolutions per second": (("rps", "rev/s", "rev/sec"), "2*pi"),
     "milliradians per second": (("mrad/s", "mrad_s"), "1e-3"),
 }
 MOVING = {
@@ -88,8 +91,14 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
     if linear:
         motions = {"position": (PATHS, "metres"), "velocity": (MOVING, "m/s")}
     table, taken = {"time": (TIMES, "seconds"), **motions}.get(role, (FORCES if linear else TORQUES, "N m"))
+    if role in motions and not linear and MILLIDEGREES.search(name):
+        return Unit("millidegrees", "radians", "pi/180/1000")
     if role in motions and not linear and DEGREES.search(name):
-        return Unit("degrees", "radians", "pi/180")
+        return (
+            Unit("degrees per second", "rad/s", "pi/180")
+            if role == "velocity"
+            else Unit("degrees", "radians", "pi/180")
+        )
     if role not in ("time", *motions):
         table, taken = {**table, **CURRENTS}, "N" if linear else taken
     for unit, (spellings, factor) in table.items():

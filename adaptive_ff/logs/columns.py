@@ -67,6 +67,7 @@ def _listed(path: Path, names: Sequence[str]) -> str:
 
 def with_unit(path: Path, column: str) -> str:
     """Return the name of a column, with the unit in brackets that a row below the header of a text file gives it."""
+    read_content(path, ())  # which refuses a file that cannot be read
     unit = table_units(path).get(column) if is_text(path) else None
     return column if unit is None else f"{column} [{unit.strip('[](){} ')}]"
 

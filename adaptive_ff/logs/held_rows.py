@@ -22,6 +22,13 @@ SOONEST = 0.01
 """Share of the changes that may come sooner, by chance."""
 
 
+COUNTS = 2.5
+"""Change of a coarse encoder over its smallest one, up to which it is a count: a count that a file rounds is written as
+one or two of its last digits."""
+
+WIDE = 2.0
+"""Step of the time over the usual one, from which on a log pauses there."""
+
 EVEN = 1.5
 """Rows within which new values that are sampled evenly, by a clock of their own, lie about a straight line."""
 
@@ -56,32 +63,45 @@ def find_held(values: Array) -> Held | None:
     soonest = int(np.quantile(apart, SOONEST, method="lower"))
     usual = apart[(apart >= soonest) & (apart <= soonest + 1)]
     sizes = steps[places - 1]
-    is_coarse = float(np.mean(sizes > 1.5 * np.min(sizes))) < USUAL
+    is_coarse = float(np.mean(sizes > COUNTS * np.min(sizes))) < USUAL
     if soonest < 2 or usual.size < USUAL * apart.size or is_coarse:
         return None
     every = float(np.mean(usual))
     ends = np.append(places[1:], values.size)
-    between = [np.arange(start, end - 0.5 * every, every) for start, end in zip(places, ends, strict=True)]
-    rows = np.unique(np.round(np.concatenate(between)).astype(np.int64))
-    return Held(rows, every)
+    counts = np.maximum(np.ceil((ends - 0.5 * every - places) / every).astype(np.int64), 0)
+    before = np.repeat(np.cumsum(counts) - counts, counts)
+    rows = np.repeat(places, counts) + every * (np.arange(counts.sum()) - before)
+    return Held(np.unique(np.round(rows).astype(np.int64)), every)
 
 
 def without_held_rows(log: Log) -> tuple[Log, list[str]]:
     """Return a log without the rows in which its motion is held, and what was found, a sentence each."""
     name = "velocity" if log.position is None else "position"
-    held = find_held(log.motion)
-    if held is not None:
-        sentence = f"the {name} changes in one of {held.every:.3g} rows only, as it is sampled more slowly than the log"
-        part = log.part(held.rows)
-        return replace(part, time=_even_times(log.time, held.rows)), [f"{sentence}; the rows between are left out"]
-    held = find_held(log.torque)
-    if held is None:
-        return log, []
-    late = 0.5 * (held.every - 1.0) * float(np.median(np.diff(log.time)))
-    return log, [
-        f"the torque changes in one of {held.every:.3g} rows only: if the drive does not hold it, it is only read so "
-        f"seldom, so that it is late by {1e3 * late:.3g} ms in the mean: give --torque-delay={-late:.3g}"
-    ]
+    motion, torque = find_held(log.motion), find_held(log.torque)
+    said = []
+    if torque is not None and (motion is None or torque.every > EVEN * motion.every):
+        late = 0.5 * (torque.every - 1.0) * float(np.median(np.diff(log.time)))
+        said.append(
+            f"the torque changes in one of {torque.every:.3g} rows only: if the drive does not hold it, it is only "
+            f"read so seldom, so that it is late by {1e3 * late:.3g} ms in the mean: give --torque-delay={-late:.3g}"
+        )
+    if motion is None:
+        return log, said
+    if torque is None:  # else what is faster than the motion is read would seem to be slow
+        log = replace(log, torque=_mean(log.torque, round(motion.every)))
+    sentence = f"the {name} changes in one of {motion.every:.3g} rows only, as it is sampled more slowly than the log"
+    said.append(f"{sentence}; the rows between are left out, and samples are counted without them")
+    return replace(log.part(motion.rows), time=_even_times(log.time, motion.rows)), said
+
+
+def _mean(values: Array, width: int) -> Array:
+    """Return the means over so many samples around each; of an even number, both ends count half."""
+    weights = np.ones(width if width % 2 else width + 1)
+    if width % 2 == 0:
+        weights[[0, -1]] = 0.5
+    reach = weights.size // 2
+    means: Array = np.convolve(np.pad(values, reach, mode="edge"), weights / weights.sum(), mode="valid")
+    return means
 
 
 def _even_times(time: Array, rows: NDArray[np.int64]) -> Array:
@@ -90,5 +110,8 @@ def _even_times(time: Array, rows: NDArray[np.int64]) -> Array:
     line = np.polynomial.Polynomial.fit(place, rows, 1)(place)
     if float(np.ptp(rows - line)) > EVEN:
         return time[rows]
-    times: Array = np.interp(np.clip(line, 0.0, time.size - 1.0), np.arange(time.size), time)
+    place = np.clip(line, 0.0, time.size - 1.0)
+    before = np.minimum(place.astype(np.int64), time.size - 2)
+    pauses = time[before + 1] - time[before] > WIDE * float(np.median(np.diff(time)))
+    times: Array = np.where(pauses, time[rows], np.interp(place, np.arange(time.size), time))
     return times

@@ -156,20 +156,27 @@ def _finite_column(path: Path, name: str, rows: list[list[str]], layout: Layout)
 
 def _layout(path: Path, *, has_header: bool = False) -> Layout:
     """Look at the first lines of a file; where it need not have a header, a first line of numbers is none."""
-    last_comment, skipped, further = "", 0, 0
+    last_comment, skipped, is_open = "", 0, False
+    header: list[str] = []
     lines: list[str] = []
+    ends: list[int] = []  # lines of the file until the end of each
     with path.open(newline="", encoding="utf-8-sig") as stream:
-        for line in stream:
-            if lines and lines[-1].count('"') % 2:  # a quoted name goes on in the next line
-                lines[-1] += line
-                further += len(lines) == 1
-            elif line.strip() and not line.lstrip().startswith(COMMENT):
+        for number, line in enumerate(stream, 1):
+            if is_open or (line.strip() and not line.lstrip().startswith(COMMENT)):
                 if len(lines) == 3:
                     break
-                lines.append(line)
+                header.append(line)
+                is_open = not lines and is_open != line.count('"') % 2  # a quoted name goes on in the next line
+                if not is_open:
+                    lines.append("".join(header))
+                    ends.append(number)
+                    header = []
             elif not lines:
                 skipped += 1
                 last_comment = line.strip().lstrip(COMMENT).strip() or last_comment
+    if header:
+        lines.append("".join(header))
+        ends.append(skipped + len(header))
     if not lines or not any(cell.strip() for cell in _cells(lines[0], _separator(lines[0]))):
         raise InputError(f"{path}: the file is empty; it must have a header line and rows of numbers")
     separator = _separator(lines[0])
@@ -181,8 +188,7 @@ def _layout(path: Path, *, has_header: bool = False) -> Layout:
     comma = separator != "," and any(_is_comma_number(cell) for row in rows for cell in row)
     if has_header or not all(math.isfinite(_number(cell, comma)) for cell in first):
         units = tuple(rows[0]) if not has_header and _are_units(rows, comma) else ()
-        line_of_units = lines[1].count("\n") if units else 0
-        return Layout(first, separator, comma, skipped + further + 1 + line_of_units, units)
+        return Layout(first, separator, comma, ends[1] if units else ends[0], units)
     from_comment = [cell.strip() for cell in _cells(last_comment, _separator(last_comment))]
     names = from_comment if len(from_comment) == len(first) else [str(place) for place in range(len(first))]
     return Layout(names, separator, comma, skipped)

@@ -178,9 +178,19 @@ def test_what_is_no_number_is_refused_by_name(call, name, wrong):
 
 
 @pytest.mark.parametrize(("call", "name"), ARRAYS)
-@pytest.mark.parametrize("wrong", ["abc", "5", ["1", "2"], {"a": 1.0}, [1j], [[1.0], [2.0, 3.0]]], ids=repr)
+@pytest.mark.parametrize(
+    "wrong",
+    ["abc", "5", ["1", "2"], {"a": 1.0}, [1j], [[1.0], [2.0, 3.0]]],
+    ids=repr,
+)
 def test_what_is_no_series_of_numbers_is_refused_by_name(call, name, wrong):
     assert refused(call, name, wrong) == f"{name} = {wrong!r} is not allowed: it must be numbers"
+
+
+@pytest.mark.parametrize(("call", "name"), ARRAYS)
+@pytest.mark.parametrize("one", ["1", b"1", None], ids=repr)
+def test_boxed_texts_are_no_numbers(call, name, one):
+    assert "is not allowed: it must be numbers" in refused(call, name, np.array([one, 2.0], dtype=object))
 
 
 @pytest.mark.parametrize(("call", "name"), PATHS)

@@ -135,6 +135,30 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
     assert found["inertia"]["unit"] == "A s²/rad"
 
 
+@pytest.mark.parametrize("factor", ["-1", "-1e-3"])
+def test_current_with_the_other_sign_stays_one(tmp_path, factor):
+    log, scale = make_log(noise=0.05), float(factor)
+    name = "current" if scale == -1.0 else "current_mA"
+    write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, name: log.torque / scale})
+    options = ["--torque", name, "--scale", f"{name}={factor}", "--out", tmp_path / "out"]
+    assert run_command_line("identify", tmp_path / "log.csv", *options).status == 0
+    found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert found["inertia"]["unit"] == "A s²/rad"
+
+
+@pytest.mark.parametrize("command", ["identify", "replay"])
+def test_file_that_cannot_be_read_is_named_though_all_columns_are_given(tmp_path, command):
+    path = tmp_path / "log.csv"
+    path.write_bytes("time,position,Moment °\n0,0,0\n".encode("latin-1"))
+    columns = ["--time", "time", "--position", "position", "--torque", "Moment"]
+    outcome = run_command_line(command, path, *columns)
+    assert outcome.status == 2
+    assert "it is no text in UTF-8" in " ".join(outcome.err.split())
+    outcome = run_command_line(command, tmp_path / "missing.csv", *columns)
+    assert outcome.status == 2
+    assert "cannot be read" in " ".join(outcome.err.split())
+
+
 def test_period_serves_instead_of_a_time_and_tables_are_picked_from(tmp_path):
     log = make_log(noise=0.05)
     np.savez(tmp_path / "log.npz", all=np.column_stack([log.position, log.torque]))

@@ -30,6 +30,14 @@ def test_log_in_other_units_is_said_to_be_that(name):
     assert BLAMED not in found.verdict[1]
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_torque_that_has_nothing_to_do_with_the_motion_is_in_no_other_unit(seed):
+    other = make_log(duration=20.0, noise=0.2, seed=103)
+    noise = np.random.default_rng(seed).standard_normal(other.time.size)
+    torque = 60.0 * np.convolve(noise, np.ones(50) / 50.0, mode="same")
+    assert identify_log(make_log(noise=0.2), validation=replace(other, torque=torque)).other_units is None
+
+
 @pytest.mark.parametrize("change", [{"coulomb": 6.0}, {"inertia": 4.0, "viscous": 6.0}, {"inertia": 0.9}])
 def test_joint_that_is_another_there_is_still_blamed(change):
     found = identify_log(make_log(noise=0.2), validation=make_log(duration=20.0, noise=0.2, seed=103, **change))

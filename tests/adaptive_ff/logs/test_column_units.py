@@ -9,6 +9,10 @@ FOREIGN = [
     ("Position [deg]", "position", False, "pi/180"),
     ("Angle (°)", "position", False, "pi/180"),
     ("angleDegrees", "position", False, "pi/180"),
+    ("q [mdeg]", "position", False, "pi/180/1000"),
+    ("q [turn]", "position", False, "2*pi"),
+    ("w [deg/sec]", "velocity", False, "pi/180"),
+    ("w [rev/sec]", "velocity", False, "2*pi"),
     ("deg[3]", "position", False, "pi/180"),
     ("speed [deg/s]", "velocity", False, "pi/180"),
     ("Drehzahl [1/min]", "velocity", False, "pi/30"),
@@ -43,6 +47,10 @@ def test_unit_at_the_end_of_a_name_is_seen(column, role, linear, factor):
     unit = foreign_unit(column, role, linear=linear)
     assert unit is not None
     assert unit.factor == factor
+
+
+def test_velocity_in_degrees_is_said_to_be_per_second():
+    assert foreign_unit("w_deg", "velocity", linear=False) == ("degrees per second", "rad/s", "pi/180")
 
 
 @pytest.mark.parametrize(("column", "role", "linear"), OWN)

@@ -37,6 +37,39 @@ def test_coarse_encoder_holds_nothing(counts, share):
     assert find_held(rounded(share * make_log().position, 2.0 * np.pi / counts)) is None
 
 
+@pytest.mark.parametrize("decimals", [3, 9])
+def test_coarse_encoder_of_a_slow_joint_holds_nothing_though_its_file_is_rounded(decimals):
+    """A count of 1.5 mrad is written as 0.001 or 0.002 rad, and hardly two rows in a row differ."""
+    time = 0.001 * np.arange(60_000)
+    position = 0.3 * np.sin(2.0 * np.pi * 0.3 * time) + 0.09 * np.sin(2.0 * np.pi * 0.111 * time)
+    assert find_held(np.round(rounded(position, 2.0 * np.pi / 4096), decimals)) is None
+
+
+def test_ripple_of_the_torque_does_not_fold_into_the_motion():
+    """Rows of the torque as they are left 13 %, and inertia 5 % off."""
+    log = make_log(noise=0.05, period=0.001)
+    torque = log.torque + 2.0 * np.sin(2.0 * np.pi * 200.3 * log.time)
+    found = identify_log(replace(log, position=held(log.position, 5), torque=torque), model="offset")
+    assert found.fit.relative_error < 0.01
+    for name in ("inertia", "coulomb", "viscous"):
+        assert found.parameters[name].estimate.value == pytest.approx(JOINT[name], rel=0.01)
+
+
+def test_torque_that_is_held_longer_than_the_motion_is_said_too():
+    log = make_log(noise=0.1)
+    said = without_held_rows(replace(log, position=held(log.position, 2), torque=held(log.torque, 10)))[1]
+    assert said[0].startswith("the torque changes in one of 10 rows only")
+    assert said[1].startswith("the position changes in one of 2 rows only")
+
+
+@pytest.mark.parametrize("place", [15_000, 15_001, 15_003])
+def test_no_row_is_made_up_within_a_pause(place):
+    log = make_log(noise=0.05, period=0.001)
+    time = log.time + 5.0 * (np.arange(log.time.size) >= place)
+    read, _ = without_held_rows(replace(log, time=time, position=held(log.position, 2.5)))
+    assert np.count_nonzero(np.diff(read.time) > 0.1) == 1
+
+
 def test_rest_stays_in_the_log():
     log = make_log(duration=30.0)
     position = log.position[np.minimum(np.arange(log.time.size), 10_000)]

@@ -19,6 +19,9 @@ WAYS = {
     "header in a comment": "# of the arm\n# t q u\n0.0 1.5 -2\n0.1 1.25 30\n",
     "row of units": "t,q,u\n[s],[rad],[N m]\n0.0,1.5,-2\n0.1,1.25,30\n",
     "row of units and decimal commas": "t;q;u\ns;rad;\n0,0;1,5;-2\n0,1;1,25;3e1\n",
+    "row of units after a blank line": "t,q,u\n\n[s],[rad],[N m]\n0.0,1.5,-2\n0.1,1.25,30\n",
+    "row of units after a comment": "t,q,u\n# units\n[s],[rad],[N m]\n0.0,1.5,-2\n0.1,1.25,30\n",
+    "header with a line break": 't,q,"u"\n0.0,1.5,-2\n0.1,1.25,30\n',
     "byte order mark": "\ufefft,q,u\n0.0,1.5,-2\n0.1,1.25,30\n",
 }
 
@@ -43,6 +46,13 @@ def test_row_of_units_is_told_from_a_row_of_words(tmp_path):
     for text in ("t,q\n0,none\n0.1,1\n", "t,q\nnan,nan\n0.1,1\n", "t,q\n[s],[deg]\n", "0,1\n[s],[deg]\n0,1\n"):
         path.write_text(text, encoding="utf-8")
         assert table_units(path) == {}, text
+
+
+def test_quote_in_a_row_of_numbers_joins_no_lines(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text('t,q\n0,1\n1,5" pipe\n' + "2,3\n" * 5, encoding="utf-8")
+    assert table_units(path) == {}
+    assert read_table(path, [])[0] == ["t", "q"]
 
 
 def test_columns_without_a_header_are_named_by_their_number(tmp_path):
