@@ -179,7 +179,7 @@ def test_wrong_inputs_step_no_joint():
     for name in ("reference", "correction", "feedforward"):
         with pytest.raises(ValueError, match=rf"^{name} = None is not allowed: it must be 2 numbers"):
             group.step(**{"reference": [0.1, 0.1], "velocity": [0.0, 0.0], name: None})
-        with pytest.raises(ValueError, match=rf"^{name} = None is not allowed: it must be 2 numbers"):
+        with pytest.raises(ValueError, match=rf"^{name} of shoulder = nan is not allowed: it must be a finite number"):
             group.step(**{"reference": [0.1, 0.1], "velocity": [0.0, 0.0], name: math.nan})
     with pytest.raises(ValueError, match=r"^velocity of elbow = nan is not allowed"):
         group.take_over([1.0, 1.0], [0.0, 0.0], [0.0, math.nan])
