@@ -3,9 +3,9 @@
 import math
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from adaptive_ff.errors import InputError
 
@@ -72,46 +72,101 @@ def is_current(column: str) -> bool:
     return CURRENT.search(column) is not None or says_amperes(column)
 
 
-def is_in_amperes(
-    path: Path, columns: Mapping[str, str], scales: Mapping[str, float], torque_constant: float | None
-) -> bool:
-    """Tell whether the column of the torque is a current that no factor turns into a torque.
+class Factors(NamedTuple):
+    """What the columns of a log are multiplied by.
 
-    The factors are those that the user gave; one that turns milliamperes into amperes, or the sign, makes no torque.
+    Attributes
+    ----------
+    scales : dict of str to float
+        Factors by column, with the torque constant in that of the torque.
+    is_current : bool
+        Whether the column of the torque is a current that no factor turns into a torque.
     """
-    from adaptive_ff.logs.column_units import MILLIAMPERES, foreign_unit
-    from adaptive_ff.logs.columns import with_unit
 
-    column = columns["torque"]
-    named = with_unit(path, column)
-    if torque_constant is not None or not is_current(named):
-        return False
-    unit = foreign_unit(named, "torque", linear=False)
-    into_amperes = 1e-3 if unit is not None and unit.name == MILLIAMPERES else 1.0
-    return abs(scales.get(column, into_amperes)) == into_amperes
+    scales: dict[str, float]
+    is_current: bool
 
 
-def warn_of_units(path: Path, columns: Mapping[str, str], scales: Mapping[str, float], *, linear: bool) -> None:
-    """Warn where a column says another unit than the one it is taken in, and no factor was given.
+def column_factors(
+    path: Path,
+    columns: Mapping[str, str],
+    scale: Sequence[str],
+    torque_constant: float | None,
+    *,
+    linear: bool,
+    further: Mapping[str, str] | None = None,
+    takes_current: bool = True,
+) -> Factors:
+    """Return the factors that a user gave, and warn of units that columns say and no factor was given for.
 
     Parameters
     ----------
     path : Path
         The log, whose columns may have a row of units.
-    columns : mapping of str to str
-        Column by role; roles of a replay among them.
+    columns, further : mapping of str to str
+        Column by role, and those that a replay has beside them.
+    scale : sequence of str
+        Factors as ``--scale`` takes them.
+    torque_constant : float or None
+        N m/A (N/A).
+    linear : bool
+        Whether the joint is a linear axis.
+    takes_current : bool, optional
+        Whether a current will do as the torque.
+
+    Raises
+    ------
+    InputError
+        A factor is none, or the torque is a current where it must not be.
+    """
+    from adaptive_ff.logs.columns import read_scales, with_units
+
+    given = read_scales(scale)
+    scales = with_torque_constant(given, columns, torque_constant)
+    named = with_units(path, {**columns, **(further or {})})
+    is_current = torque_constant is None and is_in_amperes(named["torque"], given.get(columns["torque"]))
+    if is_current and not takes_current:
+        raise InputError(
+            f"{path}: the column {columns['torque']} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
+        )
+    warn_of_units(named, {**columns, **(further or {})}, given, linear=linear)
+    return Factors(scales, is_current)
+
+
+def is_in_amperes(named: str, factor: float | None) -> bool:
+    """Tell whether a column, named with its unit, is a current that the factor which a user gave makes no torque of.
+
+    One that turns milliamperes into amperes, or the sign, makes none.
+    """
+    from adaptive_ff.logs.column_units import MILLIAMPERES, foreign_unit
+
+    if not is_current(named):
+        return False
+    unit = foreign_unit(named, "torque", linear=False)
+    into_amperes = 1e-3 if unit is not None and unit.name == MILLIAMPERES else 1.0
+    return factor is None or abs(factor) == into_amperes
+
+
+def warn_of_units(
+    named: Mapping[str, str], columns: Mapping[str, str], scales: Mapping[str, float], *, linear: bool
+) -> None:
+    """Warn where a column says another unit than the one it is taken in, and no factor was given.
+
+    Parameters
+    ----------
+    named, columns : mapping of str to str
+        Column by role, with its unit and without.
     scales : mapping of str to float
         Factors that the user gave, by column.
     linear : bool
         Whether the joint is a linear axis.
     """
     from adaptive_ff.logs.column_units import foreign_unit
-    from adaptive_ff.logs.columns import with_unit
 
     for role, column in columns.items():
         if column in scales:
             continue
-        unit = foreign_unit(with_unit(path, column), role.rpartition("_")[2], linear=linear)
+        unit = foreign_unit(named[role], role.rpartition("_")[2], linear=linear)
         if unit is not None:
             warnings.warn(
                 f"the column {column} seems to be in {unit.name}, but is taken as {unit.taken}: give "

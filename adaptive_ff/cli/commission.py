@@ -7,14 +7,7 @@ import typer
 from rich.progress import Progress
 from rich.table import Table
 
-from adaptive_ff.cli.columns import (
-    chosen_columns,
-    columns_taken,
-    is_in_amperes,
-    read_columns,
-    warn_of_units,
-    with_torque_constant,
-)
+from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     Formats,
     JsonCopy,
@@ -133,21 +126,13 @@ def _given(
 
     The columns are those of time, position, velocity, torque and known torque.
     """
-    from adaptive_ff.logs.columns import read_scales
-
     if log is None:
         if any(columns) or scale or torque_constant is not None or torque_delay is not None:
             raise InputError("columns, --scale, --torque-constant and --torque-delay are those of a --log; give one")
         return None, []
     time, position, velocity, torque, known = columns
     chosen = chosen_columns(log, time, None, position, velocity, torque, known, ending="-column")
-    factors = read_scales(scale)
-    scales = with_torque_constant(factors, chosen, torque_constant)
-    if is_in_amperes(log, chosen, factors, torque_constant):
-        raise InputError(
-            f"{log}: the column {chosen['torque']} seems to be a current in A; give --torque-constant, in N m/A (N/A)"
-        )
-    warn_of_units(log, chosen, factors, linear=linear)
+    scales, _ = column_factors(log, chosen, scale, torque_constant, linear=linear, takes_current=False)
     return read_columns(log, chosen, None, scales), [columns_taken(chosen)]
 
 

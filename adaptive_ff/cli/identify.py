@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptive_ff.cli.columns import (
-    chosen_columns,
-    columns_taken,
-    is_in_amperes,
-    read_columns,
-    warn_of_units,
-    with_torque_constant,
-)
+from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -90,15 +83,12 @@ def identify_command(
     """Identify inertia and friction of a joint from a recorded log."""
     from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
-    from adaptive_ff.logs.columns import read_scales
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report
 
     drawn = picture_formats(formats)
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
-    factors = read_scales(scale or [])
-    scales = with_torque_constant(factors, columns, torque_constant)
-    warn_of_units(log, columns, factors, linear=linear)
+    scales, is_current = column_factors(log, columns, scale or [], torque_constant, linear=linear)
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)
     with places(out, json) as (stage, beside):
@@ -109,7 +99,7 @@ def identify_command(
             validation=other,
             torque_delay=torque_delay or 0.0,
             linear=linear,
-            is_current=is_in_amperes(log, columns, factors, torque_constant),
+            is_current=is_current,
             model=model,
             position_periods=known_periods(position_period, gear_ratio),
             position_hats=position_hats,

@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from adaptive_ff.cli.columns import (
-    chosen_columns,
-    columns_taken,
-    is_in_amperes,
-    read_columns,
-    warn_of_units,
-    with_torque_constant,
-)
+from adaptive_ff.cli.columns import chosen_columns, column_factors, columns_taken, read_columns
 from adaptive_ff.cli.options import (
     OUT,
     Formats,
@@ -106,7 +99,6 @@ def replay_command(
 ) -> None:
     """Replay a recorded log, and show which torque adaptive feedforward would have left to the feedback."""
     from adaptive_ff.files import write_result
-    from adaptive_ff.logs.columns import read_scales
     from adaptive_ff.replay.parts import RECORDED, REFERENCE_POSITION, REFERENCE_VELOCITY
     from adaptive_ff.replay.state import read_state
     from adaptive_ff.report.drawing import write_figures
@@ -122,9 +114,7 @@ def replay_command(
         RECORDED: feedforward,
     }
     extra = {name: column for name, column in named.items() if column is not None}
-    factors = read_scales(scale or [])
-    scales = with_torque_constant(factors, columns, torque_constant)
-    warn_of_units(log, {**columns, **extra}, factors, linear=linear)
+    scales, is_current = column_factors(log, columns, scale or [], torque_constant, linear=linear, further=extra)
     given = read_columns(log, columns, period, scales, extra)
     saved = None if state is None else read_state(state)
     errors = error_console()
@@ -147,7 +137,7 @@ def replay_command(
             band=band,
             state=saved,
             linear=linear,
-            is_current=is_in_amperes(log, columns, factors, torque_constant),
+            is_current=is_current,
         )
         figures, shown = found.plot(None), _shown(found, columns)
         write_figures(figures, stage, drawn)

@@ -54,7 +54,7 @@ def score_command(
     from adaptive_ff.files import write_result
     from adaptive_ff.identify.open_loop_slopes import follow_with_slopes
     from adaptive_ff.identify.score import score_log
-    from adaptive_ff.logs.columns import read_scales
+    from adaptive_ff.logs.columns import read_scales, with_units
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report
 
@@ -62,7 +62,7 @@ def score_command(
     columns = chosen_columns(train, time, period, position, None, torque, known_torque)
     scales = read_scales(scale or [])
     motion = {role: column for role, column in columns.items() if role in ("time", "position")}
-    warn_of_units(train, motion, scales, linear=linear)  # the torque may have any unit
+    warn_of_units(with_units(train, motion), motion, scales, linear=linear)  # the torque may have any unit
     logs = [read_columns(path, columns, period, scales) for path in (train, test)]
     errors = error_console()
     with places(out, json) as (stage, beside):

@@ -86,7 +86,7 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
     linear : bool
         Whether the joint is a linear axis, in m and N.
     """
-    name = PLACE.sub("", column.strip()).strip().casefold()
+    name = _plain(column)
     motions = {"position": (ANGLES, "radians"), "velocity": (TURNING, "rad/s")}
     if linear:
         motions = {"position": (PATHS, "metres"), "velocity": (MOVING, "m/s")}
@@ -109,8 +109,12 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
 
 def says_amperes(column: str) -> bool:
     """Tell whether the name of a column ends with ampere, or milliampere."""
-    name = PLACE.sub("", column.strip()).strip().casefold()
+    name = _plain(column)
     return AMPERES.search(name) is not None or _ends_with(name, CURRENTS[MILLIAMPERES][0])
+
+
+def _plain(column: str) -> str:
+    return PLACE.sub("", column.strip()).strip().casefold()
 
 
 def _ends_with(name: str, spellings: tuple[str, ...]) -> bool:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from adaptive_ff.errors import InputError
@@ -65,11 +65,13 @@ def _listed(path: Path, names: Sequence[str]) -> str:
     return ", ".join(name + (f" {shapes[name]}" if len(shapes.get(name, ())) > 1 else "") for name in names)
 
 
-def with_unit(path: Path, column: str) -> str:
-    """Return the name of a column, with the unit in brackets that a row below the header of a text file gives it."""
-    read_content(path, ())  # which refuses a file that cannot be read
-    unit = table_units(path).get(column) if is_text(path) else None
-    return column if unit is None else f"{column} [{unit.strip('[](){} ')}]"
+def with_units(path: Path, columns: Mapping[str, str]) -> dict[str, str]:
+    """Return names of columns by role, with the units in brackets that a row below the header of a text file gives."""
+    units = {}
+    if is_text(path):
+        read_content(path, ())  # which refuses a file that cannot be read
+        units = {column: f" [{unit.strip('[](){} ')}]" for column, unit in table_units(path).items()}
+    return {role: column + units.get(column, "") for role, column in columns.items()}
 
 
 def read_scales(texts: Sequence[str]) -> dict[str, float]:

@@ -21,7 +21,6 @@ USUAL = 0.5
 SOONEST = 0.01
 """Share of the changes that may come sooner, by chance."""
 
-
 COUNTS = 2.5
 """Change of a coarse encoder over its smallest one, up to which it is a count: a count that a file rounds is written as
 one or two of its last digits."""
