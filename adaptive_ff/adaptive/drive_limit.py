@@ -23,7 +23,8 @@ the time the next: what was proven may have been little, and the feedback alone 
 more. With friction fed again it does, and is not doubted while it follows: else no chance would last long enough to
 prove anything, and one of five hinges in MuJoCo (100 Hz, moves) stayed without compensation.
 
-Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while.
+Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while. And
+``R_p`` is raised by what friction adds that goes on rising with the speed (``rising_resistance.py``).
 """
 
 import math
@@ -31,6 +32,14 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.adaptive.rising_resistance import (
+    MEMORY,
+    RisingResistance,
+    advance_rising_resistance,
+    initial_rising_resistance,
+    judged,
+    risen,
+)
 from adaptive_ff.adaptive.step import gate_speed
 from controllers import Inputs, PIParameters, asked_torque, delayed, with_realised_torque
 
@@ -168,6 +177,8 @@ class DriveLimit(NamedTuple):
         Largest torque that the feedback has asked for, growing slowly, N m.
     bounded : bool
         Whether that bounds what is fed: until the drive has reported its torque once, and where no model was given.
+    rising : RisingResistance
+        How the resistance rises with the speed.
     """
 
     torque: float
@@ -192,6 +203,7 @@ class DriveLimit(NamedTuple):
     shown: float
     answered: float
     bounded: bool
+    rising: RisingResistance
 
 
 def initial_drive_limit(*, model_given: bool = False) -> DriveLimit:
@@ -219,6 +231,7 @@ def initial_drive_limit(*, model_given: bool = False) -> DriveLimit:
         shown=0.0,
         answered=0.0,
         bounded=not model_given,
+        rising=initial_rising_resistance(),
     )
 
 
@@ -328,7 +341,9 @@ def advance_drive_limit(
     follows = gain * abs(error) < max(gain * noise, largest_lack(state, gain, resists, plan))
     moves = direction * velocity > max(MOVES * abs(plan), slowest)
     proven, usual, moving, following = state.proven, state.usual, state.moving, state.follows
-    shown = state.shown
+    shown, rising = state.shown, state.rising
+    if moves and (proven == 0.0 or (follows and resists > 0.0)):
+        rising = advance_rising_resistance(rising, abs(velocity), resists, time, duration)
     if moves:
         if proven == 0.0:
             usual = smooth(usual, resists, duration / (duration + min(moving, MEAN * time)))
@@ -348,7 +363,7 @@ def advance_drive_limit(
     broke = state.broke * math.exp(-duration / (BROKEN * time))
     if moves and state.stuck > time:
         broke = min(resists, GIVEN * proven)
-    known = proven if proven > 0.0 else usual
+    known = risen(rising, proven if proven > 0.0 else usual, abs(velocity), proven > 0.0)
     factor = 1.0 if proven > 0.0 or direction * error > LAGS * abs(plan) else UNPROVEN
     given, unproven = 0.0, False
     if known > 0.0 and abs(velocity) > slowest and (proven > 0.0 or (moves and moving > BEGINS * time)):
@@ -362,6 +377,9 @@ def advance_drive_limit(
     elif moves and (proven > 0.0 or abs(error) < CLOSE * abs(plan)):
         doubt = max(0.0, doubt - duration / (DOUBTED * time))
     suspect = proven == 0.0 and (state.suspect or doubt == 2.0)
+    if suspect and rising.lasted > MEMORY * time:
+        rising = judged(rising)
+        suspect, doubt = not rising.believed, 0.0
     if suspect:
         unproven, doubt = True, 2.0
     established = proven > 0.0 and not proven > state.proven and (state.established or doubt == 2.0)
@@ -397,6 +415,7 @@ def advance_drive_limit(
         shown,
         answered,
         state.bounded,
+        rising,
     )
 
 
@@ -429,6 +448,7 @@ def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> Dri
         state.shown,
         state.answered,
         False,
+        state.rising,
     )
 
 

@@ -224,8 +224,11 @@ def check_held_friction(held: HeldFriction) -> None:
 
 def check_drive_limit(drive: DriveLimit) -> None:
     """Raise ``ValueError`` where what the motion has shown of the drive is impossible."""
-    signed = ("torque", "moved", "error", "velocity", "usual", "broke")
-    for name, value in drive._asdict().items():
+    signed = ("torque", "moved", "error", "velocity", "usual", "broke", "rising.resistance", "rising.covariance")
+    values = drive._asdict()
+    rising = values.pop("rising")
+    values |= {f"rising.{name}": value for name, value in rising._asdict().items()}
+    for name, value in values.items():
         if not math.isfinite(value) or (value < 0.0 and name not in signed):
             least = "" if name in signed else ", and zero or more"
             raise ValueError(f"state.drive.{name} = {value} is not allowed: it must be finite{least}")

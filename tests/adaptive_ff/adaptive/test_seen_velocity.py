@@ -118,6 +118,20 @@ def test_a_value_that_an_encoder_repeats_is_not_held_unless_the_plan_moves_on():
     assert [state.missing for state in seen(values, plans=plans)[-5:]] == [False, False, True, True, True]
 
 
+def test_velocities_made_of_positions_repeat_but_for_rounding():
+    """Such a difference was the least change of the sensor, and whatever came twice was held."""
+    count, period, start = 6e-6, 0.002, 3.0
+    moved = np.cumsum([20 + (k // 4) % 3 for k in range(200)])
+    velocities = np.diff(start + count * moved) / period
+    changes = np.abs(np.diff(velocities))
+    rounded = (changes > 0.0) & (changes < 1e-9)
+    assert rounded.sum() > 50
+    states = seen(velocities)
+    assert not any(state.missing for state in states)
+    assert states[-1].finest == pytest.approx(count / period, rel=1e-6)
+    assert states[-1].changes == (~rounded & (changes > 0.0)).sum()
+
+
 def test_a_joint_that_stands_is_believed():
     assert not any(state.missing for state in seen([*np.linspace(0.3, 0.0, 100), *[0.0] * 50]))
 
