@@ -359,7 +359,7 @@ def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[Observe
 
 @register_jitable
 def hand_over_to_observer(
-    state: ObserverState, change: float, gain: float, fed: float, integral: float
+    state: ObserverState, change: float, gain: float, fed: float, integral: float, spurious: float
 ) -> tuple[ObserverState, float]:
     """Return the state with what is fed forward now, and what leaves the integral of the feedback, N m.
 
@@ -379,11 +379,13 @@ def hand_over_to_observer(
         Torque that is fed forward over the coming period, known loads included, N m.
     integral : float
         Integral of the feedback, N m.
+    spurious : float
+        Part of what is observed that this sample has brought and that is none, N m: the integral takes none of it.
     """
     disturbance = state.disturbance - change
     leaves = (1.0 - state.gain) * change  # shared out at the old gain: the change of the gain comes after it
     if gain < state.gain:
-        leaves -= (state.gain - gain) * disturbance
+        leaves -= (state.gain - gain) * (disturbance - spurious)
     elif gain > state.gain:
         leaves += (integral - leaves) * (gain - state.gain) / (1.0 - state.gain)
     return (

@@ -77,6 +77,16 @@ OFTEN, LATELY = 0.15, 10.0
 """Share of the samples up to which the estimator leaves them out, and the time over which it is taken, s."""
 
 
+COARSE, TOO_COARSE = 0.8, 1.6
+"""Least change, over the plan's largest speed, from which on the observer is held back, and from which on in full."""
+
+COUNTS, SURE = 0.2, 50.0
+"""Share of the changes near the least one from which on they are counts, and changes from which on that is sure ...
+
+... before, most samples must have brought no change.
+"""
+
+
 class SeenVelocity(NamedTuple):
     """What is remembered of measured velocities.
 
@@ -153,6 +163,18 @@ def is_held(seen: SeenVelocity, moved: float, deviation: float) -> bool:
     """
     few_are_near = seen.fine < FINE * seen.changes
     return few_are_near or (seen.finest > 0.0 and abs(moved) > MOVED * max(deviation, seen.finest))
+
+
+@register_jitable
+def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
+    """Return the share of the observer that counts of the sensor allow, after so many samples.
+
+    Where a count in a period is more than the largest speed of the plan (rad/s), what the observer makes of one is.
+    """
+    told = seen.changes > SURE or 2.0 * seen.changes < samples
+    if not told or seen.fine < COUNTS * seen.changes or seen.finest <= COARSE * peak:
+        return 1.0
+    return max(0.0, (TOO_COARSE * peak - seen.finest) / ((TOO_COARSE - COARSE) * peak)) if peak > 0.0 else 0.0
 
 
 @register_jitable

@@ -15,6 +15,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
+from adaptive_ff.adaptive.balance import Balance, advance_balance, balanced_share, initial_balance
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
@@ -63,6 +64,7 @@ from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.seen_velocity import (
     SeenVelocity,
     advance_seen_velocity,
+    fine_share,
     initial_seen_velocity,
     seen_inputs,
 )
@@ -206,6 +208,8 @@ class SupervisedState(NamedTuple):
         What its motion has shown of the drive.
     seen : SeenVelocity
         What is remembered of measured velocities.
+    balance : Balance
+        Friction that the torque along the plan tells of, and that of the model.
     lacking : float
         Mean torque beyond what was fed forward while no velocity is believed, N m.
     """
@@ -230,6 +234,7 @@ class SupervisedState(NamedTuple):
     held_friction: HeldFriction
     drive: DriveLimit
     seen: SeenVelocity
+    balance: Balance
     lacking: float
 
 
@@ -244,6 +249,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_held_friction(),
         initial_drive_limit(model_given=block.estimator.given),
         initial_seen_velocity(),
+        initial_balance(),
         0.0,
     )
 
@@ -374,6 +380,15 @@ def fed_torque(fed: Fed, trust: float) -> float:
 
 
 @register_jitable
+def least_bound(block: SupervisedParameters, state: SupervisedState, trust: TrustState, drive: DriveLimit) -> float:
+    """Return the bound on trust and on the observer's gain: of slow motion, a soft loop, a drive, and the balance."""
+    time, friction = state.feedback.samples * block.period, breakaway(state.estimator)
+    bound = caution(trust, block.slowest, state.estimator.levels.learnt, block.estimator.memory, time)
+    bound = min(bound, soft_bound(trust, block.feedback.proportional, friction, time))
+    return min(bound, min(believed_share(drive, friction), balanced_share(state.balance, friction)))
+
+
+@register_jitable
 def step_supervised(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs
 ) -> tuple[Output, SupervisedState]:
@@ -399,23 +414,23 @@ def step_supervised(
     forgets = left_over(state, left, unfit)
     note_one_way_in_place(block.estimator, state.estimator, fed.estimator, forgets * inputs.dt)
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
-    time = state.feedback.samples * block.period
-    bound = caution(trust, block.slowest, estimator.levels.learnt, block.estimator.memory, time)
-    bound = min(bound, soft_bound(trust, block.feedback.proportional, breakaway(estimator), time))
-    bound = min(bound, believed_share(drive, breakaway(estimator)))
+    bound = least_bound(block, state, trust, drive)
     share = min(trust.trust, min(bound, answered_share(drive, fed.friction)))
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
     if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
         gain = 1.0  # something is missed now, whichever the cause is
-    gain = command.share * observer.effect.share * min(gain, bound) * answered_share(drive, observer.disturbance)
+    fine = fine_share(seen, state.feedback.samples, trust.peak)
+    gain = command.share * observer.effect.share * min(gain * fine, bound) * answered_share(drive, observer.disturbance)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
     moves = period.sliding > TAKEN_UP * block.hold
     integral = unwound_integral(block.feedback, state.feedback, checked)
+    spurious = (1.0 - fine) * (observer.disturbance - state.observer.disturbance)
     observer, taken = take_up(observer, integral, moves)
-    observer, leaves = hand_over_to_observer(observer, change, gain, torque + inputs.feedforward, integral - taken)
+    fed_forward, integral = torque + inputs.feedforward, integral - taken
+    observer, leaves = hand_over_to_observer(observer, change, gain, fed_forward, integral, spurious)
     leaves = without_never_given(drive, leaves, state.feedback.integral) + taken
     lost = guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
@@ -432,6 +447,8 @@ def step_supervised(
     compared = with_reference(checked, (checked.reference if doubt.leapt else shown) + unseen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
+    needed = output.torque - inputs.feedforward - fed_torque(fed, 0.0)
+    balance = advance_balance(state.balance, inputs.reference, needed, fed.friction, inputs.dt)
     tuned, learnt = max(share, LEAST_TRUST), fed.estimator
     if state.enabled and (drive.anew or is_impossible(state.drive, drive, breakaway(estimator))):
         learnt = begin_anew_in_place(block.estimator, learnt)
@@ -462,6 +479,7 @@ def step_supervised(
         held_friction,
         drive,
         seen,
+        balance,
         lacking,
     )
 

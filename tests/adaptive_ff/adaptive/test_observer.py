@@ -75,7 +75,7 @@ def test_torque_that_accelerates_the_joint_is_no_disturbance():
 def test_what_was_fed_forward_is_not_observed():
     state = start_observer(initial_observer(FEEDBACK), 0.1, 0.1)
     for _ in range(50):
-        state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0)
+        state, _ = hand_over_to_observer(state, 0.0, 1.0, 40.0, 0.0, 0.0)
         state = after(OBSERVER, state, 40.0, 0.1, 0.0, 0.1, False, 1.0, False)
     assert state.disturbance == pytest.approx(0.0, abs=1e-12)
 
@@ -217,7 +217,7 @@ def total(state, fed, integral):
 def handed_over(disturbance, old, new, change, integral):
     """Torque before and after the hand-over of a change of the feedforward and of the gain."""
     state = initial_observer(FEEDBACK)._replace(disturbance=disturbance, gain=old)
-    after, leaves = hand_over_to_observer(state, change, new, change, integral)
+    after, leaves = hand_over_to_observer(state, change, new, change, integral, 0.0)
     assert after.gain == new
     return total(state, 0.0, integral), total(after, change, integral - leaves)
 
