@@ -1,0 +1,323 @@
+"""Joints of another simulator, as their users drive them: ``python -m benchmarks.other_joints [--joints 400]``.
+
+Nothing of ``plant`` is used: a joint with Stribeck friction, that may have a load and cogging, is integrated here, and
+the controllers are stepped from a loop of one's own. Drawn by the seed are the joint (inertia over six decades), the
+motion, the rate of the loop (100 Hz to 2 kHz), the sensor (a tachometer, or an encoder of 4000 to a million counts
+before or behind a gear, differenced, low-passed or tracked by a filter of second order), whether its lag is told, the
+position loop, the steps of the drive's torque, a period of delay, whether torque and coming plan are told, jitter of 5
+%, and an inertia that is told up to 40 % wrong. The bandwidth leaves PI alone its margin: all lags together cost it
+half a radian at most.
+
+Errors are of the velocity, or of the position behind a position loop. PI's error over that of ``adaptive``, settled
+(the second half of 40 s), and the largest window of 5 s with ``adaptive`` over PI's; by the noise of the measured
+velocity over the largest planned speed, as the controller finds it.
+"""
+
+import itertools
+import math
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import typer
+from numba import njit
+from numpy.typing import NDArray
+from rich.box import SIMPLE
+from rich.table import Table
+
+from adaptive_ff import AdaptiveController
+from adaptive_ff.cli.terminal import error_console, progress_bars
+from adaptive_ff.files import write_json
+from adaptive_ff.workers import pool_of_workers
+from benchmarks.robot.in_turn import CORES, Workers
+from benchmarks.wide import wide_console
+from controllers import PI, PositionLoop
+
+DURATION, WINDOW = 40.0, 5.0  # s
+STEP = 2e-4  # s, of the physics at most
+TRACKING = 60.0 * math.pi  # rad/s, both poles of the tracking filter
+PHASE = 0.5  # rad, that all lags together take from the loop at its bandwidth
+MOTIONS = ("multisine", "sine", "trapezoids", "moves", "staircase")
+SENSORS = ("tachometer", "encoder", "low-passed encoder", "tracked encoder")
+NOISE_CLASSES = (0.0, 0.01, 0.1, 0.4, math.inf)
+SETTLED, WORST = 0.95, 1.2
+Array = NDArray[np.float64]
+
+
+class DrawnJoint(NamedTuple):
+    """A joint: inertia, friction, constant load and cogging, in SI units; ``poles`` periods of cogging in a turn."""
+
+    inertia: float
+    coulomb: float
+    stiction: float
+    viscous: float
+    stribeck_velocity: float
+    load: float
+    cogging: float
+    poles: float
+
+
+class DrawnLoop(NamedTuple):
+    """How it is driven.
+
+    Attributes
+    ----------
+    period : float
+        Sampling period, s.
+    bandwidth : float
+        That of the velocity loop, Hz.
+    sensor : str
+        One of ``SENSORS``.
+    resolution, noise : float
+        Step of the encoder, rad, and noise of the tachometer, rad/s.
+    low_pass : float
+        Time constant of the low-pass, s.
+    cascade, tells_lag, tells_torque, tells_plan : bool
+        Whether a position loop is outside, and what the controller is told.
+    levels : int
+        Steps of the drive's torque; zero for any torque.
+    delay : int
+        Computation delay, periods.
+    jitter : float
+        Largest change of a period, over the period.
+    inertia_error : float
+        Inertia that is told, over the true one.
+    """
+
+    period: float
+    bandwidth: float
+    sensor: str
+    resolution: float
+    noise: float
+    low_pass: float
+    cascade: bool
+    tells_lag: bool
+    tells_torque: bool
+    tells_plan: bool
+    levels: int
+    delay: int
+    jitter: float
+    inertia_error: float
+
+    @property
+    def velocity_lag(self) -> float:
+        """Lag of the measured velocity, s."""
+        filters = {"encoder": 0.5 * self.period, "low-passed encoder": 0.5 * self.period + self.low_pass}
+        return {"tracked encoder": 2.0 / TRACKING, **filters}.get(self.sensor, 0.0)
+
+
+@njit(cache=True)
+def advance_joint(joint: DrawnJoint, motion: Array, torque: float, duration: float, steps: int) -> None:
+    """Advance position and velocity under a torque (N m) for a time (s); friction holds what it can."""
+    step = duration / steps
+    for _ in range(steps):
+        angle, velocity = motion[0], motion[1]
+        falling = (joint.stiction - joint.coulomb) * math.exp(-min(50.0, (velocity / joint.stribeck_velocity) ** 2))
+        driving = torque - joint.load - joint.cogging * math.sin(joint.poles * angle) - joint.viscous * velocity
+        free, held = velocity + step * driving / joint.inertia, step * (joint.coulomb + falling) / joint.inertia
+        motion[1] = 0.0 if abs(free) <= held else free - math.copysign(held, free)
+        motion[0] += step * motion[1]
+
+
+def drawn_plan(kind: str, speed: float, period: float, random: np.random.Generator) -> Array:
+    """Return a planned velocity (rad/s) of a kind that reaches about a speed (rad/s)."""
+    time = period * np.arange(round(DURATION / period))
+    if kind == "multisine":
+        rates, phases = 2.0 * math.pi * random.uniform(0.05, 1.2, 6), random.uniform(0.0, 2.0 * math.pi, 6)
+        sines = np.sin(np.outer(time, rates) + phases).sum(axis=1)
+        plan: Array = speed / np.abs(sines).max() * sines * np.minimum(1.0, time)
+        return plan
+    if kind == "sine":
+        return speed * np.sin(2.0 * math.pi * random.uniform(0.1, 0.8) * time)
+    plan, begin, sign = np.zeros(time.size), round(0.3 / period), 1.0
+    if kind == "staircase":
+        slope = speed * period / random.uniform(0.1, 0.5)
+        goal, until = speed * random.uniform(0.05, 1.0), random.uniform(1.0, 4.0)
+        for k in range(1, time.size):
+            if time[k] > until:
+                sign, until = -sign, until + random.uniform(1.0, 4.0)
+                goal = sign * speed * random.uniform(0.02, 1.0)
+            plan[k] = plan[k - 1] + min(max(goal - plan[k - 1], -slope), slope)
+        return plan
+    while begin < time.size:
+        share = np.linspace(0.0, 1.0, round(random.uniform(0.4, 3.0) / period), endpoint=False)
+        top, ramp = speed * random.uniform(0.1, 1.0), random.uniform(0.1, 0.4)
+        smooth, straight = 16.0 * np.square(share * (1.0 - share)), np.minimum(share, 1.0 - share) / ramp
+        stroke = sign * top * (smooth if kind == "moves" else np.minimum(1.0, straight))
+        end = min(time.size, begin + share.size)
+        plan[begin:end] = stroke[: end - begin]
+        sign = -sign if random.random() < 0.8 else sign
+        begin = end + round(float(random.choice([0.0, 0.1, 0.5])) / period)
+    return plan
+
+
+def draw(seed: int) -> tuple[DrawnJoint, DrawnLoop, Array]:
+    """Return the joint, the loop and the planned velocity (rad/s) of a seed."""
+    random = np.random.default_rng([seed, 77])
+    inertia, speed = 10.0 ** random.uniform(-4.0, 2.0), 10.0 ** random.uniform(-1.3, 1.3)
+    coulomb = 6.0 * inertia * speed * 10.0 ** random.uniform(-0.7, 1.0)
+    joint = DrawnJoint(
+        inertia,
+        coulomb,
+        coulomb * random.uniform(1.0, 1.6),
+        coulomb / speed * random.uniform(0.0, 1.0),
+        speed * 10.0 ** random.uniform(-2.0, -0.5),
+        coulomb * float(random.choice([0.0, 0.0, 0.3])),
+        coulomb * float(random.choice([0.0, 0.0, 0.05, 0.2])),
+        float(random.choice([6, 36, 100])),
+    )
+    period, sensor = 1.0 / float(random.choice([100, 200, 250, 500, 1000, 2000])), str(random.choice(SENSORS))
+    counts = float(random.choice([4000, 20000, 131072, 2**20])) * float(random.choice([1.0, 50.0]))
+    loop = DrawnLoop(
+        period,
+        random.uniform(3.0, 15.0),
+        sensor,
+        2.0 * math.pi / counts,
+        speed * 10.0 ** random.uniform(-4.0, -2.0),
+        random.uniform(0.5, 3.0) * period,
+        sensor != "tachometer" and bool(random.random() < 0.6),
+        bool(random.random() < 0.7),
+        bool(random.random() < 0.5),
+        bool(random.random() < 0.8),
+        int(random.choice([0, 2**12, 2**16])),
+        int(random.choice([0, 0, 1])),
+        float(random.choice([0.0, 0.0, 0.05])),
+        float(random.choice([1.0, 1.0, 0.7, 1.4])),
+    )
+    lag = (loop.delay + 0.5) * period + loop.velocity_lag
+    bandwidth = min(loop.bandwidth, 1.0 / (12.0 * period), PHASE / (2.0 * math.pi * lag))
+    plan = drawn_plan(str(random.choice(MOTIONS)), speed, period, random)
+    return joint, loop._replace(bandwidth=bandwidth), plan
+
+
+class Velocity:
+    """The measured velocity of a loop, from the true motion."""
+
+    def __init__(self, loop: DrawnLoop, angle: float, random: np.random.Generator) -> None:
+        self._loop, self._random = loop, random
+        self.reading = self._tracked = loop.resolution * round(angle / loop.resolution)
+        self._velocity, self._keep = 0.0, math.exp(-loop.period / loop.low_pass)
+
+    def step(self, angle: float, velocity: float) -> float:
+        """Return the velocity (rad/s) that is measured of an angle (rad) and a velocity."""
+        loop, last = self._loop, self.reading
+        if loop.sensor == "tachometer":
+            return velocity + loop.noise * float(self._random.standard_normal())
+        self.reading = loop.resolution * round(angle / loop.resolution)
+        difference = (self.reading - last) / loop.period
+        if loop.sensor == "encoder":
+            return difference
+        if loop.sensor == "low-passed encoder":
+            self._velocity = difference + self._keep * (self._velocity - difference)
+            return self._velocity
+        missed, share = (
+            self.reading - self._tracked - loop.period * self._velocity,
+            -math.expm1(-TRACKING * loop.period),
+        )
+        self._tracked += loop.period * self._velocity + share * (2.0 - share) * missed
+        self._velocity += share * share / loop.period * missed
+        return self._velocity
+
+
+def errors_of(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int) -> Array:
+    """Return the error at each sample, of the position (rad) in a cascade and else of the velocity (rad/s)."""
+    random, period = np.random.default_rng([seed, 78]), loop.period
+    start = random.uniform(-math.pi, math.pi)
+    path = start + np.concatenate([[0.0], np.cumsum(0.5 * period * (plan[1:] + plan[:-1]))])
+    motion, sensor = np.array([start, 0.0]), Velocity(loop, start, random)
+    outer = PositionLoop(PositionLoop.design(period=period, bandwidth=loop.bandwidth).gain)
+    speed = float(np.abs(plan).max())
+    largest = 3.0 * (joint.stiction + joint.load + joint.cogging + speed * (joint.viscous + 60.0 * joint.inertia))
+    step, acted, coming, errors = 2.0 * largest / max(loop.levels, 1), 0.0, 0.0, np.empty(plan.size - 1)
+    for k in range(plan.size - 1):
+        errors[k] = path[k] - motion[0] if loop.cascade else plan[k] - motion[1]
+        measured, told = sensor.step(float(motion[0]), float(motion[1])), {}
+        if loop.cascade:
+            told["correction"] = outer.step(float(path[k]), sensor.reading)
+        if loop.tells_plan:
+            told["next_reference"] = float(plan[k + 1])
+        if loop.tells_torque and k > 0:
+            told["realised_torque"] = acted
+        torque = controller.step(float(plan[k]), measured, **told)
+        if loop.levels > 0:
+            torque = min(max(step * round(torque / step), -largest), largest)
+        acted, coming = (coming, torque) if loop.delay > 0 else (torque, torque)
+        lasts = period * (1.0 + loop.jitter * random.uniform(-1.0, 1.0))
+        advance_joint(joint, motion, acted, lasts, max(2, math.ceil(period / STEP)))
+    return errors
+
+
+def run_joint(seed: int) -> dict[str, Any]:
+    """Return the figures of a seed."""
+    joint, loop, plan = draw(seed)
+    told = loop.inertia_error * joint.inertia
+    design = PI.design(inertia=told, period=loop.period, bandwidth=loop.bandwidth)
+    gains = design.proportional, design.integral, loop.period
+    adaptive = AdaptiveController(
+        *gains,
+        inertia=told,
+        stribeck_velocity=2.0 * joint.stribeck_velocity,
+        velocity_lag=loop.velocity_lag if loop.tells_lag else 0.0,
+        delay=float(loop.delay),
+    )
+    alone, errors = (np.square(errors_of(each, joint, loop, plan, seed)) for each in (PI(*gains), adaptive))
+    begins, length = np.arange(0.0, DURATION - 0.5 * WINDOW, WINDOW) / loop.period, round(WINDOW / loop.period)
+    windows = [math.sqrt(errors[i : i + length].mean() / alone[i : i + length].mean()) for i in begins.astype(int)]
+    half = errors.size // 2
+    return {
+        "seed": seed,
+        "sensor": loop.sensor,
+        "noise": math.sqrt(adaptive.state.observer.noise.variance) / float(np.abs(plan).max()),
+        "settled": math.sqrt(alone[half:].mean() / errors[half:].mean()),
+        "windows": windows,
+        "coulomb": adaptive.estimates["coulomb"] / joint.coulomb,
+    }
+
+
+def table_of(rows: list[dict[str, Any]]) -> Table:
+    """Return the table."""
+    table = Table(title="PI's error over that of adaptive", box=SIMPLE, title_style="bold")
+    headings = ("joints", "settled", "least", f"below {SETTLED:g}", f"a window above {WORST:g}", "largest")
+    table.add_column("noise over plan")
+    for heading in (*headings, "first 5 s above", "largest"):
+        table.add_column(heading, justify="right")
+    classes = [*itertools.pairwise(NOISE_CLASSES), (0.0, math.inf)]
+    for least, most in classes:
+        found = [row for row in rows if least <= row["noise"] < most]
+        if not found:
+            continue
+        settled, worst = [row["settled"] for row in found], [max(row["windows"]) for row in found]
+        first = [row["windows"][0] for row in found]
+        name = "all" if (least, most) == classes[-1] else f"{least:g} to {most:g}"
+        mean = math.exp(float(np.mean(np.log(settled))))
+        figures = [f"{len(found)}", f"{mean:.2f}", f"{min(settled):.2f}", f"{sum(x < SETTLED for x in settled)}"]
+        figures += [f"{sum(x > WORST for x in worst)}", f"{max(worst):.2f}"]
+        table.add_row(name, *figures, f"{sum(x > WORST for x in first)}", f"{max(first):.2f}")
+    return table
+
+
+def main(
+    joints: Annotated[int, typer.Option(min=1, help="How many joints are drawn.")] = 400,
+    first: Annotated[int, typer.Option(min=0, help="First seed.")] = 1,
+    workers: Workers = CORES,
+    json: Annotated[Path | None, typer.Option(help="Write the figures there.")] = None,
+) -> None:
+    """Drive joints of another simulator with and without compensation, and print how they compare."""
+    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
+        task, rows = progress.add_task("joints", total=joints), []
+        for row in pool.map(run_joint, range(first, first + joints)):
+            rows.append(row)
+            progress.advance(task)
+    console = wide_console()
+    console.print(table_of(rows))
+    for row in rows:
+        if row["settled"] < SETTLED or max(row["windows"]) > WORST:
+            windows = " ".join(f"{window:.2f}" for window in row["windows"])
+            line = f"{row['seed']}: {row['sensor']}, noise {row['noise']:.2g}, settled {row['settled']:.2f}"
+            console.print(f"{line}, windows {windows}", highlight=False)
+    if json is not None:
+        write_json(json, {"joints": rows})
+
+
+if __name__ == "__main__":
+    typer.run(main)
