@@ -127,6 +127,9 @@ FULL_TRUST = 0.95
 BRIDGED = 10.5
 """Longest time without a measurement that the observer bridges, in periods."""
 
+STRONG = 100.0
+"""Torque over the largest one so far that answers to no motion of the joint: it tells nothing of its friction."""
+
 TAKEN_UP = 0.25
 """Share of the time for which a joint must slide until learning begins, after which it surely moves."""
 
@@ -381,11 +384,21 @@ def fed_torque(fed: Fed, trust: float) -> float:
 
 @register_jitable
 def least_bound(block: SupervisedParameters, state: SupervisedState, trust: TrustState, drive: DriveLimit) -> float:
-    """Return the bound on trust and on the observer's gain: of slow motion, a soft loop, a drive, and the balance."""
+    """Return the bound on trust and on the observer's gain: of slow motion, a soft loop, and a drive."""
     time, friction = state.feedback.samples * block.period, breakaway(state.estimator)
     bound = caution(trust, block.slowest, state.estimator.levels.learnt, block.estimator.memory, time)
     bound = min(bound, soft_bound(trust, block.feedback.proportional, friction, time))
-    return min(bound, min(believed_share(drive, friction), balanced_share(state.balance, friction)))
+    return min(bound, believed_share(drive, friction))
+
+
+@register_jitable
+def weigh(state: SupervisedState, plan: float, duration: float) -> Balance:
+    """Return the balance of torques after a period (s), for the plan as it is measured (rad/s)."""
+    friction = state.trust.frictions[0]
+    needed = state.feedback.commands[0] - state.known_torques[0] - (state.model_torques[0] - friction)
+    if abs(needed) > STRONG * state.estimator.levels.torque:
+        return state.balance
+    return advance_balance(state.balance, plan, needed, friction, duration)
 
 
 @register_jitable
@@ -408,6 +421,7 @@ def step_supervised(
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     shown = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = shown + inputs.correction - inputs.velocity
+    balance = weigh(state, shown, inputs.dt) if math.isfinite(checked.velocity) else state.balance
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), clear)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
@@ -416,6 +430,7 @@ def step_supervised(
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     bound = least_bound(block, state, trust, drive)
     share = min(trust.trust, min(bound, answered_share(drive, fed.friction)))
+    share = min(share, balanced_share(balance, breakaway(estimator)))
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
     if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
@@ -447,8 +462,6 @@ def step_supervised(
     compared = with_reference(checked, (checked.reference if doubt.leapt else shown) + unseen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
-    needed = output.torque - inputs.feedforward - fed_torque(fed, 0.0)
-    balance = advance_balance(state.balance, inputs.reference, needed, fed.friction, inputs.dt)
     tuned, learnt = max(share, LEAST_TRUST), fed.estimator
     if state.enabled and (drive.anew or is_impossible(state.drive, drive, breakaway(estimator))):
         learnt = begin_anew_in_place(block.estimator, learnt)
