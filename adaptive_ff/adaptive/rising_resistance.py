@@ -10,7 +10,7 @@ down. So a line is laid through resistance over speed, of the last 25 integral t
 While nothing is proven all motion counts, afterwards that in which the joint follows. In the first case the line is
 believed only of the feedback alone, of a drive that has seemed to saturate: sooner, drives that do saturate were fed
 friction that never acted (windows of 74 times the error of PI). Of 60 of those that were doubted for so long (seeds 101
-and 201) one in thirty would pass; of multisines against ``Fc tanh(w/width)`` with 0.05 and 0.2 rad/s all seven did.
+and 201) one would pass; of multisines against ``Fc tanh(w/width)`` with 0.05 and 0.2 rad/s all seven did.
 
 What that friction made of the controller: with 0.2 rad/s it settled at 1.3 times better than PI on two of four
 references (seeds 105 to 108), and settles at 24 to 28 times better as it does where it is told the torque of its drive.
