@@ -210,11 +210,9 @@ class Velocity:
         if loop.sensor == "low-passed encoder":
             self._velocity = difference + self._keep * (self._velocity - difference)
             return self._velocity
-        missed, share = (
-            self.reading - self._tracked - loop.period * self._velocity,
-            -math.expm1(-TRACKING * loop.period),
-        )
-        self._tracked += loop.period * self._velocity + share * (2.0 - share) * missed
+        share, moved = -math.expm1(-TRACKING * loop.period), loop.period * self._velocity
+        missed = self.reading - self._tracked - moved
+        self._tracked += moved + share * (2.0 - share) * missed
         self._velocity += share * share / loop.period * missed
         return self._velocity
 

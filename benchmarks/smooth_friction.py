@@ -5,8 +5,8 @@ package is of that form. It is integrated here, implicitly, not by ``plant``. It
 loop, noise of 2 mrad/s) or from point to point behind a position loop (encoder of 6 urad). ``fed`` is the PI loop with
 the true friction and inertia fed forward, which is not told that a velocity made of positions is half a period late;
 ``adaptive`` knows that and the inertia, and learns the rest. ``told`` is the same controller that is given the torque
-of the last period (``realised_torque``): one that is told nothing takes friction that goes on rising for a drive at
-its limit.
+of the last period (``realised_torque``): to one that is told nothing friction that goes on rising looks like a drive at
+its limit at first.
 
 Errors are roots of mean squares over the seeds, of the velocity, or of the position behind a position loop; PI's error
 is given over that of ``adaptive`` and of ``fed``, in the second half of a run, and over that of ``adaptive`` in the

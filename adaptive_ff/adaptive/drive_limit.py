@@ -33,9 +33,9 @@ from typing import Any, NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.rising_resistance import (
-    MEMORY,
     RisingResistance,
     advance_rising_resistance,
+    can_be_judged,
     initial_rising_resistance,
     judged,
     risen,
@@ -377,7 +377,7 @@ def advance_drive_limit(
     elif moves and (proven > 0.0 or abs(error) < CLOSE * abs(plan)):
         doubt = max(0.0, doubt - duration / (DOUBTED * time))
     suspect = proven == 0.0 and (state.suspect or doubt == 2.0)
-    if suspect and rising.lasted > MEMORY * time:
+    if suspect and can_be_judged(rising, time):
         rising = judged(rising)
         suspect, doubt = not rising.believed, 0.0
     if suspect:

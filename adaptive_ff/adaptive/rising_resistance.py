@@ -90,6 +90,12 @@ def rises(state: RisingResistance) -> bool:
 
 
 @register_jitable
+def can_be_judged(state: RisingResistance, integral_time: float) -> bool:
+    """Tell whether there has been enough motion since the last judgement, for an integral time (s)."""
+    return state.lasted > MEMORY * integral_time
+
+
+@register_jitable
 def judged(state: RisingResistance) -> RisingResistance:
     """Return the state in which the line is believed, or not, and what comes next counts alone."""
     return RisingResistance(

@@ -167,9 +167,9 @@ def is_held(seen: SeenVelocity, moved: float, deviation: float) -> bool:
 
 @register_jitable
 def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
-    """Return the share of the observer that counts of the sensor allow, after so many samples.
+    """Return the share of what is observed that the sensor is fine enough for, after so many samples.
 
-    Where a count in a period is more than the largest speed of the plan (rad/s), what the observer makes of one is.
+    Where a count in a period is more than the largest speed of the plan (rad/s), the observer sees counts, not torque.
     """
     told = seen.changes > SURE or 2.0 * seen.changes < samples
     if not told or seen.fine < COUNTS * seen.changes or seen.finest <= COARSE * peak:
