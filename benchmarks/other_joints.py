@@ -217,8 +217,30 @@ class Velocity:
         return self._velocity
 
 
-def errors_of(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int) -> Array:
-    """Return the error at each sample, of the position (rad) in a cascade and else of the velocity (rad/s)."""
+class Driven(NamedTuple):
+    """What a loop does, sample by sample.
+
+    Attributes
+    ----------
+    errors : ndarray, shape (n,)
+        Error of the position (rad) in a cascade, else of the velocity (rad/s).
+    times : ndarray, shape (n,)
+        Times of the samples, s.
+    readings, measured : ndarray, shape (n,)
+        The encoder's position, rad, and the measured velocity, rad/s.
+    torques : ndarray, shape (n,)
+        Torque that acts from each sample to the next, N m.
+    """
+
+    errors: Array
+    times: Array
+    readings: Array
+    measured: Array
+    torques: Array
+
+
+def drive(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int) -> Driven:
+    """Drive a joint along a planned velocity (rad/s); ``seed`` is that of its sensor, its clock and where it begins."""
     random, period = np.random.default_rng([seed, 78]), loop.period
     start = random.uniform(-math.pi, math.pi)
     path = start + np.concatenate([[0.0], np.cumsum(0.5 * period * (plan[1:] + plan[:-1]))])
@@ -226,10 +248,12 @@ def errors_of(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, 
     outer = PositionLoop(PositionLoop.design(period=period, bandwidth=loop.bandwidth).gain)
     speed = float(np.abs(plan).max())
     largest = 3.0 * (joint.stiction + joint.load + joint.cogging + speed * (joint.viscous + 60.0 * joint.inertia))
-    step, acted, coming, errors = 2.0 * largest / max(loop.levels, 1), 0.0, 0.0, np.empty(plan.size - 1)
+    step, acted, coming, time = 2.0 * largest / max(loop.levels, 1), 0.0, 0.0, 0.0
+    run = Driven(*(np.empty(plan.size - 1) for _ in Driven._fields))
     for k in range(plan.size - 1):
-        errors[k] = path[k] - motion[0] if loop.cascade else plan[k] - motion[1]
+        run.errors[k] = path[k] - motion[0] if loop.cascade else plan[k] - motion[1]
         measured, told = sensor.step(float(motion[0]), float(motion[1])), {}
+        run.times[k], run.readings[k], run.measured[k] = time, sensor.reading, measured
         if loop.cascade:
             told["correction"] = outer.step(float(path[k]), sensor.reading)
         if loop.tells_plan:
@@ -241,8 +265,9 @@ def errors_of(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, 
             torque = min(max(step * round(torque / step), -largest), largest)
         acted, coming = (coming, torque) if loop.delay > 0 else (torque, torque)
         lasts = period * (1.0 + loop.jitter * random.uniform(-1.0, 1.0))
+        run.torques[k], time = acted, time + lasts
         advance_joint(joint, motion, acted, lasts, max(2, math.ceil(period / STEP)))
-    return errors
+    return run
 
 
 def run_joint(seed: int) -> dict[str, Any]:
@@ -258,7 +283,7 @@ def run_joint(seed: int) -> dict[str, Any]:
         velocity_lag=loop.velocity_lag if loop.tells_lag else 0.0,
         delay=float(loop.delay),
     )
-    alone, errors = (np.square(errors_of(each, joint, loop, plan, seed)) for each in (PI(*gains), adaptive))
+    alone, errors = (np.square(drive(each, joint, loop, plan, seed).errors) for each in (PI(*gains), adaptive))
     begins, length = np.arange(0.0, DURATION - 0.5 * WINDOW, WINDOW) / loop.period, round(WINDOW / loop.period)
     windows = [math.sqrt(errors[i : i + length].mean() / alone[i : i + length].mean()) for i in begins.astype(int)]
     half = errors.size // 2

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.families import Terms, family_of
+from adaptive_ff.identify.families import LAG, Terms, family_of
 from adaptive_ff.identify.grid import BLOCKS, Grid, Point, fit_on_grid
 from adaptive_ff.logs.derivatives import Array
 
@@ -78,17 +78,23 @@ def behind(one: Validated, other: Validated) -> tuple[float, float]:
     return float(np.sum(difference)), math.sqrt(BLOCKS * float(np.var(difference, ddof=1)))
 
 
-def choose(validated: Sequence[Validated]) -> tuple[Validated, list[Validated]]:
+def choose(validated: Sequence[Validated], *, shows_lag: bool = True) -> tuple[Validated, list[Validated]]:
     """Return the model to be used, and all that the log cannot tell from the best one, without it.
 
     Used is the simplest family that has a model within ``ALIKE`` standard errors of the best, and of it the simplest
     model within ``SHAPE`` of the best of the family. Intervals are taken over it, the simplest model of the family
-    within ``ALIKE``, and those which validate better than that one, though by no more than chance explains.
+    within ``ALIKE``, and those which validate better than that one, though by no more than chance explains. Of a log
+    that does not show a friction lag, models with one are a family of their own.
     """
     best = min(validated, key=lambda model: model.error)
     alike = [model for model in validated if _within(model, best, ALIKE)]
-    family = min((family_of(model.terms) for model in alike), key=len)
-    members = [model for model in validated if family_of(model.terms) == family]
+
+    def family_of_model(model: Validated) -> Terms:
+        family = family_of(model.terms)
+        return family if shows_lag or LAG not in model.terms else (*family, LAG)
+
+    family = min((family_of_model(model) for model in alike), key=len)
+    members = [model for model in validated if family_of_model(model) == family]
     chosen, simplest = (_simplest(members, bound) for bound in (SHAPE, ALIKE))
     # a model with more terms that validates no better only widens the intervals
     near = [model for model in alike if model.error < simplest.error and model is not chosen]

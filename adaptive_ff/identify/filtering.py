@@ -10,13 +10,14 @@ of a piece, where filters and differences know only one side, rows are dropped. 
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from adaptive_ff.identify.families import LONG_SATURATION, SATURATION, SATURATIONS, STICTION
+from adaptive_ff.identify.families import LONG_SATURATION, SATURATION, STICTION
+from adaptive_ff.identify.standing import Rest, at_rest, reversals, standing, widened, with_signs_of_motion
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
 from adaptive_ff.logs.log import Log
@@ -33,68 +34,11 @@ SHORTEST = 6.0
 JITTER = 0.01
 """Largest deviation of the clock from a uniform one, in steps, up to which it counts as uniform."""
 
-REST_SHARE = 0.005
-"""Speed below which the joint counts as resting, over its largest."""
-
-REST_CYCLES = 1.0
-"""Cycles of the band for which it must be slower than that, creeping or not."""
-
-STOP_CYCLES, STOP_SIGNS = 0.1, 3
-"""The same for a joint that stands for a moment: its measured velocity changes the sign not once but so often.
-
-What sticks at each reversal, for as long as the torque takes to turn, has no sign of velocity there. Taken for a quick
-reversal it showed a negative lag and too much stiction: of a joint of ``adaptive-ff new`` 2.61 N m for 2.5, and a
-Stribeck velocity of 0.077 for 0.12 rad/s. That is so where friction jumps, with stiction or without. A joint whose
-friction rises from standstill on creeps there instead, which tells of its friction: without it a model of half of the
-record of the TX40's joint 4 left 0.75 N m for 0.57.
-"""
-
-DWELL = 1.5
-"""Time for which a joint that reverses is slow, over that of its accelerations on both sides, from which on it stands.
-
-A stop that is too short for the filter to let the sign change more than once still shows so. With such stops taken for
-quick reversals, inertia came out 0.6 % too large, with a tenth of that as interval, and friction led by 3 ms.
-"""
-
 REST_REACH = 0.75
 """Cycles of the band around a rest that are not regressed: what the filters smear."""
 
-STRIBECK_GRID, SATURATION_GRID = 16, 8
-"""Speeds for which the columns of stiction and of saturation are made; between them they are interpolated."""
-
-
 FINE = 1000.0
 """Rate at which columns that jump are averaged around the samples of a slower log, Hz."""
-
-SMEARED = 0.05
-"""Slowest speed at which friction may saturate, over the largest: below, noise around a reversal, which smears the sign
-of the velocity, looks the same."""
-
-
-class Rest(NamedTuple):
-    """What counts as rest, and the grids of speeds that go with it.
-
-    Attributes
-    ----------
-    slowest : float
-        Speed below which the joint may rest, rad/s.
-    speeds : dict of ndarray, shape (k,)
-        Speeds of the bend of stiction and of saturation, rad/s, by term, in geometric order.
-    corner : float
-        Corner of the wide filter, behind which the sign of the velocity is taken, Hz.
-    sticks : bool
-        Whether a joint that stands for less than a cycle of the band, as while it reverses, counts as resting.
-    dwells : bool
-        Whether it counts as standing, too, where it is slow for longer than its accelerations say, or goes on the same
-        way. A joint that creeps does the same, so it is set only where no model whose friction rises from standstill
-        fits the log better.
-    """
-
-    slowest: float
-    speeds: dict[str, Array]
-    corner: float
-    sticks: bool = False
-    dwells: bool = False
 
 
 class Conditioned(NamedTuple):
@@ -109,10 +53,16 @@ class Conditioned(NamedTuple):
     bent : dict of ndarray, shape (k, n)
         ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)``, ``sgn(w) (1 - exp(-|w|/Vc))`` and ``w/(Vc + |w|)``, filtered, for each
         speed of their grid, by term.
+    moves : ndarray, shape (n,)
+        One where the joint moves, filtered; so are the columns above and below, but not ``torque``.
     sine, cosine : ndarray, shape (n,), or None
         Sine and cosine of the position; None where the log has a velocity only.
+    moving_torque : ndarray, shape (n,)
+        Torque while the joint moves.
     held : ndarray, shape (n,)
         Torque filtered by the wide filter only, to be read at rest.
+    position : ndarray, shape (n,), or None
+        Position filtered by the wide filter only, rad.
     slides, rests : ndarray of bool, shape (n,)
         Rows that are regressed; rows at rest, away from motion.
     period, sample_time : float
@@ -120,6 +70,11 @@ class Conditioned(NamedTuple):
     between : dict of ndarray, shape (n,) or (k, n)
         Of ``coulomb`` (the direction) and of the bent columns, what they are at the samples beyond their mean around
         them, filtered; see :mod:`adaptive_ff.identify.sampled_lag`.
+    reversals, stops : int
+        How often the joint reverses without standing, and how often it stands.
+    edges : dict of ndarray, shape (n,) or (k, n)
+        Of each column of friction its impulses at the begin less those at the end of each motion; empty where the
+        joint never stands. See :mod:`adaptive_ff.identify.regressors`.
     mapped : dict of ndarray, shape (n,)
         Friction and forces over position and load, by term; see :mod:`adaptive_ff.identify.map_columns`.
     """
@@ -131,14 +86,20 @@ class Conditioned(NamedTuple):
     direction: Array
     speed: Array
     bent: dict[str, Array]
+    moves: Array
     sine: Array | None
     cosine: Array | None
+    moving_torque: Array
     held: Array
+    position: Array | None
     slides: NDArray[np.bool_]
     rests: NDArray[np.bool_]
     period: float
     sample_time: float
     between: dict[str, Array]
+    reversals: int
+    stops: int
+    edges: dict[str, Array]
     mapped: Mapping[str, Array] = {}
 
 
@@ -170,26 +131,74 @@ def wide_velocity(motion: Array, corner: float, period: float, *, is_position: b
     return differentiate(wide, period) if is_position else wide
 
 
-def find_rest(velocities: list[Array], corner: float) -> Rest:
-    """Return what counts as rest in a log.
+class Band(NamedTuple):
+    """The filters of a piece of a log, for what is regressed: while the joint moves.
 
-    Parameters
+    Attributes
     ----------
-    velocities : list of ndarray
-        Velocities of the pieces behind the wide filter, rad/s.
-    corner : float
-        Corner of that filter, Hz.
+    corner, bandwidth, period : float
+        Corner of the wide filter and of that of the regression, Hz, and sample time, s.
+    kept : slice
+        Samples that become rows.
+    resting : ndarray of bool, shape (n,)
+        Where the joint rests.
+    stands : ndarray of bool, shape (n,)
+        The same with what the wide filter smears.
+    stops : int
+        How often it stands.
+    velocity : ndarray, shape (n,)
+        Velocity behind the wide filter, rad/s; next to nothing, with the sign of the motion, where it stands.
     """
-    largest = max(float(np.max(np.abs(velocity))) for velocity in velocities)
-    slowest = REST_SHARE * largest
-    speeds = {
-        STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
-        **{shape: np.geomspace(SMEARED * largest, largest, SATURATION_GRID) for shape in SATURATIONS},
-    }
-    return Rest(slowest, speeds, corner)
+
+    corner: float
+    bandwidth: float
+    period: float
+    kept: slice
+    resting: NDArray[np.bool_]
+    stands: NDArray[np.bool_]
+    stops: int
+    velocity: Array
+
+    def filtered(self, values: Array) -> Array:
+        """Return a series in the band, of what it is while the joint moves."""
+        if self.stops == 0:
+            return lowpass(values, (self.corner, self.bandwidth), self.period)[self.kept]
+        return self.narrowed(lowpass(values, (self.corner,), self.period))
+
+    def narrowed(self, wide: Array) -> Array:
+        """Return the same of a series that has passed the wide filter."""
+        moving = wide if self.stops == 0 else np.where(self.stands, 0.0, wide)
+        return lowpass(moving, (self.bandwidth,), self.period)[self.kept]
+
+    def at_edges(self, values: Array) -> Array:
+        """Return impulses of a series where motions begin, less those where they end, in the band."""
+        change = -np.diff(self.stands.astype(np.float64))
+        wide = lowpass(values, (self.corner,), self.period)
+        edges = np.zeros_like(wide)
+        edges[1:] += np.maximum(change, 0.0) * wide[1:]
+        edges[:-1] += np.minimum(change, 0.0) * wide[:-1]
+        return lowpass(edges / self.period, (self.bandwidth,), self.period)[self.kept]
 
 
-def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest) -> Conditioned:
+def band_of_motion(velocity: Array, bandwidth: float, period: float, rest: Rest) -> Band:
+    """Return the filters of a piece of a log, from its velocity (rad/s) behind the wide filter."""
+    cycle = 1.0 / (bandwidth * period)
+    resting = at_rest(
+        velocity,
+        rest.slowest,
+        cycle,
+        math.ceil(1.0 / (rest.corner * period)) if rest.dwells else None,
+        sticks=rest.sticks,
+    )
+    stands = standing(resting, velocity, rest, cycle, period)
+    moved = with_signs_of_motion(velocity, stands)
+    kept = kept_rows(velocity.size, bandwidth, period)
+    return Band(rest.corner, bandwidth, period, kept, resting, stands, len(runs(stands)), moved)
+
+
+def condition(
+    log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest, torque_delay: float = 0.0
+) -> Conditioned:
     """Filter and decimate a piece of a log.
 
     Parameters
@@ -204,6 +213,8 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         Sample time, s.
     rest : Rest
         What counts as rest.
+    torque_delay : float, optional
+        Time after its stamp at which a torque acts, s.
 
     Returns
     -------
@@ -211,44 +222,71 @@ def condition(log: Log, piece: Piece, bandwidth: float, period: float, rest: Res
         Its rows.
     """
     time, motion, torque = uniform(log, piece, period)
+    if torque_delay != 0.0:
+        torque = transferred(torque, lambda s: np.exp(-torque_delay * s), period)
     is_position = log.position is not None
-    corners = (rest.corner, bandwidth)
-    fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
-    kept = kept_rows(time.size, bandwidth, period)
-
-    def filtered(values: Array) -> Array:
-        return lowpass(values, corners, period)[kept]
-
-    smooth = lowpass(motion - motion[0] if is_position else motion, corners, period)
-    sign, speed = np.sign(fast), np.abs(fast)
-    resting = _at_rest(
-        fast,
-        rest.slowest,
-        1.0 / (bandwidth * period),
-        math.ceil(1.0 / (rest.corner * period)) if rest.dwells else None,
-        sticks=rest.sticks,
-    )
+    measured = motion - motion[0] if is_position else motion
+    wide = lowpass(measured, (rest.corner,), period)
+    fast = differentiate(wide, period) if is_position else wide
+    band = band_of_motion(fast, bandwidth, period, rest)
+    moved = band.velocity
     reach = math.ceil(REST_REACH / (bandwidth * period))
-    return Conditioned(
-        time[kept],
-        filtered(torque),
-        (differentiate(smooth, period) if is_position else smooth)[kept],
-        (differentiate_twice(smooth, period) if is_position else differentiate(smooth, period))[kept],
-        filtered(sign),
-        filtered(speed),
-        {
-            term: np.array([filtered(bent_friction(term, fast, bend)) for bend in bends.tolist()])
+
+    def bent(shape: Callable[[Array], Array]) -> dict[str, Array]:
+        return {
+            term: np.array([shape(bent_friction(term, moved, bend)) for bend in bends.tolist()])
             for term, bends in rest.speeds.items()
-        },
-        filtered(np.sin(motion)) if is_position else None,
-        filtered(np.cos(motion)) if is_position else None,
-        lowpass(torque, corners[:1], period)[kept],
-        ~_widened(resting, reach)[kept],
-        ~_widened(~resting, reach)[kept],
-        kept.step * period,
+        }
+
+    def at_edges() -> dict[str, Array]:
+        straight = {"coulomb": np.sign(moved), "viscous": fast, "viscous_asymmetry": np.abs(fast)}
+        return {name: band.at_edges(column) for name, column in straight.items()} | bent(band.at_edges)
+
+    return Conditioned(
+        time[band.kept],
+        lowpass(torque, (rest.corner, bandwidth), period)[band.kept],
+        *_motion(measured, wide, band, is_position=is_position),
+        band.filtered(np.sign(moved)),
+        band.filtered(np.abs(moved)),
+        bent(band.filtered),
+        np.ones(time[band.kept].size) if band.stops == 0 else band.narrowed(np.ones_like(fast)),
+        band.filtered(np.sin(motion)) if is_position else None,
+        band.filtered(np.cos(motion)) if is_position else None,
+        band.filtered(torque),
+        lowpass(torque, (rest.corner,), period)[band.kept],
+        wide[band.kept] + motion[0] if is_position else None,
+        ~(widened(band.resting, reach) | band.stands)[band.kept],
+        ~widened(~band.resting, reach)[band.kept],
+        band.kept.step * period,
         period,
-        _between_samples(fast, rest, period, filtered),
+        _between_samples(rest, band),
+        reversals(fast, band.stands, rest),
+        band.stops,
+        at_edges() if band.stops else {},
     )
+
+
+def _motion(measured: Array, wide: Array, band: Band, *, is_position: bool) -> tuple[Array, Array]:
+    """Return velocity and acceleration in the band, of a motion as it was measured and behind the wide filter."""
+    smooth = lowpass(measured, (band.corner, band.bandwidth), band.period) if band.stops == 0 else wide
+    first = differentiate(smooth, band.period)
+    pair = (first, differentiate_twice(smooth, band.period)) if is_position else (smooth, first)
+    if band.stops == 0:
+        return pair[0][band.kept], pair[1][band.kept]
+    ended = (np.pad(one[REACH:-REACH], REACH, mode="edge") for one in pair)  # there is no difference at the ends
+    velocity, acceleration = (band.narrowed(one) for one in ended)
+    return velocity, acceleration
+
+
+def transferred(values: Array, response: Callable[[Any], Any], period: float) -> Array:
+    """Apply a transfer function to a series: exact where it is band-limited, and smooth in a lag of either sign.
+
+    The series is continued by its mirror image, so that it does not jump where its end meets its start.
+    """
+    mirrored = np.concatenate([values, values[::-1]])
+    s = 2j * math.pi * np.fft.rfftfreq(mirrored.size, period)
+    changed: Array = np.fft.irfft(np.fft.rfft(mirrored) * response(s), mirrored.size)[: values.size]
+    return changed
 
 
 def kept_rows(size: int, bandwidth: float, period: float) -> slice:
@@ -279,65 +317,17 @@ def velocity_between(fast: Array, period: float) -> Array | None:
     return fine.reshape(fast.size, times)
 
 
-def _between_samples(fast: Array, rest: Rest, period: float, filtered: Callable[[Array], Array]) -> dict[str, Array]:
+def _between_samples(rest: Rest, band: Band) -> dict[str, Array]:
     """Return what columns that jump are at the samples beyond their mean around them; nothing of a fast log."""
-    fine = velocity_between(fast, period)
+    fast = band.velocity
+    fine = velocity_between(fast, band.period)
     if fine is None:
         return {}
 
     def beyond(shape: Callable[[Array], Array]) -> Array:
-        return filtered(shape(fast) - np.mean(shape(fine), axis=1))
+        return band.filtered(shape(fast) - np.mean(shape(fine), axis=1))
 
     made = {"coulomb": beyond(np.sign)}
     for term, bends in rest.speeds.items():
         made[term] = np.array([beyond(partial(bent_friction, term, bend=bend)) for bend in bends.tolist()])
     return made
-
-
-def _at_rest(velocity: Array, slowest: float, cycle: float, reach: int | None, *, sticks: bool) -> NDArray[np.bool_]:
-    """Return where a joint rests.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (n,)
-        Its velocity, rad/s.
-    slowest : float
-        Speed below which it is slow, rad/s.
-    cycle : float
-        Samples of a cycle of the band.
-    reach : int or None
-        Samples over which the accelerations beside a reversal are taken; None where those do not count.
-    sticks : bool
-        Whether it rests where it stands for less than a cycle, too.
-    """
-    sign, slow = np.sign(velocity), np.abs(velocity) < slowest
-    resting = np.zeros_like(slow)
-    for start, stop in runs(slow):
-        cycles = REST_CYCLES
-        turns = sign[start] != sign[stop - 1]
-        if sticks and (turns or reach is not None) and np.count_nonzero(np.diff(sign[start:stop])) >= STOP_SIGNS:
-            cycles = STOP_CYCLES
-        elif sticks and reach is not None and _dwells(velocity, start, stop, slowest, reach):
-            cycles = 0.0
-        resting[start:stop] = stop - start >= math.ceil(cycles * cycle)
-    return resting
-
-
-def _dwells(velocity: Array, start: int, stop: int, slowest: float, reach: int) -> bool:
-    """Tell whether a joint that reverses is slow for longer than its accelerations on both sides say."""
-    if start < reach or stop + reach > velocity.size or velocity[start - 1] * velocity[stop] >= 0.0:
-        return False
-    ends = np.abs(velocity[[start - reach, start, stop - 1, stop - 1 + reach]])
-    braking, starting = (ends[0] - ends[1]) / reach, (ends[3] - ends[2]) / reach
-    if min(braking, starting) <= 0.0:
-        return False
-    return bool(stop - 1 - start > DWELL * (slowest / braking + slowest / starting))
-
-
-def _widened(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
-    """Return a mask whose runs of true values reach further on both sides."""
-    steps = np.zeros(mask.size + 1, dtype=np.int64)
-    for start, stop in runs(mask):
-        steps[max(0, start - reach)] += 1
-        steps[min(mask.size, stop + reach)] -= 1
-    return np.cumsum(steps[:-1]) > 0

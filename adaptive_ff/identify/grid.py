@@ -7,7 +7,7 @@ a parabola to good accuracy.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,6 @@ from adaptive_ff.identify.regressors import (
     Problem,
     direct_column,
     friction_column,
-    piece_torque,
 )
 from adaptive_ff.identify.sampled_lag import sampled_share
 from adaptive_ff.logs.derivatives import Array
@@ -115,7 +114,7 @@ def make_grid(problem: Problem) -> Grid:
         friction = np.array([friction_column(piece, problem.speeds, term, {}) for term in straight])
         bent = [piece.bent[term][:: EVERY[term]] for term in BENT]
         lagging.append(_lagging(piece, straight, np.vstack([friction, *bent])))
-        target.append(piece_torque(piece, problem.torque_delay)[piece.slides])
+        target.append(piece.moving_torque[piece.slides])
     speeds = {term: problem.speeds[term][:: EVERY[term]] for term in BENT}
     columns = [f"{term} {place}" for term in BENT for place in range(speeds[term].size)]
     names = (*direct, *straight, *columns, "torque")
@@ -207,25 +206,37 @@ def _spectrum(series: Array) -> NDArray[np.complex128]:
 
 
 class Lagging(NamedTuple):
-    """Columns of friction to be lagged: spectra of their means around the samples, and what samples have beyond."""
+    """Columns of friction to be lagged: spectra of their means around the samples, and what samples have beyond.
+
+    With the spectra of their impulses at the edges of motions, or None.
+    """
 
     spectra: NDArray[np.complex128]
     between: Array
+    edges: NDArray[np.complex128] | None
 
 
 def _lagging(piece: Conditioned, straight: Sequence[str], columns: Array) -> Lagging:
     """Return columns, of the straight terms of friction and of each speed of the bent ones, to be lagged."""
-    between = np.zeros_like(columns)
-    if piece.between:
+    between = _of_columns(piece.between, straight, columns.shape)
+    edges = _spectrum(_of_columns(piece.edges, straight, columns.shape)) if piece.edges else None
+    return Lagging(_spectrum(columns - between), between, edges)
+
+
+def _of_columns(series: Mapping[str, Array], straight: Sequence[str], shape: tuple[int, ...]) -> Array:
+    """Return the series of each column, zero where it has none."""
+    made = np.zeros(shape)
+    if series:
         for place, term in enumerate(straight):
-            between[place] = piece.between.get(term, 0.0)
-        between[len(straight) :] = np.vstack([piece.between[term][:: EVERY[term]] for term in BENT])
-    return Lagging(_spectrum(columns - between), between)
+            made[place] = series.get(term, 0.0)
+        made[len(straight) :] = np.vstack([series[term][:: EVERY[term]] for term in BENT])
+    return made
 
 
 def _lagged(series: Lagging, piece: Conditioned, lag: float) -> Array:
     """Return the columns with a lag, as they are sampled; a negative lag leads."""
     size = piece.time.size
     response = 1.0 / (1.0 + lag * 2j * math.pi * np.fft.rfftfreq(2 * size, piece.period))
-    lagged: Array = np.fft.irfft(series.spectra * response, 2 * size, axis=1)[:, :size]
+    spectra = series.spectra if series.edges is None else series.spectra + lag * series.edges
+    lagged: Array = np.fft.irfft(spectra * response, 2 * size, axis=1)[:, :size]
     return lagged + sampled_share(piece.sample_time, lag) * series.between

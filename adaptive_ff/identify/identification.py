@@ -263,9 +263,9 @@ def rest_torque(problem: Problem, values: Mapping[str, float]) -> float | None:
 def carried(piece: Conditioned, values: Mapping[str, float]) -> Array | float:
     """Return the torque (N m) that carries offset and gravity along a piece, for the values of the terms."""
     torque: Array | float = values.get("offset", 0.0)
-    for term, column in (("gravity_sine", piece.sine), ("gravity_cosine", piece.cosine)):
-        if term in values and column is not None:
-            torque = torque + values[term] * column
+    for term, wave in (("gravity_sine", np.sin), ("gravity_cosine", np.cos)):
+        if term in values and piece.position is not None:
+            torque = torque + values[term] * wave(piece.position)
     return torque
 
 
@@ -297,10 +297,10 @@ def _divide(prepared: Prepared, share: float) -> tuple[list[Piece], list[Piece],
 def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
     """Return what is regressed of some pieces of a log; the delay of the torque in s."""
     band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
-    conditioned = [condition(prepared.log, piece, band, period, rest) for piece in pieces]
+    conditioned = [condition(prepared.log, piece, band, period, rest, torque_delay) for piece in pieces]
     noise = column_noise(prepared)
     variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
-    return Problem(conditioned, rest.speeds, LAG_CYCLES / band, float(torque_delay), variances)
+    return Problem(conditioned, rest.speeds, LAG_CYCLES / band, variances)
 
 
 def _rows(problem: Problem) -> int:

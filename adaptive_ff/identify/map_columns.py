@@ -14,7 +14,7 @@ no mean over the rows of the log.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,12 +23,12 @@ from scipy.linalg import null_space
 from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.families import ASYMMETRY, FORCE_OVER, FRICTION_OVER, GRAVITY, Terms
-from adaptive_ff.identify.filtering import Rest, bent_friction, kept_rows, uniform, velocity_between, wide_velocity
+from adaptive_ff.identify.filtering import band_of_motion, bent_friction, uniform, velocity_between, wide_velocity
 from adaptive_ff.identify.fit import Fitted
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import BENT, Problem
 from adaptive_ff.logs.defects import Piece
-from adaptive_ff.logs.derivatives import Array, lowpass
+from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import KNOWN, Log
 
 LOAD = FRICTION_OVER + "load"
@@ -192,37 +192,41 @@ def with_map(problem: Problem, prepared: Prepared, pieces: Sequence[Piece], basi
     """
     made = []
     for piece, rows in zip(pieces, problem.pieces, strict=True):
-        mapped, between = _columns(prepared, prepared.rest, piece, basis, fitted)
-        plain = {name: column for name, column in rows.between.items() if not name.startswith(FRICTION_OVER)}
-        made.append(rows._replace(mapped=mapped, between={**plain, **between}))
+        mapped, between, edges = _columns(prepared, piece, basis, fitted)
+        made.append(
+            rows._replace(
+                mapped=mapped, between={**_plain(rows.between), **between}, edges={**_plain(rows.edges), **edges}
+            )
+        )
     return problem._replace(pieces=made)
 
 
+def _plain(series: Mapping[str, Array]) -> dict[str, Array]:
+    return {name: column for name, column in series.items() if not name.startswith(FRICTION_OVER)}
+
+
 def _columns(
-    prepared: Prepared, rest: Rest, piece: Piece, basis: MapBasis, fitted: Fitted
-) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return the filtered columns of a piece, and what those of friction are beyond their mean around the samples."""
-    log, period, bandwidth = prepared.log, prepared.period, prepared.bandwidth
+    prepared: Prepared, piece: Piece, basis: MapBasis, fitted: Fitted
+) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
+    """Return the filtered columns of a piece, and of friction what it is between samples and at edges of motions."""
+    log, period, rest = prepared.log, prepared.period, prepared.rest
     motion = uniform(log, piece, period)[1]
     position, load = _series(log, piece, period)
     is_position = log.position is not None
     fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
-    friction = model_friction(fitted, fast)
-    kept = kept_rows(motion.size, bandwidth, period)
-    fine = velocity_between(fast, period)
+    band = band_of_motion(fast, prepared.bandwidth, period, rest)
+    friction = model_friction(fitted, band.velocity)
+    fine = velocity_between(band.velocity, period)
     beyond = None if fine is None else friction - np.mean(model_friction(fitted, fine), axis=1)
-
-    def filtered(values: Array) -> Array:
-        return lowpass(values, (rest.corner, bandwidth), period)[kept]
-
     factors = dict(zip(basis.names(), basis.over(position), strict=True))
     shares = {FRICTION_OVER + name: factor for name, factor in factors.items()}
     if basis.asked.load:
         shares[LOAD] = np.abs(load) - basis.load
-    mapped = {name: filtered(share * friction) for name, share in shares.items()}
-    mapped |= {FORCE_OVER + name: filtered(factor) for name, factor in factors.items()}
-    between = {} if beyond is None else {name: filtered(share * beyond) for name, share in shares.items()}
-    return mapped, between
+    mapped = {name: band.filtered(share * friction) for name, share in shares.items()}
+    mapped |= {FORCE_OVER + name: band.filtered(factor) for name, factor in factors.items()}
+    between = {} if beyond is None else {name: band.filtered(share * beyond) for name, share in shares.items()}
+    edges = {} if band.stops == 0 else {name: band.at_edges(share * friction) for name, share in shares.items()}
+    return mapped, between, edges
 
 
 def _series(log: Log, piece: Piece, period: float) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.identify.fit import Fitted
-from adaptive_ff.identify.regressors import Problem, piece_columns, piece_torque
+from adaptive_ff.identify.regressors import Problem, piece_columns
 from adaptive_ff.logs.derivatives import Array
 
 
@@ -77,8 +77,8 @@ def predict(problem: Problem, fitted: Fitted) -> list[Prediction]:
             Prediction(
                 piece.time,
                 piece.velocity,
-                piece_torque(piece, problem.torque_delay),
-                matrix @ values,
+                piece.torque,
+                matrix @ values + piece.torque - piece.moving_torque,
                 piece.acceleration,
                 fitted.values["inertia"],
                 piece.slides,

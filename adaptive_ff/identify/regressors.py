@@ -14,13 +14,13 @@ and load are further linear terms where they are asked for, see :mod:`adaptive_f
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from adaptive_ff.identify.families import FORCE_OVER
-from adaptive_ff.identify.filtering import Conditioned
+from adaptive_ff.identify.filtering import Conditioned, transferred
 from adaptive_ff.identify.sampled_lag import sampled_share
 from adaptive_ff.logs.derivatives import Array
 
@@ -39,6 +39,10 @@ BENT = {
 """Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
 
 
+FEWEST_REVERSALS, SMALLEST_SHARE = 2, 0.25
+"""Reversals in motion, and how many over those at which the joint stands, from which on a log shows a friction lag."""
+
+
 class Problem(NamedTuple):
     """What is regressed.
 
@@ -50,8 +54,6 @@ class Problem(NamedTuple):
         Grid of speeds of each bent term, rad/s.
     longest_lag : float
         Largest friction lag that is looked for, s.
-    torque_delay : float
-        Time after its stamp at which a torque acts, s.
     noise : dict of float
         Variance of the noise of a column, by its term.
     """
@@ -59,18 +61,18 @@ class Problem(NamedTuple):
     pieces: Sequence[Conditioned]
     speeds: Mapping[str, Array]
     longest_lag: float
-    torque_delay: float
     noise: Mapping[str, float] = {}
+
+    @property
+    def shows_lag(self) -> bool:
+        """Whether the joint reverses in motion, which alone tells a lag from an inertia smaller by ``sigma lag``."""
+        turns, stops = (sum(getattr(piece, name) for piece in self.pieces) for name in ("reversals", "stops"))
+        return bool(turns >= FEWEST_REVERSALS and turns >= SMALLEST_SHARE * stops)
 
 
 def measured_torque(problem: Problem) -> Array:
     """Return the torque of the regressed rows, shape (rows,)."""
-    return np.concatenate([piece_torque(piece, problem.torque_delay)[piece.slides] for piece in problem.pieces])
-
-
-def piece_torque(piece: Conditioned, delay: float) -> Array:
-    """Return the torque of a piece at the time when it acts."""
-    return piece.torque if delay == 0.0 else _transfer(piece.torque, lambda s: np.exp(-delay * s), piece.period)
+    return np.concatenate([piece.moving_torque[piece.slides] for piece in problem.pieces])
 
 
 def design(problem: Problem, terms: Sequence[str], searched: Mapping[str, float]) -> Array:
@@ -115,7 +117,12 @@ def piece_columns(
 def _lagged(
     piece: Conditioned, speeds: Mapping[str, Array], term: str, searched: Mapping[str, float], lag: float
 ) -> Array:
-    """Return the column of a term of friction with its lag, as it is sampled."""
+    """Return the column of a term of friction with its lag, as it is sampled.
+
+    Friction that lags is ``L x``, ``lag (L x)' + L x = x``, and what is regressed of it is ``m L x``, with ``m`` one
+    where the joint moves. From ``lag (m L x)' + m L x = m x + lag m' L x`` it is ``L (m x + lag m' x)`` where friction
+    beside a rest has had the time to follow: the impulses ``m' x`` are those at the edges of the motions.
+    """
     column = friction_column(piece, speeds, term, searched)
     if lag == 0.0:
         return column
@@ -123,7 +130,11 @@ def _lagged(
     if term in piece.between:
         beyond = piece.between[term]
         between = beyond if term not in BENT else _at_bend(beyond, speeds[term], searched[BENT[term]])
-    mean = _transfer(column - between, lambda s: 1.0 / (1.0 + lag * s), piece.period)
+    edges: Array | float = 0.0
+    if term in piece.edges:
+        impulses = piece.edges[term]
+        edges = impulses if term not in BENT else _at_bend(impulses, speeds[term], searched[BENT[term]])
+    mean = transferred(column - between + lag * edges, lambda s: 1.0 / (1.0 + lag * s), piece.period)
     return mean + sampled_share(piece.sample_time, lag) * between
 
 
@@ -132,7 +143,7 @@ def direct_column(piece: Conditioned, term: str) -> Array:
     if term in piece.mapped:
         return piece.mapped[term]
     if term == "offset":
-        return np.ones_like(piece.time)
+        return piece.moves
     column = {"inertia": piece.acceleration, "gravity_sine": piece.sine, "gravity_cosine": piece.cosine}[term]
     assert column is not None
     return column
@@ -156,14 +167,3 @@ def _at_bend(columns: Array, grid: Array, bend: float) -> Array:
     weights += [-(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6]
     column: Array = np.array(weights) @ columns[place - 1 : place + 3]
     return column
-
-
-def _transfer(values: Array, response: Callable[[Any], Any], period: float) -> Array:
-    """Apply a transfer function to a band-limited series: exact, and smooth in a time constant of either sign.
-
-    The series is continued by its mirror image, so that it does not jump where its end meets its start.
-    """
-    mirrored = np.concatenate([values, values[::-1]])
-    s = 2j * math.pi * np.fft.rfftfreq(mirrored.size, period)
-    changed: Array = np.fft.irfft(np.fft.rfft(mirrored) * response(s), mirrored.size)[: values.size]
-    return changed

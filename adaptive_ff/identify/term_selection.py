@@ -107,12 +107,12 @@ def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool
 def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -> Selection:
     """Choose the model of a log among some, of which the first one is the simplest; see ``select_terms``."""
     grid = make_grid(problem)
+    refused: dict[str, str] = {}
     simplest = fit_terms(problem, models[0], confidence)  # says what cannot be separated
     fits: dict[Terms, Fitted] = {models[0]: simplest}
-    refused: dict[str, str] = {}
     validated = cross_validate(grid, models)
     while True:
-        best, near = choose(validated)
+        best, near = choose(validated, shows_lag=problem.shows_lag)
         for model in [best, *near]:
             if model.terms not in fits:
                 try:
@@ -139,7 +139,8 @@ def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -
                 tried[term] = fits.get(terms) or fit_terms(problem, terms, confidence, start=_start(start))
             except ValueError as error:
                 refused[term] = str(error)
-    return Selection(chosen, alike, tried, refused, validated, _lead(grid, best), profiles, grid)
+    lead = _lead(grid, best) if problem.shows_lag else 0.0
+    return Selection(chosen, alike, tried, refused, validated, lead, profiles, grid)
 
 
 def _start(point: Point) -> dict[str, float]:

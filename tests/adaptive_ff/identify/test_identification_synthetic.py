@@ -96,7 +96,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say_though_errors_are_correla
     for seed in seeds:
         log = make_log(period=0.004, noise=0.3, seed=seed)
         piece = condition(log, prepared.pieces[0], 10.0, prepared.period, prepared.rest)
-        fitted = fit_terms(Problem([piece], prepared.rest.speeds, 0.1, 0.0), terms, 0.95, start={"friction_lag": 0.0})
+        fitted = fit_terms(Problem([piece], prepared.rest.speeds, 0.1), terms, 0.95, start={"friction_lag": 0.0})
         for name, true in truth.items():
             estimate = fitted.estimate(name)
             held[name] += estimate.lower <= true <= estimate.upper

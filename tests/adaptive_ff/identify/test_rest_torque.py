@@ -12,8 +12,7 @@ ANGLE = np.linspace(-1.5, 1.5, 31)
 
 
 def piece(held, rests, *, position=True):
-    angles = (np.sin(ANGLE), np.cos(ANGLE)) if position else (None, None)
-    return SimpleNamespace(sine=angles[0], cosine=angles[1], held=held, rests=rests)
+    return SimpleNamespace(position=ANGLE if position else None, held=held, rests=rests)
 
 
 def test_offset_and_gravity_are_no_friction():

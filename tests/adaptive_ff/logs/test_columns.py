@@ -8,9 +8,10 @@ from synthetic_logs import make_log, motion
 from adaptive_ff.identify.filtering import condition
 from adaptive_ff.identify.fit import correlation_length
 from adaptive_ff.identify.preparation import prepare, split
-from adaptive_ff.identify.regressors import piece_columns, piece_torque
+from adaptive_ff.identify.regressors import piece_columns
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import lowpass
+from adaptive_ff.logs.log import Log
 
 MIDDLE = slice(100, -100)
 
@@ -54,11 +55,15 @@ def test_lag_does_not_touch_inertia_and_offset(piece):
     assert np.all(columns[:, 1] == 1.0)
 
 
-def test_torque_that_acts_later_is_shifted(piece):
-    rows = piece[0]._replace(torque=motion(piece[0].time)[1])
-    expected = motion(rows.time - 0.007)[1]
-    assert piece_torque(rows, 0.007)[MIDDLE] == pytest.approx(expected[MIDDLE], abs=2e-3)
-    assert piece_torque(rows, 0.0) is rows.torque
+def test_torque_that_acts_later_is_shifted():
+    log = make_log()
+    log = Log("log", log.time, motion(log.time)[1], position=log.position)
+    prepared = prepare(log, 10.0)
+    arguments = log, prepared.pieces[0], 10.0, prepared.period, prepared.rest
+    rows, late = condition(*arguments), condition(*arguments, 0.007)
+    assert late.torque[MIDDLE] == pytest.approx(motion(rows.time - 0.007)[1][MIDDLE], abs=2e-3)
+    assert late.moving_torque == pytest.approx(late.torque)
+    assert np.array_equal(late.velocity, rows.velocity)
 
 
 def test_column_of_stiction_is_interpolated_between_stribeck_velocities(piece):
