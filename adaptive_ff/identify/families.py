@@ -14,6 +14,10 @@ LAG, STICTION, ASYMMETRY = "friction_lag", "stiction_excess", "viscous_asymmetry
 SATURATION, SLOW_SATURATION, LONG_SATURATION = SATURATIONS = ("saturation", "slow_saturation", "long_saturation")
 """Further terms; stiction and the shapes of saturation exclude each other, as one log seldom determines two bends."""
 
+SQUARE_STICTION = "square_stiction"
+"""Stiction that falls with the square of the speed, a shape factor of two: never used, but intervals are taken over it
+where a model with stiction is used and the log does not tell the two shapes apart."""
+
 WITHIN = (LAG, STICTION, *SATURATIONS)
 """Terms that models of one family may differ by: the shape of friction, which every reversal shows."""
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from adaptive_ff.identify.families import LONG_SATURATION, SATURATION, STICTION
+from adaptive_ff.identify.families import LONG_SATURATION, SATURATION, SQUARE_STICTION, STICTION
 from adaptive_ff.identify.standing import Rest, at_rest, reversals, standing, widened, with_signs_of_motion
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
@@ -36,6 +36,9 @@ JITTER = 0.01
 
 REST_REACH = 0.75
 """Cycles of the band around a rest that are not regressed: what the filters smear."""
+
+STILL = 30.0
+"""Speed over that of a bend at which nothing of stiction is left."""
 
 FINE = 1000.0
 """Rate at which columns that jump are averaged around the samples of a slower log, Hz."""
@@ -302,6 +305,8 @@ def bent_friction(term: str, velocity: Array, bend: float) -> Array:
         return np.asarray(np.tanh(relative))
     if term == LONG_SATURATION:
         return np.asarray(relative / (1.0 + np.abs(relative)))
+    if term == SQUARE_STICTION:
+        return np.asarray(np.sign(relative) * np.exp(-np.square(np.minimum(np.abs(relative), STILL))))
     share = np.exp(-np.abs(relative))
     return np.asarray(np.sign(relative) * (share if term == STICTION else 1.0 - share))
 

@@ -35,7 +35,7 @@ LAG_STEP = 0.05
 LEAD = "friction_lead"
 """Term of a friction that leads the motion, as where the motion is recorded later than the torque."""
 
-EVERY = {"stiction_excess": 2, "saturation": 1, "slow_saturation": 1, "long_saturation": 1}
+EVERY = {"stiction_excess": 2, "square_stiction": 2, "saturation": 1, "slow_saturation": 1, "long_saturation": 1}
 """Step through the speeds of the log's grid: columns of neighbours are much alike."""
 
 RIDGE = 1e-10

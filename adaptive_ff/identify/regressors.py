@@ -32,6 +32,7 @@ FRICTION = ("coulomb", "viscous", "viscous_asymmetry")
 
 BENT = {
     "stiction_excess": "stribeck_velocity",
+    "square_stiction": "square_stribeck_velocity",
     "saturation": "saturation_velocity",
     "slow_saturation": "slow_saturation_velocity",
     "long_saturation": "long_saturation_velocity",

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.identify.families import SATURATIONS, STICTION
+from adaptive_ff.identify.families import SATURATIONS, SQUARE_STICTION, STICTION
 from adaptive_ff.logs.defects import runs
 from adaptive_ff.logs.derivatives import Array
 
@@ -102,7 +102,7 @@ def find_rest(velocities: list[Array], corner: float) -> Rest:
     largest = max(float(np.max(np.abs(velocity))) for velocity in velocities)
     slowest = REST_SHARE * largest
     speeds = {
-        STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
+        **{shape: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID) for shape in (STICTION, SQUARE_STICTION)},
         **{shape: np.geomspace(SMEARED * largest, largest, SATURATION_GRID) for shape in SATURATIONS},
     }
     return Rest(slowest, speeds, corner)

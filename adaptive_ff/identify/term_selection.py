@@ -15,6 +15,7 @@ from adaptive_ff.identify.families import (
     SATURATION,
     SATURATIONS,
     SLOW_SATURATION,
+    SQUARE_STICTION,
     STICTION,
     Terms,
     candidate_models,
@@ -123,6 +124,7 @@ def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -
             break
         validated = [model for model in validated if model is not best]
     alike = [fits[model.terms] for model in [best, *near] if model.terms in fits]
+    alike += _of_other_shape(problem, grid, best, confidence)
     chosen = alike[0]
     profiles = {
         fitted.terms: shape_profiles(grid, fitted.terms) for fitted in alike if {*fitted.terms} & {*SATURATIONS}
@@ -141,6 +143,21 @@ def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -
                 refused[term] = str(error)
     lead = _lead(grid, best) if problem.shows_lag else 0.0
     return Selection(chosen, alike, tried, refused, validated, lead, profiles, grid)
+
+
+def _of_other_shape(problem: Problem, grid: Grid, best: Validated, confidence: float) -> list[Fitted]:
+    """Return the model with the other shape of stiction, if it has one and the log does not rule the other out."""
+    if STICTION not in best.terms:
+        return []
+    terms = tuple(SQUARE_STICTION if term == STICTION else term for term in best.terms)
+    for other in cross_validate(grid, [terms]):
+        worse, deviation = behind(other, best)
+        if worse <= ALIKE * deviation:
+            try:
+                return [fit_terms(problem, terms, confidence, start=_start(other.start))]
+            except ValueError:
+                return []
+    return []
 
 
 def _start(point: Point) -> dict[str, float]:

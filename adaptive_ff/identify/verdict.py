@@ -11,6 +11,7 @@ from adaptive_ff.identify.families import (
     SATURATION,
     SATURATIONS,
     SLOW_SATURATION,
+    SQUARE_STICTION,
     STICTION,
     is_mapped,
 )
@@ -260,6 +261,7 @@ WORDS = {
     "viscous": "viscous friction",
     "coulomb": "Coulomb friction",
     STICTION: "stiction",
+    SQUARE_STICTION: "the shape of stiction",
     SATURATION: "viscous friction that saturates",
     SLOW_SATURATION: "viscous friction that saturates slowly",
     LONG_SATURATION: "viscous friction that saturates over a wide range",

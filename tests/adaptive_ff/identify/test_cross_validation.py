@@ -32,3 +32,14 @@ def test_a_term_that_validates_better_by_more_than_a_standard_error_is_used(term
     simple = validated(ERRORS + 1e-7 * SCATTER + errors * deviation / BLOCKS)
     further = validated(ERRORS, term)
     assert choose([simple, further])[0] is (further if used else simple)
+
+
+@pytest.mark.parametrize(("errors", "used"), [(1.1, False), (1.9, False), (2.1, True)])
+def test_a_lag_that_a_log_does_not_show_takes_two_standard_errors_and_widens_the_interval(errors, used):
+    _, deviation = behind(validated(ERRORS + 1e-7 * SCATTER), validated(ERRORS))
+    simple = validated(ERRORS + 1e-7 * SCATTER + errors * deviation / BLOCKS)
+    lagged = validated(ERRORS, LAG)
+    chosen, near = choose([simple, lagged], shows_lag=False)
+    assert chosen is (lagged if used else simple)
+    assert near == ([] if used else [lagged])
+    assert choose([simple, lagged])[0] is lagged
