@@ -4,7 +4,7 @@ Friction holds there what the torque happens to be, which no model of sliding sa
 but the filters of the band carry into them what is beside: a torque of three times the friction that was regressed,
 since a sign of a velocity of zero is none. So the equation is multiplied, before it is filtered, by one where the joint
 moves and by zero where it stands, on both sides: it holds again, in every band. Without it inertia of joints that
-stick came out up to 40 % too large, with intervals of a tenth of that, and a friction without lag lagged by 10 to
+stick came out up to 86 % too large, with intervals of a tenth of that, and a friction without lag lagged by 10 to
 20 ms. At the edges of a motion the wide filter, behind which the sign of the velocity is taken, still smears; so a
 motion begins a little later and ends a little earlier, and standing has the sign of the motion next to it.
 """
