@@ -13,13 +13,11 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from adaptive_ff.cli.terminal import error_console, progress_bars
 from adaptive_ff.files import write_json
 from adaptive_ff.logs.log import Log
-from adaptive_ff.workers import pool_of_workers
 from benchmarks.coverage import Case, coverage_table, examine
-from benchmarks.other_joints import draw, drive
-from benchmarks.robot.in_turn import CORES, Workers
+from benchmarks.other_joints import draw, drive, loop_gains
+from benchmarks.robot.in_turn import CORES, Workers, run_seeds
 from benchmarks.wide import wide_console
 from controllers import PI
 
@@ -36,9 +34,7 @@ COARSE = 3.0
 def driven_case(seed: int) -> tuple[Case, float, str]:
     """Return the log of a seed with its truth, the time (s) after its stamp at which a torque acts, and its kind."""
     joint, loop, plan = draw(seed)
-    told = loop.inertia_error * joint.inertia
-    design = PI.design(inertia=told, period=loop.period, bandwidth=loop.bandwidth)
-    run = drive(PI(design.proportional, design.integral, loop.period), joint, loop, plan, seed)
+    run = drive(PI(*loop_gains(joint, loop)), joint, loop, plan, seed)
     random = np.random.default_rng([seed, STREAM])
     noise = joint.coulomb * NOISES[0] * (NOISES[1] / NOISES[0]) ** random.random()
     torque = run.torques + noise * random.standard_normal(run.torques.size)
@@ -64,11 +60,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write all results there.")] = None,
 ) -> None:
     """Print coverage and width of the stated intervals, by what the logs lack."""
-    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
-        task, results = progress.add_task("logs", total=logs), []
-        for result in pool.map(examine_seed, range(first, first + logs)):
-            results.append(result)
-            progress.advance(task)
+    results = run_seeds(examine_seed, range(first, first + logs), workers, "logs")
     console = wide_console()
     console.print(coverage_table(results))
     for kind in ("other", "cogging", "coarse encoder"):

@@ -26,10 +26,8 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff import AdaptiveController
-from adaptive_ff.cli.terminal import error_console, progress_bars
 from adaptive_ff.files import write_json
-from adaptive_ff.workers import pool_of_workers
-from benchmarks.robot.in_turn import CORES, Workers
+from benchmarks.robot.in_turn import CORES, Workers, run_seeds
 from benchmarks.wide import wide_console
 from controllers import PI, PositionLoop
 
@@ -270,12 +268,17 @@ def drive(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed
     return run
 
 
+def loop_gains(joint: DrawnJoint, loop: DrawnLoop) -> tuple[float, float, float]:
+    """Return both gains of the PI loop, for the inertia that is told, and its sampling period (s)."""
+    told = loop.inertia_error * joint.inertia
+    design = PI.design(inertia=told, period=loop.period, bandwidth=loop.bandwidth)
+    return design.proportional, design.integral, loop.period
+
+
 def run_joint(seed: int) -> dict[str, Any]:
     """Return the figures of a seed."""
     joint, loop, plan = draw(seed)
-    told = loop.inertia_error * joint.inertia
-    design = PI.design(inertia=told, period=loop.period, bandwidth=loop.bandwidth)
-    gains = design.proportional, design.integral, loop.period
+    told, gains = loop.inertia_error * joint.inertia, loop_gains(joint, loop)
     adaptive = AdaptiveController(
         *gains,
         inertia=told,
@@ -326,11 +329,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the figures there.")] = None,
 ) -> None:
     """Drive joints of another simulator with and without compensation, and print how they compare."""
-    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
-        task, rows = progress.add_task("joints", total=joints), []
-        for row in pool.map(run_joint, range(first, first + joints)):
-            rows.append(row)
-            progress.advance(task)
+    rows = run_seeds(run_joint, range(first, first + joints), workers, "joints")
     console = wide_console()
     console.print(table_of(rows))
     for row in rows:

@@ -87,7 +87,7 @@ def choose(validated: Sequence[Validated], *, shows_lag: bool = True) -> tuple[V
     that does not show a friction lag, models with one are a family of their own.
     """
     best = min(validated, key=lambda model: model.error)
-    alike = [model for model in validated if _within(model, best, ALIKE)]
+    alike = [model for model in validated if within(model, best, ALIKE)]
 
     def family_of_model(model: Validated) -> Terms:
         family = family_of(model.terms)
@@ -103,10 +103,11 @@ def choose(validated: Sequence[Validated], *, shows_lag: bool = True) -> tuple[V
 
 def _simplest(models: Sequence[Validated], bound: float) -> Validated:
     best = min(models, key=lambda model: model.error)
-    near = [model for model in models if _within(model, best, bound)]
+    near = [model for model in models if within(model, best, bound)]
     return min(near, key=lambda model: (len(model.terms), model.error))
 
 
-def _within(model: Validated, best: Validated, bound: float) -> bool:
+def within(model: Validated, best: Validated, bound: float) -> bool:
+    """Tell whether a model validates worse than another one by no more than so many standard errors."""
     worse, deviation = behind(model, best)
     return worse <= bound * deviation + ROUNDING

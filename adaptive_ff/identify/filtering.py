@@ -37,9 +37,6 @@ JITTER = 0.01
 REST_REACH = 0.75
 """Cycles of the band around a rest that are not regressed: what the filters smear."""
 
-STILL = 30.0
-"""Speed over that of a bend at which nothing of stiction is left."""
-
 FINE = 1000.0
 """Rate at which columns that jump are averaged around the samples of a slower log, Hz."""
 
@@ -54,8 +51,8 @@ class Conditioned(NamedTuple):
     direction, speed : ndarray, shape (n,)
         Sign and size of the velocity, filtered after the sign was taken.
     bent : dict of ndarray, shape (k, n)
-        ``sgn(w) exp(-|w|/Vs)``, ``tanh(w/Vc)``, ``sgn(w) (1 - exp(-|w|/Vc))`` and ``w/(Vc + |w|)``, filtered, for each
-        speed of their grid, by term.
+        ``sgn(w) exp(-|w|/Vs)``, ``sgn(w) exp(-(w/Vs)^2)``, ``tanh(w/Vc)``, ``sgn(w) (1 - exp(-|w|/Vc))`` and
+        ``w/(Vc + |w|)``, filtered, for each speed of their grid, by term.
     moves : ndarray, shape (n,)
         One where the joint moves, filtered; so are the columns above and below, but not ``torque``.
     sine, cosine : ndarray, shape (n,), or None
@@ -306,7 +303,7 @@ def bent_friction(term: str, velocity: Array, bend: float) -> Array:
     if term == LONG_SATURATION:
         return np.asarray(relative / (1.0 + np.abs(relative)))
     if term == SQUARE_STICTION:
-        return np.asarray(np.sign(relative) * np.exp(-np.square(np.minimum(np.abs(relative), STILL))))
+        return np.asarray(np.sign(relative) * np.exp(-np.square(relative)))
     share = np.exp(-np.abs(relative))
     return np.asarray(np.sign(relative) * (share if term == STICTION else 1.0 - share))
 

@@ -39,7 +39,6 @@ BENT = {
 }
 """Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
 
-
 FEWEST_REVERSALS, SMALLEST_SHARE = 2, 0.25
 """Reversals in motion, and how many over those at which the joint stands, from which on a log shows a friction lag."""
 
@@ -67,8 +66,8 @@ class Problem(NamedTuple):
     @property
     def shows_lag(self) -> bool:
         """Whether the joint reverses in motion, which alone tells a lag from an inertia smaller by ``sigma lag``."""
-        turns, stops = (sum(getattr(piece, name) for piece in self.pieces) for name in ("reversals", "stops"))
-        return bool(turns >= FEWEST_REVERSALS and turns >= SMALLEST_SHARE * stops)
+        turns, stops = sum(piece.reversals for piece in self.pieces), sum(piece.stops for piece in self.pieces)
+        return turns >= max(FEWEST_REVERSALS, SMALLEST_SHARE * stops)
 
 
 def measured_torque(problem: Problem) -> Array:
@@ -127,14 +126,10 @@ def _lagged(
     column = friction_column(piece, speeds, term, searched)
     if lag == 0.0:
         return column
-    between: Array | float = 0.0
-    if term in piece.between:
-        beyond = piece.between[term]
-        between = beyond if term not in BENT else _at_bend(beyond, speeds[term], searched[BENT[term]])
-    edges: Array | float = 0.0
-    if term in piece.edges:
-        impulses = piece.edges[term]
-        edges = impulses if term not in BENT else _at_bend(impulses, speeds[term], searched[BENT[term]])
+    between, edges = (
+        _of_term(series[term], speeds, term, searched) if term in series else 0.0
+        for series in (piece.between, piece.edges)
+    )
     mean = transferred(column - between + lag * edges, lambda s: 1.0 / (1.0 + lag * s), piece.period)
     return mean + sampled_share(piece.sample_time, lag) * between
 
@@ -154,9 +149,13 @@ def friction_column(piece: Conditioned, speeds: Mapping[str, Array], term: str, 
     """Return the column of a term of friction, before its lag."""
     if term in piece.mapped:
         return piece.mapped[term]
-    if term not in BENT:
-        return {"coulomb": piece.direction, "viscous": piece.velocity, "viscous_asymmetry": piece.speed}[term]
-    return _at_bend(piece.bent[term], speeds[term], searched[BENT[term]])
+    straight = {"coulomb": piece.direction, "viscous": piece.velocity, "viscous_asymmetry": piece.speed}
+    return straight[term] if term in straight else _of_term(piece.bent[term], speeds, term, searched)
+
+
+def _of_term(series: Array, speeds: Mapping[str, Array], term: str, searched: Mapping[str, float]) -> Array:
+    """Return a series of a term of friction; of a bent one at its bend, between those of its grid."""
+    return _at_bend(series, speeds[term], searched[BENT[term]]) if term in BENT else series
 
 
 def _at_bend(columns: Array, grid: Array, bend: float) -> Array:

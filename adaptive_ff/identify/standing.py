@@ -58,7 +58,6 @@ SMEARED = 0.05
 """Slowest speed at which friction may saturate, over the largest: below, noise around a reversal, which smears the sign
 of the velocity, looks the same."""
 
-
 TINY = 1e-300
 """A velocity that is none, but has a sign, rad/s."""
 

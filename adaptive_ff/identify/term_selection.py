@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.cross_validation import ALIKE, Validated, behind, choose, cross_validate
+from adaptive_ff.identify.cross_validation import ALIKE, Validated, behind, choose, cross_validate, within
 from adaptive_ff.identify.families import (
     ASYMMETRY,
     GRAVITY,
@@ -150,14 +150,11 @@ def _of_other_shape(problem: Problem, grid: Grid, best: Validated, confidence: f
     if STICTION not in best.terms:
         return []
     terms = tuple(SQUARE_STICTION if term == STICTION else term for term in best.terms)
-    for other in cross_validate(grid, [terms]):
-        worse, deviation = behind(other, best)
-        if worse <= ALIKE * deviation:
-            try:
-                return [fit_terms(problem, terms, confidence, start=_start(other.start))]
-            except ValueError:
-                return []
-    return []
+    others = [other for other in cross_validate(grid, [terms]) if within(other, best, ALIKE)]
+    try:
+        return [fit_terms(problem, terms, confidence, start=_start(other.start)) for other in others]
+    except ValueError:
+        return []
 
 
 def _start(point: Point) -> dict[str, float]:

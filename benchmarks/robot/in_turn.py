@@ -35,6 +35,17 @@ def chosen_cases(cases: Sequence[AnyCase], only: str) -> list[AnyCase]:
     return chosen
 
 
+def run_seeds(run_seed: Callable[[int], dict[str, Any]], seeds: range, workers: int, what: str) -> list[dict[str, Any]]:
+    """Return the row of each seed, in order; ``what`` is counted while they run."""
+    rows = []
+    with pool_of_workers(workers) as pool, progress_bars(error_console()) as progress:
+        task = progress.add_task(what, total=len(seeds))
+        for row in pool.map(run_seed, seeds):
+            rows.append(row)
+            progress.advance(task)
+    return rows
+
+
 def run_in_turn(
     run_case: Callable[[AnyCase, range, float], dict[str, Any]],
     chosen: Sequence[AnyCase],
