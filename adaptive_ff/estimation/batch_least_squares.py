@@ -158,7 +158,7 @@ def fit_least_squares(
     factors = _factorise(full, labels)
     values = factors.inverse @ (factors.orthogonal.T @ wanted)
     residuals = target - matrix @ values
-    spread = _spread(factors.orthogonal, residuals, correlated_samples)
+    spread = spread_along(factors.orthogonal, residuals, correlated_samples, size)
     return LeastSquaresFit(
         labels,
         values,
@@ -179,12 +179,24 @@ class _Factors(NamedTuple):
     raw_condition_number: float
 
 
-def _spread(orthogonal: Array, residuals: Array, correlated_samples: int) -> Array:
-    """Return the covariance of ``Q' error``."""
-    rows, size = residuals.size, orthogonal.shape[1]
-    correction = 1.0 / (rows - size)
+def spread_along(orthogonal: Array, residuals: Array, correlated_samples: int, parameters: int) -> Array:
+    """Return the covariance of ``Q' error``, shape (n, n), of residuals that so many parameters were fitted to.
+
+    Parameters
+    ----------
+    orthogonal : ndarray, shape (m, n)
+        Orthonormal columns ``Q``.
+    residuals : ndarray, shape (m,)
+        What was left.
+    correlated_samples : int
+        As in :func:`fit_least_squares`.
+    parameters : int
+        Number of parameters that were fitted, less than ``m``.
+    """
+    rows = residuals.size
+    correction = 1.0 / (rows - parameters)
     if correlated_samples == 0:
-        independent: Array = np.eye(size) * float(residuals @ residuals) * correction
+        independent: Array = np.eye(orthogonal.shape[1]) * float(residuals @ residuals) * correction
         return independent
     weighted = orthogonal * residuals[:, np.newaxis]
     total = weighted.T @ weighted

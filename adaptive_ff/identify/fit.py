@@ -3,7 +3,8 @@
 For given lag and ``Vs`` the linear rest is solved for (variable projection), from the best point of the grid of
 :mod:`adaptive_ff.identify.grid`. At the solution the regression is linearised, so that all parameters together
 get a covariance that knows of correlated residuals (Newey and West, see
-:mod:`adaptive_ff.estimation.batch_least_squares`).
+:mod:`adaptive_ff.estimation.batch_least_squares`), and of what the model lacks
+(:mod:`adaptive_ff.identify.discrepancy`).
 """
 
 import math
@@ -14,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
+from adaptive_ff.identify.discrepancy import discrepancy_covariance, state_functions
 from adaptive_ff.identify.families import LAG
 from adaptive_ff.identify.regressors import BENT, Problem, design, measured_torque
 from adaptive_ff.logs.derivatives import Array
@@ -49,6 +51,8 @@ class Fitted(NamedTuple):
         Variances of the regression over those that independent residuals would have.
     correction : ndarray, shape (n,)
         What was added to the least squares for the noise of the columns.
+    collinearities : ndarray, shape (n,)
+        Variances of the regression over those without the other columns.
     """
 
     terms: tuple[str, ...]
@@ -56,6 +60,7 @@ class Fitted(NamedTuple):
     regression: LeastSquaresFit
     inflation: Array
     correction: Array
+    collinearities: Array
 
     @property
     def searched(self) -> dict[str, float]:
@@ -76,6 +81,10 @@ class Fitted(NamedTuple):
     def squares(self) -> float:
         """Sum of squared residuals."""
         return float(np.sum(self.regression.residuals**2))
+
+    def collinearity(self, name: str) -> float:
+        """Return by how much the variance of a parameter is larger for the others."""
+        return float(self.collinearities[self.regression.names.index(name)])
 
     def estimate(self, name: str) -> Estimate:
         """Return a parameter with its interval; ``stiction`` is ``coulomb`` and ``stiction_excess``."""
@@ -137,7 +146,9 @@ def fit_terms(
     regression = fit_least_squares(
         full, outputs, names=[*linear, *names], confidence=confidence, correlated_samples=correlated
     )
-    regression = replace(regression, covariance=regression.covariance * small_sample(correlated / target.size))
+    lacks = discrepancy_covariance(state_functions(problem), full, rough.residuals, correlated)
+    covariance = regression.covariance * small_sample(correlated / target.size) + lacks
+    regression = replace(regression, covariance=covariance)
     # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
     regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
     plain = fit_least_squares(full, outputs, names=regression.names, confidence=confidence)
@@ -151,7 +162,18 @@ def fit_terms(
         regression,
         inflation,
         regression.values - solved,
+        variance_inflation(full),
     )
+
+
+def variance_inflation(columns: Array) -> Array:
+    """Return by how much a variance is larger for the other columns, shape (n,), one for each of them.
+
+    D. Marquardt, "Generalized inverses, ridge regression, biased linear estimation, and nonlinear estimation",
+    Technometrics 12, 1970.
+    """
+    scaled = columns / np.linalg.norm(columns, axis=0)
+    return np.asarray(np.sum(np.square(np.linalg.inv(np.linalg.qr(scaled)[1])), axis=1))
 
 
 def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquaresFit) -> LeastSquaresFit:

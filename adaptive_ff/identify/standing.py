@@ -51,8 +51,11 @@ QUICK = 3.0
 INTO_MOTION = 0.5
 """Cycles of the wide filter at the begin and the end of a motion which count as standing."""
 
-STRIBECK_GRID, SATURATION_GRID = 16, 8
-"""Speeds for which the columns of stiction and of saturation are made; between them they are interpolated."""
+STRIBECK_GRID, SQUARE_GRID, SATURATION_GRID = 16, 19, 8
+"""Speeds for which the columns of both shapes of stiction and of saturation are made; between them they are
+interpolated. The second shape, which only intervals are taken over, goes up to the largest speed: with a Stribeck
+velocity of a third of it friction falls over the whole motion, which looks like less viscous and more Coulomb
+friction."""
 
 SMEARED = 0.05
 """Slowest speed at which friction may saturate, over the largest: below, noise around a reversal, which smears the sign
@@ -101,7 +104,8 @@ def find_rest(velocities: list[Array], corner: float) -> Rest:
     largest = max(float(np.max(np.abs(velocity))) for velocity in velocities)
     slowest = REST_SHARE * largest
     speeds = {
-        **{shape: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID) for shape in (STICTION, SQUARE_STICTION)},
+        STICTION: np.geomspace(2.0 * slowest, 0.5 * largest, STRIBECK_GRID),
+        SQUARE_STICTION: np.geomspace(2.0 * slowest, largest, SQUARE_GRID),
         **{shape: np.geomspace(SMEARED * largest, largest, SATURATION_GRID) for shape in SATURATIONS},
     }
     return Rest(slowest, speeds, corner)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,13 @@ from adaptive_ff.identify.fit import Fitted, fit_terms
 from adaptive_ff.identify.grid import BLOCKS, LEAD, Grid, Point, fit_on_grid, make_grid
 from adaptive_ff.identify.regressors import BENT, Problem
 from adaptive_ff.identify.shape_profile import Profile, profile_interval, shape_profiles
+
+COLLINEAR = 5.0
+"""Variance of an inertia over that without the other columns, from which on they are not told apart safely.
+
+Logs of several sines have 3 at most, those of a single one 6 to 900, and inertia up to ten times the true one with an
+interval of a tenth of it.
+"""
 
 ADDED = (LAG, STICTION, SATURATION, SLOW_SATURATION, ASYMMETRY, *GRAVITY)
 """Terms that are estimated beside the model, too, where it does without them."""
@@ -124,8 +132,9 @@ def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -
             break
         validated = [model for model in validated if model is not best]
     alike = [fits[model.terms] for model in [best, *near] if model.terms in fits]
-    alike += _of_other_shape(problem, grid, best, confidence)
     chosen = alike[0]
+    beside = [*_of_other_shape(grid, best, models), *_without_collinear(grid, chosen, models)]
+    alike += _fitted_beside(problem, beside, confidence)
     profiles = {
         fitted.terms: shape_profiles(grid, fitted.terms) for fitted in alike if {*fitted.terms} & {*SATURATIONS}
     }
@@ -145,16 +154,42 @@ def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -
     return Selection(chosen, alike, tried, refused, validated, lead, profiles, grid)
 
 
-def _of_other_shape(problem: Problem, grid: Grid, best: Validated, confidence: float) -> list[Fitted]:
-    """Return the model with the other shape of stiction, if it has one and the log does not rule the other out."""
-    if STICTION not in best.terms:
+def _of_other_shape(grid: Grid, best: Validated, models: Sequence[Terms]) -> list[Validated]:
+    """Return the model with the other shape of stiction, where the log does not rule it out.
+
+    That is, of a model with stiction, where it validates as well; of one whose friction does not bend, where it
+    validates better by more than chance explains. Stiction must be one of the terms of the models.
+    """
+    place = len(best.terms) - (LAG in best.terms)
+    kept, last = tuple(term for term in best.terms[:place] if term != STICTION), best.terms[place:]
+    if {*SATURATIONS} & {*best.terms} or (*kept, STICTION, *last) not in models:
         return []
-    terms = tuple(SQUARE_STICTION if term == STICTION else term for term in best.terms)
-    others = [other for other in cross_validate(grid, [terms]) if within(other, best, ALIKE)]
-    try:
-        return [fit_terms(problem, terms, confidence, start=_start(other.start)) for other in others]
-    except ValueError:
+
+    def allowed(other: Validated) -> bool:
+        return within(other, best, ALIKE) if STICTION in best.terms else not within(best, other, ALIKE)
+
+    return [other for other in cross_validate(grid, [(*kept, SQUARE_STICTION, *last)]) if allowed(other)]
+
+
+def _without_collinear(grid: Grid, chosen: Fitted, models: Sequence[Terms]) -> list[Validated]:
+    """Return the models without gravity, and without the lag, where hardly more than its shape tells it from inertia.
+
+    Along one sine of the position the acceleration is almost a gravity, and friction that lags almost an inertia: what
+    an inertia is then hangs on all else that the torque has.
+    """
+    if chosen.collinearity("inertia") < COLLINEAR:
         return []
+    fewer = [tuple(term for term in chosen.terms if term not in dropped) for dropped in (GRAVITY, (LAG,))]
+    return cross_validate(grid, [terms for terms in fewer if terms != chosen.terms and terms in models])
+
+
+def _fitted_beside(problem: Problem, models: Sequence[Validated], confidence: float) -> list[Fitted]:
+    """Return the fits of models that only intervals are taken over, of those whose terms can be separated."""
+    made = []
+    for model in models:
+        with suppress(ValueError):
+            made.append(fit_terms(problem, model.terms, confidence, start=_start(model.start)))
+    return made
 
 
 def _start(point: Point) -> dict[str, float]:
