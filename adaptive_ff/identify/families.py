@@ -16,8 +16,8 @@ SATURATION, SLOW_SATURATION, LONG_SATURATION = SATURATIONS = ("saturation", "slo
 
 SQUARE_STICTION = "square_stiction"
 """Stiction that falls with the square of the speed, a shape factor of two: never used, but intervals are taken over it
-where a model with stiction is used and the log does not tell the two shapes apart, or where friction does not bend in
-the model that is used and would so with this one clearly better."""
+where a model with stiction is used and the log does not tell the two shapes apart, or where one with this shape
+validates clearly better than the model that is used."""
 
 WITHIN = (LAG, STICTION, *SATURATIONS)
 """Terms that models of one family may differ by: the shape of friction, which every reversal shows."""

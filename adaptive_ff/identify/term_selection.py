@@ -157,12 +157,13 @@ def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -
 def _of_other_shape(grid: Grid, best: Validated, models: Sequence[Terms]) -> list[Validated]:
     """Return the model with the other shape of stiction, where the log does not rule it out.
 
-    That is, of a model with stiction, where it validates as well; of one whose friction does not bend, where it
-    validates better by more than chance explains. Stiction must be one of the terms of the models.
+    That is, of a model with stiction, where it validates as well; of another one, where it validates better by more
+    than chance explains, in the place of what saturates there. Stiction must be one of the terms of the models.
     """
     place = len(best.terms) - (LAG in best.terms)
-    kept, last = tuple(term for term in best.terms[:place] if term != STICTION), best.terms[place:]
-    if {*SATURATIONS} & {*best.terms} or (*kept, STICTION, *last) not in models:
+    kept = tuple(term for term in best.terms[:place] if term not in (STICTION, *SATURATIONS))
+    last = best.terms[place:]
+    if (*kept, STICTION, *last) not in models:
         return []
 
     def allowed(other: Validated) -> bool:

@@ -108,10 +108,14 @@ def test_several_sines_do():
     assert inertia.estimate.lower <= 0.5 <= inertia.estimate.upper
 
 
-def test_friction_that_falls_over_the_whole_motion_is_in_the_interval():
-    """A Stribeck velocity of 0.4 of the largest speed: Coulomb friction came out by a fifth too large, surely."""
-    log, fastest = sines_log(lambda q, w: (2.0 + 0.5 * np.exp(-np.square(w / 1.4))) * np.sign(w))
-    assert 0.35 < 1.4 / fastest < 0.45
+@pytest.mark.parametrize("bend", [1.4, 2.0])
+def test_friction_that_falls_over_the_whole_motion_is_in_the_interval(bend):
+    """A Stribeck velocity of 0.4 of the largest speed: Coulomb friction came out by a fifth too large, surely.
+
+    With one of 0.57 the friction is taken for one that saturates.
+    """
+    log, fastest = sines_log(lambda q, w: (2.0 + 0.5 * np.exp(-np.square(w / bend))) * np.sign(w))
+    assert 0.35 < bend / fastest < 0.6
     found = identify_log(log, held_out=0.0)
     coulomb = found.parameters["coulomb"].estimate
     assert abs(coulomb.value - 2.0) > 0.1
