@@ -160,16 +160,14 @@ def _of_other_shape(grid: Grid, best: Validated, models: Sequence[Terms]) -> lis
     That is, of a model with stiction, where it validates as well; of another one, where it validates better by more
     than chance explains, in the place of what saturates there. Stiction must be one of the terms of the models.
     """
-    place = len(best.terms) - (LAG in best.terms)
-    kept = tuple(term for term in best.terms[:place] if term not in (STICTION, *SATURATIONS))
-    last = best.terms[place:]
-    if (*kept, STICTION, *last) not in models:
+    if not any(STICTION in model for model in models):
         return []
+    terms = *(term for term in best.terms if term not in (STICTION, *SATURATIONS)), SQUARE_STICTION
 
     def allowed(other: Validated) -> bool:
         return within(other, best, ALIKE) if STICTION in best.terms else not within(best, other, ALIKE)
 
-    return [other for other in cross_validate(grid, [(*kept, SQUARE_STICTION, *last)]) if allowed(other)]
+    return [other for other in cross_validate(grid, [terms]) if allowed(other)]
 
 
 def _without_collinear(grid: Grid, chosen: Fitted, models: Sequence[Terms]) -> list[Validated]:

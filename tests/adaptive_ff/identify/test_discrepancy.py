@@ -8,7 +8,7 @@ import pytest
 from adaptive_ff import Log, identify_log
 from adaptive_ff.estimation.batch_least_squares import fit_least_squares
 from adaptive_ff.identify.discrepancy import discrepancy_covariance
-from adaptive_ff.identify.families import SQUARE_STICTION
+from adaptive_ff.identify.families import SQUARE_STICTION, STICTION, is_mapped
 from adaptive_ff.identify.fit import variance_inflation
 
 ROWS = 2000
@@ -121,3 +121,15 @@ def test_friction_that_falls_over_the_whole_motion_is_in_the_interval(bend):
     assert abs(coulomb.value - 2.0) > 0.1
     assert any(SQUARE_STICTION in fitted.terms for fitted in found.selection.alike)
     assert coulomb.lower <= 2.0 <= coulomb.upper
+
+
+def test_the_other_shape_is_in_the_intervals_of_a_model_with_a_map():
+    """There the lag is not the last term, nor stiction the last but one."""
+    log, _ = sines_log(
+        lambda q, w: (2.0 + 0.8 * np.exp(-np.square(w / 0.4))) * np.sign(w) * (1.0 + 0.3 * np.sin(2.0 * np.pi * q))
+    )
+    found = identify_log(log, held_out=0.0, position_periods=(1.0,))
+    assert found.position_map is not None
+    assert STICTION in found.selection.chosen.terms
+    mapped = {term for term in found.selection.chosen.terms if is_mapped(term)}
+    assert any(SQUARE_STICTION in fitted.terms and mapped <= {*fitted.terms} for fitted in found.selection.alike)
