@@ -1,5 +1,6 @@
 """Option ``--scheduler``: runs go to the workers of a Dask cluster instead of the cores of this machine."""
 
+import asyncio
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -35,6 +36,7 @@ def workers(scheduler: str | None) -> Iterator[Executor | None]:
     except ImportError as error:
         raise InputError(f"--scheduler = {scheduler} needs the extra: pip install 'adaptive-ff[cluster]'") from error
     try:
+        asyncio.run(_call(distributed, scheduler))
         make: Any = distributed.Client
         client = make(scheduler, timeout=PATIENCE)
     except (OSError, ValueError, TypeError, AssertionError) as error:  # the last where its own loop does not begin
@@ -44,3 +46,15 @@ def workers(scheduler: str | None) -> Iterator[Executor | None]:
         ) from error
     with client:
         yield client.get_executor()
+
+
+async def _call(distributed: Any, scheduler: str) -> None:
+    """Connect to a scheduler and hang up.
+
+    A client that finds nobody is left to the garbage collector, which closes it when it likes. Where that is while
+    the next client begins, both wait for one lock for ever (distributed 2026.8). So none is made before somebody
+    answers.
+    """
+    secrets = distributed.Security().get_connection_args("client")
+    connection = await distributed.core.connect(scheduler, timeout=PATIENCE, **secrets)
+    connection.abort()

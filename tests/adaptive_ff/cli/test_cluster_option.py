@@ -1,3 +1,4 @@
+import asyncio
 import json
 import os
 import signal
@@ -59,6 +60,7 @@ def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it
 @pytest.mark.parametrize("address", ["nothing", "tcp://127.0.0.1:9"])
 def test_scheduler_that_does_not_answer_is_refused_in_one_line(command, address, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 1)
+    monkeypatch.setattr(distributed, "Client", pytest.fail)  # one that finds nobody may block the next one
     done = run_command_line(command, "--scheduler", address, "--out", str(tmp_path / "out"))
     assert done.status == 2
     message = [line for line in done.messages if "--scheduler" in line]
@@ -70,6 +72,7 @@ def test_client_that_does_not_begin_is_an_error_in_one_line(monkeypatch):
     def stalled(address, timeout):
         assert not address  # as its own thread leaves it that has not begun in time
 
+    monkeypatch.setattr(cluster, "_call", lambda *_: asyncio.sleep(0.0))
     monkeypatch.setattr(distributed, "Client", stalled)
     with (
         pytest.raises(InputError, match="--scheduler = tcp://there:1 is not allowed"),
