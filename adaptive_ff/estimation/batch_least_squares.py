@@ -58,6 +58,9 @@ class LeastSquaresFit:
         The same without scaling: what the units of the columns make of it.
     confidence : float
         Probability that the intervals are meant to have.
+    inverse : ndarray, shape (n, n)
+        Inverse of the square factor: the regressors (and prior rows) times it have orthonormal columns, and
+        ``inverse inverse'`` is ``(X'X)^-1``.
     """
 
     names: tuple[str, ...]
@@ -67,6 +70,7 @@ class LeastSquaresFit:
     condition_number: float
     raw_condition_number: float
     confidence: float
+    inverse: Array
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -167,6 +171,7 @@ def fit_least_squares(
         factors.condition_number,
         factors.raw_condition_number,
         float(confidence),
+        factors.inverse,
     )
 
 

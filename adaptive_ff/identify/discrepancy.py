@@ -54,7 +54,9 @@ def state_functions(problem: Problem) -> Array:
     return np.column_stack([one for one in made if np.count_nonzero(one) >= FEWEST] or [np.zeros_like(speed)])
 
 
-def discrepancy_covariance(functions: Array, columns: Array, residuals: Array, correlated: int) -> Array:
+def discrepancy_covariance(
+    functions: Array, columns: Array, inverse: Array, residuals: Array, correlated: int
+) -> Array:
     """Return what a discrepancy adds to the covariance of the parameters, shape (n, n).
 
     Parameters
@@ -63,14 +65,15 @@ def discrepancy_covariance(functions: Array, columns: Array, residuals: Array, c
         Functions of the state.
     columns : ndarray, shape (m, n)
         Columns of the model, linearly independent.
+    inverse : ndarray, shape (n, n)
+        What makes them orthonormal, see :class:`~adaptive_ff.estimation.batch_least_squares.LeastSquaresFit`.
     residuals : ndarray, shape (m,)
         What the model leaves.
     correlated : int
         Over how many rows residuals are correlated.
     """
     size = columns.shape[1]
-    scale = np.linalg.norm(columns, axis=0)
-    orthogonal, triangular = np.linalg.qr(columns / scale)
+    orthogonal = columns @ inverse
     along = orthogonal.T @ functions
     directions, singular, _ = np.linalg.svd(functions - orthogonal @ along, full_matrices=False)
     seen = singular > INDEPENDENT * float(np.linalg.norm(functions))
@@ -80,5 +83,5 @@ def discrepancy_covariance(functions: Array, columns: Array, residuals: Array, c
     explained = float(np.sum(np.square(directions.T @ residuals)))
     chance = float(np.trace(spread_along(directions, residuals, correlated, size)))
     beyond = explained - chance * (1.0 + CHANCE * math.sqrt(2.0 / directions.shape[1]))
-    moved = np.linalg.solve(triangular, along) / scale[:, np.newaxis]
+    moved = inverse @ along
     return np.asarray(max(beyond, 0.0) / float(np.sum(singular[seen] ** 2)) * (moved @ moved.T))

@@ -52,7 +52,9 @@ class Fitted(NamedTuple):
     correction : ndarray, shape (n,)
         What was added to the least squares for the noise of the columns.
     collinearities : ndarray, shape (n,)
-        Variances of the regression over those without the other columns.
+        Variances of the regression over those without the other columns, known as variance inflation factors
+        (D. Marquardt, "Generalized inverses, ridge regression, biased linear estimation, and nonlinear estimation",
+        Technometrics 12, 1970).
     """
 
     terms: tuple[str, ...]
@@ -146,13 +148,15 @@ def fit_terms(
     regression = fit_least_squares(
         full, outputs, names=[*linear, *names], confidence=confidence, correlated_samples=correlated
     )
-    lacks = discrepancy_covariance(state_functions(problem), full, rough.residuals, correlated)
+    alone = np.sum(np.square(regression.inverse), axis=1)  # variances for independent errors of a variance of one
+    independent = alone * float(regression.residuals @ regression.residuals) / regression.degrees_of_freedom
+    lacks = discrepancy_covariance(state_functions(problem), full, regression.inverse, rough.residuals, correlated)
     covariance = regression.covariance * small_sample(correlated / target.size) + lacks
-    regression = replace(regression, covariance=covariance)
+    inflation = np.diag(covariance) / independent
     # where the search ended at the end of a range, or nothing depends on it, the linearised solution lies elsewhere
-    regression = replace(regression, values=np.concatenate([rough.values, point]), residuals=rough.residuals)
-    plain = fit_least_squares(full, outputs, names=regression.names, confidence=confidence)
-    inflation = np.diag(regression.covariance) / np.diag(plain.covariance)
+    regression = replace(
+        regression, values=np.concatenate([rough.values, point]), covariance=covariance, residuals=rough.residuals
+    )
     solved = regression.values
     regression = _without_attenuation(problem, full, regression)
     found = dict(zip(linear, regression.values.tolist(), strict=False))
@@ -162,18 +166,8 @@ def fit_terms(
         regression,
         inflation,
         regression.values - solved,
-        variance_inflation(full),
+        alone * np.sum(np.square(full), axis=0),
     )
-
-
-def variance_inflation(columns: Array) -> Array:
-    """Return by how much a variance is larger for the other columns, shape (n,), one for each of them.
-
-    D. Marquardt, "Generalized inverses, ridge regression, biased linear estimation, and nonlinear estimation",
-    Technometrics 12, 1970.
-    """
-    scaled = columns / np.linalg.norm(columns, axis=0)
-    return np.asarray(np.sum(np.square(np.linalg.inv(np.linalg.qr(scaled)[1])), axis=1))
 
 
 def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquaresFit) -> LeastSquaresFit:
