@@ -65,7 +65,7 @@ def select_map(
             "the log without a map, or one on which the joint moves both ways"
         )
     basis = map_basis(asked, prepared, pieces)
-    plain = [model.terms for model in selection.validated]
+    plain = selection.models
     for _ in range(PASSES):
         problem = with_map(problem, prepared, pieces, basis, selection.chosen)
         models = [*plain, *_mapped(plain, selection.chosen.terms, basis)]

@@ -13,6 +13,9 @@ from adaptive_ff.identify.term_selection import Selection
 SIGNED = ("offset", ASYMMETRY, *GRAVITY)
 """Parameters that may be negative."""
 
+NEUTRAL = (LAG, ASYMMETRY, *GRAVITY)
+"""Parameters that a model without them has as zero."""
+
 ALWAYS = ("inertia", "coulomb", "viscous")
 """Parameters that every report has."""
 
@@ -31,8 +34,8 @@ def reported(selection: Selection) -> dict[str, Reported]:
     parameters: dict[str, Reported] = {}
     for name in (*ALWAYS, "offset", *GRAVITY):
         if name in selection.chosen.parameters:
-            estimate = selection.interval(name)
-            parameters[name] = Reported(estimate, _is_apart(estimate, name), True, _confounded(selection, name))
+            apart = _is_apart(selection.interval(name), name)
+            parameters[name] = Reported(_interval(selection, name), apart, True, _confounded(selection, name))
     for term, names in (
         (LAG, (LAG,)),
         (STICTION, ("stiction", BENT[STICTION])),
@@ -50,11 +53,26 @@ def reported(selection: Selection) -> dict[str, Reported]:
 def _added(selection: Selection, term: str, name: str) -> Reported | None:
     """Return a parameter that a term brings; where the model does without it, the estimate beside the model."""
     if term in selection.chosen.terms:
-        return Reported(selection.interval(name), True, True, _confounded(selection, name))
+        return Reported(_interval(selection, name), True, True, _confounded(selection, name))
     fitted: Fitted | None = selection.tried.get(term)
     if fitted is None or name not in fitted.parameters:
         return None
     return Reported(fitted.estimate(name), False, False, ())
+
+
+def _interval(selection: Selection, name: str) -> Estimate:
+    """Return a parameter of the model with an interval over all models that are alike, those without it, too."""
+    estimate = selection.interval(name)
+    if not _without(selection, name):
+        return estimate
+    return estimate._replace(lower=min(estimate.lower, 0.0), upper=max(estimate.upper, 0.0))
+
+
+def _without(selection: Selection, name: str) -> list[Fitted]:
+    """Return the models that are alike and have a parameter of the chosen one as zero."""
+    if name not in NEUTRAL or name not in selection.chosen.parameters:
+        return []
+    return [other for other in selection.alike if name not in other.parameters]
 
 
 def _is_apart(estimate: Estimate, name: str) -> bool:
@@ -67,7 +85,7 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
 
     These are terms that some of the models have, between which the log does not decide, and others have not.
     """
-    estimate = selection.interval(name)
+    estimate = _interval(selection, name)
     if 0.5 * (estimate.upper - estimate.lower) < VAGUE * abs(estimate.value):
         return ()
     own = selection.chosen
@@ -76,9 +94,17 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
     for other in selection.alike[1:]:
         if name in other.parameters and abs(other.estimate(name).value - estimate.value) > 0.5 * bound:
             found.update(dict.fromkeys(sorted({*own.terms} ^ {*other.terms})))
+    for other in _without(selection, name):
+        found.update(dict.fromkeys(_moved(own, other)))
     found.update(dict.fromkeys([*_tied(own, name), *_bent(selection, name)]))
     terms = (mapped_word(term) if is_mapped(term) else term for term in found if term != name)
     return tuple(dict.fromkeys(terms))
+
+
+def _moved(own: Fitted, other: Fitted) -> list[str]:
+    """Return the parameters that another model has elsewhere, beyond the interval of one of them."""
+    pairs = ((name, own.estimate(name), other.estimate(name)) for name in own.linear if name in other.linear)
+    return [name for name, first, second in pairs if not first.lower <= second.value <= first.upper]
 
 
 def _tied(fitted: Fitted, name: str) -> list[str]:

@@ -50,8 +50,10 @@ class Selection(NamedTuple):
         The chosen model with a further term, by that term.
     refused : dict of str
         Terms that could not be fitted, and why.
+    models : sequence of tuple of str
+        The terms of every model that was allowed.
     validated : list of Validated
-        Every model that was compared, with its errors on blocks that were held out.
+        Those of them that could be compared, with their errors on blocks that were held out.
     lead : float
         Time by which friction leads the motion, s, where that validates better than any lag; else zero.
     profiles : dict of list of Profile
@@ -66,6 +68,7 @@ class Selection(NamedTuple):
     alike: list[Fitted]
     tried: dict[str, Fitted]
     refused: dict[str, str]
+    models: Sequence[Terms]
     validated: list[Validated]
     lead: float
     profiles: dict[Terms, list[Profile]]
@@ -151,7 +154,7 @@ def select_among(problem: Problem, models: Sequence[Terms], confidence: float) -
             except ValueError as error:
                 refused[term] = str(error)
     lead = _lead(grid, best) if problem.shows_lag else 0.0
-    return Selection(chosen, alike, tried, refused, validated, lead, profiles, grid)
+    return Selection(chosen, alike, tried, refused, models, validated, lead, profiles, grid)
 
 
 def _of_other_shape(grid: Grid, best: Validated, models: Sequence[Terms]) -> list[Validated]:
