@@ -19,6 +19,9 @@ settings.load_profile("without clock")
 
 TESTS = Path(__file__).resolve().parent
 
+for library in ("OPENBLAS", "OMP", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")  # processes of tests with threads each wait for each other
+
 
 def pytest_xdist_auto_num_workers(config):
     """Run the whole suite in one process a core; a selection of it, whose start would cost more, in this one."""
