@@ -12,7 +12,7 @@ from adaptive_ff.estimation.confidence import check_confidence
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
-from adaptive_ff.identify.families import AUTO, jumps_at_reversal
+from adaptive_ff.identify.families import AUTO, is_mapped, jumps_at_reversal
 from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
 from adaptive_ff.identify.held_out_error import error_with_other_load, has_changed, is_larger
@@ -26,6 +26,7 @@ from adaptive_ff.identify.recorded_reference import reference_of
 from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.reported import reported
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.ripple import ripple_period
 from adaptive_ff.identify.term_selection import Selection, select_terms
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.identify.verdict import cautions, check_plausible, verdict
@@ -136,7 +137,13 @@ def identify_log(
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
         prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
     basis: MapBasis | None = None
-    if asked != MapAsked():
+    with_positions = all(one is None or one.position is not None for one in (log, validation))
+    if asked == MapAsked() and model == AUTO and with_positions:
+        found_ripple = _with_ripple(problem, prepared, fitting, selection, confidence)
+        if found_ripple is not None:
+            problem, selection, basis = found_ripple
+            asked = basis.asked
+    elif asked != MapAsked():
         problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
     other, unseen, name = prepared, holding, "the end of the log"
     if validation is not None:
@@ -231,6 +238,19 @@ def _without_stops(
                 return sticking, sliding, again
             fewest = _rows(sliding)
     return prepared, problem, selection
+
+
+def _with_ripple(
+    problem: Problem, prepared: Prepared, fitting: list[Piece], selection: Selection, confidence: float
+) -> tuple[Problem, Selection, MapBasis] | None:
+    """Return rows, models and functions with a ripple over the position; None where the log shows none."""
+    if selection.chosen.values["coulomb"] <= 0.0:
+        return None
+    period = ripple_period(problem, prepared, fitting, selection.chosen)
+    if period is None:
+        return None
+    made = select_map(problem, prepared, fitting, selection, MapAsked((period,), found=True), confidence)
+    return made if any(is_mapped(term) for term in made[1].chosen.terms) else None
 
 
 def _reasons(found: LogIdentification, problem: Problem, held: Problem, *, of_log: bool) -> dict[str, Any]:

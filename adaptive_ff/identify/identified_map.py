@@ -47,6 +47,8 @@ class IdentifiedMap(NamedTuple):
         Of these coefficients, in their order; infinite for a hat that the log did not visit, whose coefficient is zero.
     load_mean : float
         Mean known torque without its sign, N m, at which friction is that of the model.
+    force_periods : tuple of float
+        Periods that the force depends on, rad.
     """
 
     position: Array
@@ -59,12 +61,14 @@ class IdentifiedMap(NamedTuple):
     coefficients: tuple[float, ...]
     standard_errors: tuple[float, ...]
     load_mean: float
+    force_periods: tuple[float, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values; the keys of the controller's map are those of a scenario's ``[adaptation]``."""
         curves = {"friction": self.friction, "force": self.force}
         result: dict[str, Any] = {
             "position_periods": list(self.periods),
+            "force_periods": list(self.force_periods),
             "position_hats": self.hats,
             "position_range": list(self.range) if self.hats else None,
             "load_friction": None if self.load_share is None else self.load_share._asdict(),
@@ -104,6 +108,7 @@ def identified_map(fitted: Fitted, basis: MapBasis, positions: tuple[float, floa
         (*coefficients, *hats),
         _standard_errors(fitted, basis, names),
         basis.load,
+        basis.asked.periods if any(term.startswith(FORCE_OVER + "cosine") for term in mapped) else (),
     )
 
 

@@ -55,11 +55,14 @@ class MapAsked(NamedTuple):
         Number of hats over the range of the log; none, or two at least.
     load : bool
         Whether friction may depend on the known torque.
+    found : bool
+        Whether the periods were not told, but found in the log; then they are those of a force only.
     """
 
     periods: tuple[float, ...] = ()
     hats: int = 0
     load: bool = False
+    found: bool = False
 
 
 class MapBasis(NamedTuple):
@@ -102,6 +105,8 @@ class MapBasis(NamedTuple):
     def models(self) -> list[Terms]:
         """Return the sets of terms that may be added to a model, without the empty one."""
         names = self.names()
+        if self.asked.found:
+            return [tuple(FORCE_OVER + name for name in names)]
         waves = [name for name in names if not name.startswith("hat")]
         hats = [name for name in names if name.startswith("hat")]
         parts = [[], *(part for part in (waves, hats) if part)]

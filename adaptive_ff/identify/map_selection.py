@@ -1,15 +1,16 @@
 """Whether friction, or a force, depends on position and load: chosen as every other term of a model.
 
-First a model without a map is chosen. Then the same models and, of those whose friction has its shape or a simpler one,
-versions with each part of the map that is asked for are validated on blocks that were held out, and chosen among by the
-same rule. As the map multiplies the friction of the first model, which took its mean, that is done once more with the
-friction of the model that was chosen.
+First a model without a map is chosen. Then the same models, each of them with a force over position and, those whose
+friction has its shape or a simpler one, with each part of the map that is asked for, are validated on blocks that were
+held out, and chosen among by the same rule. As the map multiplies the friction of the first model, which took its mean,
+that is done once more with the friction of the model that was chosen. Of a ripple whose period the log itself shows
+(:mod:`adaptive_ff.identify.ripple`) there is a force only.
 """
 
 from collections.abc import Sequence
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.families import WITHIN, Terms, is_mapped
+from adaptive_ff.identify.families import FORCE_OVER, FRICTION_OVER, WITHIN, Terms
 from adaptive_ff.identify.map_columns import MapAsked, MapBasis, excludes, map_basis, with_map
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import Problem
@@ -71,13 +72,19 @@ def select_map(
         models = [*plain, *_mapped(plain, selection.chosen.terms, basis)]
         varied = selection.chosen
         selection = select_among(problem, sorted(models, key=len), confidence)._replace(varied=varied)
-        if not any(is_mapped(term) for term in selection.chosen.terms) or selection.chosen.values["coulomb"] <= 0.0:
+        varies = any(term.startswith(FRICTION_OVER) for term in selection.chosen.terms)
+        if not varies or selection.chosen.values["coulomb"] <= 0.0:
             break
     return problem, selection, basis
 
 
 def _mapped(plain: Sequence[Terms], chosen: Terms, basis: MapBasis) -> list[Terms]:
-    """Return the models with a map: any family's, with the chosen shape of friction or a simpler one."""
+    """Return the models with a map: any with one of force, those of the chosen shape or a simpler one with any."""
     shapes = {term for term in chosen if term in WITHIN}
-    bases = [model for model in plain if {term for term in model if term in WITHIN} <= shapes]
-    return [(*model, *terms) for model in bases for terms in basis.models() if not excludes(model, terms)]
+    return [
+        (*model, *terms)
+        for model in plain
+        for terms in basis.models()
+        if not excludes(model, terms)
+        and (all(term.startswith(FORCE_OVER) for term in terms) or {*model} & {*WITHIN} <= shapes)
+    ]

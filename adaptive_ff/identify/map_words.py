@@ -34,14 +34,17 @@ def map_words(found: IdentifiedMap | None, asked: MapAsked, units: Mapping[str, 
     if asked.periods or asked.hats:
         if found is not None and found.friction is not None:
             said.append(position_sentence(found.position, found.friction.value, found.periods, unit))
-        else:
+        elif not asked.found:
             missing.append("Friction over position")
         if found is not None and found.force is not None:
             force = found.force.value
             high, low = int(np.argmax(force)), int(np.argmin(force))
+            ripple = (
+                f", a ripple with a period of {asked.periods[0]:.4g} {unit} found in the log" if asked.found else ""
+            )
             said.append(
                 f"A force depends on position, beside friction: from {force[low]:.3g} {units['torque']} at "
-                f"{found.position[low]:.3g} {unit} to {force[high]:.3g} at {found.position[high]:.3g} {unit}."
+                f"{found.position[low]:.3g} {unit} to {force[high]:.3g} at {found.position[high]:.3g} {unit}{ripple}."
             )
         else:
             missing.append("a force over position")

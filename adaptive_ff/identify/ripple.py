@@ -1,0 +1,114 @@
+"""A ripple of the torque over the position whose period nobody told: cogging of a motor, teeth, an eccentric wheel.
+
+Under feedback a joint follows the ripple: it accelerates where that helps and slows down where it does not. So what
+the ripple has of the torque is correlated with the acceleration, and regressed on it inertia is too small, or, where
+the feedback works against the ripple, too large (the bias of closed loops; A. Janot, P.-O. Vandanjon, M. Gautier, "A
+generic instrumental variable approach for industrial robot identification", IEEE Transactions on Control Systems
+Technology 22, 2014). No interval of a model without it tells. In the model it is one sine more.
+
+The period is where the residual of a model has most power over the position (N. Lomb, "Least-squares frequency analysis
+of unequally spaced data", Astrophysics and Space Science 39, 1976), beyond what chance has at the best of as many
+periods. Whether it is used is decided as for every other term, on blocks that are held out.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import fft, optimize
+
+from adaptive_ff.estimation.batch_least_squares import spread_along
+from adaptive_ff.identify.families import FORCE_OVER
+from adaptive_ff.identify.fit import Fitted, correlation_length
+from adaptive_ff.identify.map_columns import MapAsked, map_basis, with_map
+from adaptive_ff.identify.preparation import Prepared
+from adaptive_ff.identify.regressors import Problem, design
+from adaptive_ff.logs.defects import Piece
+from adaptive_ff.logs.derivatives import Array
+
+FEWEST_PERIODS = 1.0
+"""Periods that the log must travel."""
+
+SLOW_SHARE = 0.05
+"""Share of the rows at whose speed the shortest period is still in the band."""
+
+MOST_PLACES = 2**18
+"""Most places that positions are put in."""
+
+PLACES, PADDING = 4.0, 8
+"""Places in the shortest period, and how much finer than they are long spectra are read."""
+
+PEAKS = 8
+"""Largest peaks of the spectrum that are tried."""
+
+SURELY = 15.0
+"""Power of the best period over that of chance, beyond the logarithm of the number of periods that are told apart."""
+
+
+def ripple_period(problem: Problem, prepared: Prepared, pieces: Sequence[Piece], fitted: Fitted) -> float | None:
+    """Return the period of a ripple that a model leaves, rad (m); None where it leaves none that is beyond chance.
+
+    Parameters
+    ----------
+    problem : Problem
+        The rows, with positions.
+    prepared : Prepared
+        The log that they come from.
+    pieces : sequence of Piece
+        Its pieces, in the order of the problem's.
+    fitted : Fitted
+        The model.
+    """
+    residuals = fitted.regression.residuals
+    position = np.concatenate([np.asarray(piece.position)[piece.slides] for piece in problem.pieces])
+    speed = np.concatenate([np.abs(piece.velocity[piece.slides]) for piece in problem.pieces])
+    travel = float(np.ptp(position))
+    slow = float(np.quantile(speed, SLOW_SHARE))
+    if travel <= 0.0 or slow <= 0.0:
+        return None
+    lowest = FEWEST_PERIODS / travel
+    highest = min(prepared.bandwidth / slow, MOST_PLACES / (PLACES * travel))
+    if highest <= lowest:
+        return None
+    columns = design(problem, fitted.linear, fitted.searched)
+    orthogonal = np.linalg.qr(columns / np.linalg.norm(columns, axis=0))[0]
+
+    def power(frequency: float) -> tuple[float, float]:
+        """Return what a wave explains of the residual, and what chance would."""
+        basis = map_basis(MapAsked((1.0 / frequency,)), prepared, pieces)
+        waves = design(
+            with_map(problem, prepared, pieces, basis, fitted), [FORCE_OVER + name for name in basis.names()], {}
+        )
+        directions = np.linalg.qr(waves - orthogonal @ (orthogonal.T @ waves))[0]
+        along = directions.T @ residuals
+        left = residuals - directions @ along
+        chance = spread_along(directions, left, correlation_length(left), columns.shape[1])
+        return float(along @ along), float(np.trace(chance))
+
+    tried = _peaks(position - np.min(position), residuals, lowest, highest)
+    if not tried:
+        return None
+    best = max(tried, key=lambda frequency: power(frequency)[0])
+    near = 0.5 / travel
+    found = optimize.minimize_scalar(
+        lambda frequency: -power(frequency)[0],
+        bounds=(max(best - near, lowest), min(best + near, highest)),
+        method="bounded",
+        options={"xatol": 0.01 * near},
+    )
+    explained, chance = power(float(found.x))
+    told_apart = travel * (highest - lowest)
+    return 1.0 / float(found.x) if explained > chance * (SURELY + math.log(1.0 + told_apart)) else None
+
+
+def _peaks(position: Array, residuals: Array, lowest: float, highest: float) -> list[float]:
+    """Return the frequencies (periods in a rad) between two at which residuals have most power over the position."""
+    place = 1.0 / (PLACES * highest)
+    held = np.bincount((position / place).astype(np.int64), residuals)
+    size = fft.next_fast_len(PADDING * held.size, real=True)
+    power = np.square(np.abs(fft.rfft(held, size)))
+    frequency = np.arange(power.size) / (size * place)
+    inside = np.flatnonzero((frequency > lowest) & (frequency < highest))
+    after = np.minimum(inside + 1, power.size - 1)
+    tops = inside[(power[inside] >= power[inside - 1]) & (power[inside] >= power[after])]
+    return [float(frequency[top]) for top in tops[np.argsort(power[tops])[::-1][:PEAKS]]]

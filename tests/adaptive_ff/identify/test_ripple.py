@@ -1,0 +1,72 @@
+"""A ripple of the torque over the position is found without being told; nothing is where there is none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adaptive_ff import Log, identify_log
+from adaptive_ff.identify.families import FORCE_OVER
+from adaptive_ff.identify.map_columns import MapAsked
+from benchmarks.coverage_driven import driven_case
+
+
+def sines_log(ripple, *, position=True):
+    """Return the log of a joint of 0.5 kg m^2 along three sines with a further torque over the position."""
+    time = np.arange(30_000) / 1000.0
+    rates, phases = 2.0 * np.pi * np.array([0.13, 0.37, 0.9]), np.array([0.3, 1.1, 2.0])
+    angle, sizes = np.outer(time, rates) + phases, 2.0 * np.array([0.6, 0.3, 0.1])
+    where, velocity = np.sin(angle) @ sizes, np.cos(angle) @ (sizes * rates)
+    torque = 0.5 * (-np.sin(angle) @ (sizes * rates**2)) + 2.0 * np.sign(velocity) + 0.5 * velocity + ripple(where)
+    torque += 0.02 * np.random.default_rng(3).standard_normal(time.size)
+    return Log("sines", time, torque, **({"position": where} if position else {"velocity": velocity}))
+
+
+@pytest.mark.parametrize("period", [0.17, 0.9])
+def test_period_and_size_are_found(period):
+    found = identify_log(sines_log(lambda q: 0.3 * np.sin(2.0 * np.pi * q / period + 0.7)))
+    assert found.map_asked.found
+    assert found.map_asked.periods[0] == pytest.approx(period, rel=0.01)
+    assert found.position_map.friction is None
+    assert found.position_map.force_periods == found.map_asked.periods
+    assert np.max(found.position_map.force.value) == pytest.approx(0.3, rel=0.1)
+    assert found.parameters["inertia"].estimate.value == pytest.approx(0.5, rel=0.01)
+    assert found.validation.relative_error < 0.02
+    assert any(f"a period of {period:.2g}" in one and "found in the log" in one for one in found.verdict)
+    assert found.to_dict()["friction_map"]["force_periods"] == list(found.map_asked.periods)
+
+
+@pytest.mark.parametrize("seed", [401, 408])
+def test_inertia_of_a_joint_that_follows_its_cogging_is_right(seed):
+    """Under feedback the joint accelerates where its cogging helps: inertia came out at a half and a quarter."""
+    case, delay, _ = driven_case(seed)
+    found = identify_log(case.log, held_out=0.0, torque_delay=delay)
+    true, inertia = case.truth["inertia"], found.parameters["inertia"]
+    assert inertia.estimate.value == pytest.approx(true, rel=0.02)
+    assert inertia.estimate.lower <= true <= inertia.estimate.upper
+    assert inertia.confounded == ()
+    assert found.map_asked.periods[0] == pytest.approx(2.0 * math.pi / 36.0, rel=0.02)
+    without = identify_log(case.log, held_out=0.0, torque_delay=delay, model="offset")
+    assert without.parameters["inertia"].estimate.value < 0.6 * true
+
+
+def test_nothing_is_found_where_there_is_nothing():
+    found = identify_log(sines_log(np.zeros_like))
+    assert found.map_asked == MapAsked()
+    assert found.position_map is None
+    assert not any("over position" in one or "ripple" in one for one in found.verdict)
+
+
+def test_a_ripple_is_no_part_of_a_model_that_was_told_nor_looked_for_beside_a_map():
+    log = sines_log(lambda q: 0.3 * np.sin(2.0 * np.pi * q / 0.17))
+    assert identify_log(log, model="offset").position_map is None
+    assert identify_log(log, position_periods=(0.9,)).map_asked == MapAsked((0.9,))
+
+
+def test_a_log_to_validate_on_without_positions_takes_a_model_without_positions():
+    def ripple(q):
+        return 0.3 * np.sin(2.0 * np.pi * q / 0.17)
+
+    found = identify_log(sines_log(ripple), validation=sines_log(ripple, position=False))
+    assert not any(term.startswith(FORCE_OVER) for term in found.selection.chosen.terms)
+    assert identify_log(sines_log(ripple, position=False)).position_map is None
