@@ -137,8 +137,7 @@ def identify_log(
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
         prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
     basis: MapBasis | None = None
-    with_positions = all(one is None or one.position is not None for one in (log, validation))
-    if asked == MapAsked() and model == AUTO and with_positions:
+    if asked == MapAsked() and model == AUTO and _has_positions(prepared, validation):
         found_ripple = _with_ripple(problem, prepared, fitting, selection, confidence)
         if found_ripple is not None:
             problem, selection, basis = found_ripple
@@ -238,6 +237,16 @@ def _without_stops(
                 return sticking, sliding, again
             fewest = _rows(sliding)
     return prepared, problem, selection
+
+
+def _has_positions(prepared: Prepared, validation: Log | None) -> bool:
+    """Tell whether positions of a log are known, and where another one is given, those of both from the same zero.
+
+    Velocities of a log without a gap add up to positions from its begin; those of two logs to two.
+    """
+    if prepared.log.position is not None:
+        return validation is None or validation.position is not None
+    return validation is None and len(prepared.pieces) == 1 and not prepared.skipped
 
 
 def _with_ripple(

@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import null_space
 
 from adaptive_ff.adaptive.map_settings import map_parameters
@@ -235,15 +236,25 @@ def _columns(
 
 
 def _series(log: Log, piece: Piece, period: float) -> tuple[Array, Array]:
-    """Return position and known torque of a piece at equal steps; zeros where the log has none."""
+    """Return position and known torque of a piece at equal steps; zeros where there is no known torque."""
     motion = uniform(log, piece, period)[1]
-    nothing = np.zeros_like(motion)
-    position = motion if log.position is not None else nothing
-    if KNOWN not in log.extra:
-        return position, nothing
+    position = motion if log.position is not None else _beside(log, travelled(log), piece, period)
+    load = _beside(log, log.extra[KNOWN], piece, period) if KNOWN in log.extra else np.zeros_like(motion)
+    return position, load
+
+
+def _beside(log: Log, series: Array, piece: Piece, period: float) -> Array:
+    """Return a series of a log in a piece, at equal steps."""
     part = slice(piece.start, piece.stop)
-    other = Log(log.name, log.time[part], log.extra[KNOWN][part], velocity=log.motion[part])
-    return position, uniform(other, Piece(0, other.time.size), period)[2]
+    other = Log(log.name, log.time[part], series[part], velocity=log.motion[part])
+    return uniform(other, Piece(0, other.time.size), period)[2]
+
+
+def travelled(log: Log) -> Array:
+    """Return the position along a log: without one, what its velocity adds up to from its begin, rad."""
+    if log.position is not None:
+        return log.position
+    return np.asarray(cumulative_trapezoid(log.motion, log.time, initial=0.0))
 
 
 def excludes(model: Terms, terms: Terms) -> bool:

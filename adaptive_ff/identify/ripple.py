@@ -20,7 +20,7 @@ from scipy import fft, optimize
 from adaptive_ff.estimation.batch_least_squares import spread_along
 from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.fit import Fitted, correlation_length
-from adaptive_ff.identify.map_columns import MapAsked, map_basis, with_map
+from adaptive_ff.identify.map_columns import MapAsked, map_basis, travelled, with_map
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import Problem, design
 from adaptive_ff.logs.defects import Piece
@@ -51,7 +51,7 @@ def ripple_period(problem: Problem, prepared: Prepared, pieces: Sequence[Piece],
     Parameters
     ----------
     problem : Problem
-        The rows, with positions.
+        The rows.
     prepared : Prepared
         The log that they come from.
     pieces : sequence of Piece
@@ -60,7 +60,9 @@ def ripple_period(problem: Problem, prepared: Prepared, pieces: Sequence[Piece],
         The model.
     """
     residuals = fitted.regression.residuals
-    position = np.concatenate([np.asarray(piece.position)[piece.slides] for piece in problem.pieces])
+    log = prepared.log
+    path = travelled(log)
+    position = np.concatenate([np.interp(piece.time[piece.slides], log.time, path) for piece in problem.pieces])
     speed = np.concatenate([np.abs(piece.velocity[piece.slides]) for piece in problem.pieces])
     travel = float(np.ptp(position))
     slow = float(np.quantile(speed, SLOW_SHARE))

@@ -63,10 +63,20 @@ def test_a_ripple_is_no_part_of_a_model_that_was_told_nor_looked_for_beside_a_ma
     assert identify_log(log, position_periods=(0.9,)).map_asked == MapAsked((0.9,))
 
 
-def test_a_log_to_validate_on_without_positions_takes_a_model_without_positions():
-    def ripple(q):
-        return 0.3 * np.sin(2.0 * np.pi * q / 0.17)
+def ripple(position):
+    return 0.3 * np.sin(2.0 * np.pi * position / 0.17)
 
+
+def test_a_log_to_validate_on_without_positions_takes_a_model_without_positions():
     found = identify_log(sines_log(ripple), validation=sines_log(ripple, position=False))
     assert not any(term.startswith(FORCE_OVER) for term in found.selection.chosen.terms)
-    assert identify_log(sines_log(ripple, position=False)).position_map is None
+
+
+def test_positions_are_added_up_from_velocities_where_there_is_no_gap():
+    log = sines_log(ripple, position=False)
+    found = identify_log(log)
+    assert found.map_asked.periods[0] == pytest.approx(0.17, rel=0.01)
+    assert found.validation.relative_error < 0.02  # the end of the log goes on from where its begin has come to
+    torque = log.torque.copy()
+    torque[9000:9500] = np.nan
+    assert identify_log(Log("gap", log.time, torque, velocity=log.velocity)).position_map is None
