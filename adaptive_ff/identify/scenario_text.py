@@ -101,6 +101,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         "joint": joint,
         "sampling": {"period": period},
         "sensor": {"velocity_noise": _rounded(found.reference.noise)},
+        **_ripple(found),
         "reference": {"kind": "csv", "path": reference},
         "feedback": {"inertia": joint["inertia"], "bandwidth": _rounded(min(BANDWIDTH, PERIODS / period))},
         "adaptation": {"stribeck_velocity": joint["stribeck_velocity"], "memory": 5.0, **_mapped(found)},
@@ -127,6 +128,8 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         comments[f"adaptation.{key}"] = "friction depends on position in the log: the controller learns it anew"
         ends = " to ".join(f"{end:.4g}" for end in found.position_map.range)
         comments["adaptation.position_range"] = f"from the start of the motion; {ends} in the log"
+    if found.map_asked.found:
+        comments["actuator"] = "the ripple found in the log; sin(2 pi q/period) from the start on"
     return toml_text(content, comments, head)
 
 
@@ -150,11 +153,24 @@ def _unmapped(found: LogIdentification) -> list[str]:
     if learnt is None:
         return []
     parts = {
-        "force over position": learnt.force is not None,
+        "force over position": learnt.force is not None and not found.map_asked.found,
         "hats of friction over position": learnt.hats > 0,
         "friction over load": learnt.load_share is not None,
     }
     return [name for name, there in parts.items() if there]
+
+
+def _ripple(found: LogIdentification) -> dict[str, Any]:
+    """Return the ripple of the simulated drive: the one that was found in the log."""
+    learnt = found.position_map
+    if learnt is None or learnt.force is None or not found.map_asked.found:
+        return {}
+    return {
+        "actuator": {
+            "ripple_amplitude": _rounded(float(np.max(np.abs(learnt.force.value)))),
+            "ripple_period": _rounded(learnt.force_periods[0]),
+        }
+    }
 
 
 def _variation(found: LogIdentification) -> dict[str, Any]:

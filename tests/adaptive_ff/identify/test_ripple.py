@@ -1,6 +1,7 @@
 """A ripple of the torque over the position is found without being told; nothing is where there is none."""
 
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -8,18 +9,23 @@ import pytest
 from adaptive_ff import Log, identify_log
 from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.map_columns import MapAsked
+from adaptive_ff.identify.scenario_text import left_out, scenario_text
 from benchmarks.coverage_driven import driven_case
 
 
-def sines_log(ripple, *, position=True):
+def sines_log(further, *, position=True):
     """Return the log of a joint of 0.5 kg m^2 along three sines with a further torque over the position."""
     time = np.arange(30_000) / 1000.0
     rates, phases = 2.0 * np.pi * np.array([0.13, 0.37, 0.9]), np.array([0.3, 1.1, 2.0])
     angle, sizes = np.outer(time, rates) + phases, 2.0 * np.array([0.6, 0.3, 0.1])
     where, velocity = np.sin(angle) @ sizes, np.cos(angle) @ (sizes * rates)
-    torque = 0.5 * (-np.sin(angle) @ (sizes * rates**2)) + 2.0 * np.sign(velocity) + 0.5 * velocity + ripple(where)
+    torque = 0.5 * (-np.sin(angle) @ (sizes * rates**2)) + 2.0 * np.sign(velocity) + 0.5 * velocity + further(where)
     torque += 0.02 * np.random.default_rng(3).standard_normal(time.size)
     return Log("sines", time, torque, **({"position": where} if position else {"velocity": velocity}))
+
+
+def ripple(position):
+    return 0.3 * np.sin(2.0 * np.pi * position / 0.17)
 
 
 @pytest.mark.parametrize("period", [0.17, 0.9])
@@ -50,6 +56,15 @@ def test_inertia_of_a_joint_that_follows_its_cogging_is_right(seed):
     assert without.parameters["inertia"].estimate.value < 0.6 * true
 
 
+def test_the_simulated_drive_has_the_ripple():
+    found = identify_log(sines_log(ripple))
+    written = tomllib.loads(scenario_text(found, "reference.csv"))
+    assert written["actuator"]["ripple_amplitude"] == pytest.approx(0.3, rel=0.1)
+    assert written["actuator"]["ripple_period"] == pytest.approx(0.17, rel=0.01)
+    assert "force over position" not in left_out(found)
+    assert "actuator" not in tomllib.loads(scenario_text(identify_log(sines_log(np.zeros_like)), "reference.csv"))
+
+
 def test_nothing_is_found_where_there_is_nothing():
     found = identify_log(sines_log(np.zeros_like))
     assert found.map_asked == MapAsked()
@@ -58,13 +73,9 @@ def test_nothing_is_found_where_there_is_nothing():
 
 
 def test_a_ripple_is_no_part_of_a_model_that_was_told_nor_looked_for_beside_a_map():
-    log = sines_log(lambda q: 0.3 * np.sin(2.0 * np.pi * q / 0.17))
+    log = sines_log(ripple)
     assert identify_log(log, model="offset").position_map is None
     assert identify_log(log, position_periods=(0.9,)).map_asked == MapAsked((0.9,))
-
-
-def ripple(position):
-    return 0.3 * np.sin(2.0 * np.pi * position / 0.17)
 
 
 def test_a_log_to_validate_on_without_positions_takes_a_model_without_positions():
