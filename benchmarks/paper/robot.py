@@ -121,7 +121,8 @@ def drive_behind_interface(seed: int) -> Drive:
     course = lay_robot_course(seed)
     count = course.reference.size - 1
     noise = NOISE * np.random.default_rng([seed, 2]).standard_normal(count)
-    fine = drive(course._replace(samples=np.arange(count + 1), noise=noise), PI(*GAINS, SOLVER_PERIOD))
+    every = lay_plain_course(SCENARIO.joint, np.arange(count + 1), course.reference, noise, SCENARIO.actuator)
+    fine = drive(every, PI(*GAINS, SOLVER_PERIOD))
     read = course.samples[:-1]
     torque = fine.commanded[read]
     series = (fine.time[read], fine.reference[read], fine.velocity[read])

@@ -94,6 +94,7 @@ def test_the_true_joint_predicts_the_record_down_to_the_noise():
 
 def test_reading_out_a_fast_loop_gives_its_current_and_velocity_at_the_samples():
     record, other = drive_behind_interface(105), drive(lay_robot_course(105))
+    assert np.array_equal(record.velocity, drive_behind_interface(105).velocity)  # no memory beyond a series is read
     assert np.array_equal(record.steps, other.steps)
     assert np.array_equal(record.reference, other.reference)
     assert np.array_equal(record.acting, record.commanded)
