@@ -103,6 +103,8 @@ def identify_log(
         period; 2 or more.
     load_friction : bool, optional
         Whether friction may rise with the known torque of the log. These three are used where they validate better.
+        Without any of them, and with the default of ``model``, a ripple over the position is looked for, see
+        :mod:`adaptive_ff.identify.ripple`.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.
 
@@ -137,13 +139,13 @@ def identify_log(
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
         prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
     basis: MapBasis | None = None
-    if asked == MapAsked() and model == AUTO and _has_positions(prepared, validation):
-        found_ripple = _with_ripple(problem, prepared, fitting, selection, confidence)
-        if found_ripple is not None:
-            problem, selection, basis = found_ripple
-            asked = basis.asked
-    elif asked != MapAsked():
+    if asked != MapAsked():
         problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
+    elif model == AUTO and _has_positions(prepared, validation):
+        rippled = _with_ripple(problem, prepared, fitting, selection, confidence)
+        if rippled is not None:
+            problem, selection, basis = rippled
+            asked = basis.asked
     other, unseen, name = prepared, holding, "the end of the log"
     if validation is not None:
         check_asked(asked, validation)

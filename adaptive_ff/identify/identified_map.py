@@ -61,7 +61,7 @@ class IdentifiedMap(NamedTuple):
     coefficients: tuple[float, ...]
     standard_errors: tuple[float, ...]
     load_mean: float
-    force_periods: tuple[float, ...] = ()
+    force_periods: tuple[float, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values; the keys of the controller's map are those of a scenario's ``[adaptation]``."""

@@ -24,7 +24,7 @@ from scipy.linalg import null_space
 from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.families import ASYMMETRY, FORCE_OVER, FRICTION_OVER, GRAVITY, Terms
-from adaptive_ff.identify.filtering import band_of_motion, bent_friction, uniform, velocity_between, wide_velocity
+from adaptive_ff.identify.filtering import Band, band_of_motion, bent_friction, uniform, velocity_between, wide_velocity
 from adaptive_ff.identify.fit import Fitted
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import BENT, Problem
@@ -155,11 +155,11 @@ def hats_at(position: Array, lowest: float, highest: float, count: int) -> Array
 
 def map_basis(asked: MapAsked, prepared: Prepared, pieces: Sequence[Piece]) -> MapBasis:
     """Return the functions for the positions and loads of some pieces of a log."""
-    parts = [_series(prepared.log, piece, prepared.period) for piece in pieces]
-    load = float(np.mean(np.abs(np.concatenate([part[1] for part in parts])))) if asked.load else 0.0
+    log, period = prepared.log, prepared.period
+    load = float(np.mean(np.concatenate([_load(log, piece, period) for piece in pieces]))) if asked.load else 0.0
     if not asked.hats:
         return MapBasis(asked, 0.0, 0.0, np.empty((0, 0)), load)
-    position = np.concatenate([part[0] for part in parts])
+    position = np.concatenate([position_along(log, piece, period) for piece in pieces])
     lowest, highest = float(np.min(position)), float(np.max(position))
     mean = np.mean(hats_at(position, lowest, highest, asked.hats), axis=1)
     visited = np.flatnonzero(mean > 0.0)
@@ -215,19 +215,15 @@ def _columns(
     prepared: Prepared, piece: Piece, basis: MapBasis, fitted: Fitted
 ) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
     """Return the filtered columns of a piece, and of friction what it is between samples and at edges of motions."""
-    log, period, rest = prepared.log, prepared.period, prepared.rest
-    motion = uniform(log, piece, period)[1]
-    position, load = _series(log, piece, period)
-    is_position = log.position is not None
-    fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
-    band = band_of_motion(fast, prepared.bandwidth, period, rest)
+    log, period, band = prepared.log, prepared.period, band_along(prepared, piece)
     friction = model_friction(fitted, band.velocity)
     fine = velocity_between(band.velocity, period)
     beyond = None if fine is None else friction - np.mean(model_friction(fitted, fine), axis=1)
-    factors = dict(zip(basis.names(), basis.over(position), strict=True))
+    names = basis.names()
+    factors = dict(zip(names, basis.over(position_along(log, piece, period)), strict=True)) if names else {}
     shares = {FRICTION_OVER + name: factor for name, factor in factors.items()}
     if basis.asked.load:
-        shares[LOAD] = np.abs(load) - basis.load
+        shares[LOAD] = _load(log, piece, period) - basis.load
     mapped = {name: band.filtered(share * friction) for name, share in shares.items()}
     mapped |= {FORCE_OVER + name: band.filtered(factor) for name, factor in factors.items()}
     between = {} if beyond is None else {name: band.filtered(share * beyond) for name, share in shares.items()}
@@ -235,12 +231,24 @@ def _columns(
     return mapped, between, edges
 
 
-def _series(log: Log, piece: Piece, period: float) -> tuple[Array, Array]:
-    """Return position and known torque of a piece at equal steps; zeros where there is no known torque."""
-    motion = uniform(log, piece, period)[1]
-    position = motion if log.position is not None else _beside(log, travelled(log), piece, period)
-    load = _beside(log, log.extra[KNOWN], piece, period) if KNOWN in log.extra else np.zeros_like(motion)
-    return position, load
+def band_along(prepared: Prepared, piece: Piece) -> Band:
+    """Return the filters of a piece."""
+    log, period, rest = prepared.log, prepared.period, prepared.rest
+    motion, is_position = uniform(log, piece, period)[1], log.position is not None
+    fast = wide_velocity(motion, rest.corner, period, is_position=is_position)
+    return band_of_motion(fast, prepared.bandwidth, period, rest)
+
+
+def position_along(log: Log, piece: Piece, period: float) -> Array:
+    """Return the position of a piece at equal steps, rad: of velocities, what they add up to from the log's begin."""
+    if log.position is not None:
+        return uniform(log, piece, period)[1]
+    return _beside(log, np.asarray(cumulative_trapezoid(log.motion, log.time, initial=0.0)), piece, period)
+
+
+def _load(log: Log, piece: Piece, period: float) -> Array:
+    """Return the size of the known torque of a piece at equal steps, N m."""
+    return np.abs(_beside(log, log.extra[KNOWN], piece, period))
 
 
 def _beside(log: Log, series: Array, piece: Piece, period: float) -> Array:
@@ -248,13 +256,6 @@ def _beside(log: Log, series: Array, piece: Piece, period: float) -> Array:
     part = slice(piece.start, piece.stop)
     other = Log(log.name, log.time[part], series[part], velocity=log.motion[part])
     return uniform(other, Piece(0, other.time.size), period)[2]
-
-
-def travelled(log: Log) -> Array:
-    """Return the position along a log: without one, what its velocity adds up to from its begin, rad."""
-    if log.position is not None:
-        return log.position
-    return np.asarray(cumulative_trapezoid(log.motion, log.time, initial=0.0))
 
 
 def excludes(model: Terms, terms: Terms) -> bool:

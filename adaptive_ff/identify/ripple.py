@@ -18,9 +18,8 @@ import numpy as np
 from scipy import fft, optimize
 
 from adaptive_ff.estimation.batch_least_squares import spread_along
-from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.fit import Fitted, correlation_length
-from adaptive_ff.identify.map_columns import MapAsked, map_basis, travelled, with_map
+from adaptive_ff.identify.map_columns import MapAsked, band_along, map_basis, position_along
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import Problem, design
 from adaptive_ff.logs.defects import Piece
@@ -60,9 +59,11 @@ def ripple_period(problem: Problem, prepared: Prepared, pieces: Sequence[Piece],
         The model.
     """
     residuals = fitted.regression.residuals
-    log = prepared.log
-    path = travelled(log)
-    position = np.concatenate([np.interp(piece.time[piece.slides], log.time, path) for piece in problem.pieces])
+    parts = [
+        (band_along(prepared, piece), position_along(prepared.log, piece, prepared.period), rows.slides)
+        for piece, rows in zip(pieces, problem.pieces, strict=True)
+    ]
+    position = np.concatenate([path[band.kept][slides] for band, path, slides in parts])
     speed = np.concatenate([np.abs(piece.velocity[piece.slides]) for piece in problem.pieces])
     travel = float(np.ptp(position))
     slow = float(np.quantile(speed, SLOW_SHARE))
@@ -78,8 +79,8 @@ def ripple_period(problem: Problem, prepared: Prepared, pieces: Sequence[Piece],
     def power(frequency: float) -> tuple[float, float]:
         """Return what a wave explains of the residual, and what chance would."""
         basis = map_basis(MapAsked((1.0 / frequency,)), prepared, pieces)
-        waves = design(
-            with_map(problem, prepared, pieces, basis, fitted), [FORCE_OVER + name for name in basis.names()], {}
+        waves = np.concatenate(
+            [np.transpose([band.filtered(wave)[slides] for wave in basis.over(path)]) for band, path, slides in parts]
         )
         directions = np.linalg.qr(waves - orthogonal @ (orthogonal.T @ waves))[0]
         along = directions.T @ residuals

@@ -128,7 +128,7 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         comments[f"adaptation.{key}"] = "friction depends on position in the log: the controller learns it anew"
         ends = " to ".join(f"{end:.4g}" for end in found.position_map.range)
         comments["adaptation.position_range"] = f"from the start of the motion; {ends} in the log"
-    if found.map_asked.found:
+    if "actuator" in content:
         comments["actuator"] = "the ripple found in the log; sin(2 pi q/period) from the start on"
     return toml_text(content, comments, head)
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import synthetic_logs
 
 from adaptive_ff import Log, identify_log
 from adaptive_ff.estimation.batch_least_squares import fit_least_squares
@@ -95,16 +96,7 @@ def test_one_sine_does_not_tell_an_inertia_from_what_the_torque_has_over_the_pos
 
 
 def sines_log(further):
-    """Return the log of a joint of 0.5 kg m^2 and 0.5 N m s/rad along three sines, and its largest speed."""
-    time = np.arange(40_000) / 1000.0
-    rates, phases = 2.0 * np.pi * np.array([0.13, 0.37, 0.9]), np.array([0.3, 1.1, 2.0])
-    sizes = 2.0 * np.array([0.6, 0.3, 0.1])
-    angle = np.outer(time, rates) + phases
-    position, velocity = np.sin(angle) @ sizes, np.cos(angle) @ (sizes * rates)
-    acceleration = -np.sin(angle) @ (sizes * rates**2)
-    torque = 0.5 * acceleration + 0.5 * velocity + further(position, velocity)
-    noise = 0.01 * np.random.default_rng(3).standard_normal(time.size)
-    return Log("sines", time, torque + noise, position=position), float(np.max(np.abs(velocity)))
+    return synthetic_logs.sines_log(further, noise=0.01, seconds=40)
 
 
 def test_several_sines_do():

@@ -5,23 +5,19 @@ import tomllib
 
 import numpy as np
 import pytest
+import synthetic_logs
 
 from adaptive_ff import Log, identify_log
 from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.map_columns import MapAsked
 from adaptive_ff.identify.scenario_text import left_out, scenario_text
+from adaptive_ff.logs.log import KNOWN
 from benchmarks.coverage_driven import driven_case
 
 
-def sines_log(further, *, position=True):
-    """Return the log of a joint of 0.5 kg m^2 along three sines with a further torque over the position."""
-    time = np.arange(30_000) / 1000.0
-    rates, phases = 2.0 * np.pi * np.array([0.13, 0.37, 0.9]), np.array([0.3, 1.1, 2.0])
-    angle, sizes = np.outer(time, rates) + phases, 2.0 * np.array([0.6, 0.3, 0.1])
-    where, velocity = np.sin(angle) @ sizes, np.cos(angle) @ (sizes * rates)
-    torque = 0.5 * (-np.sin(angle) @ (sizes * rates**2)) + 2.0 * np.sign(velocity) + 0.5 * velocity + further(where)
-    torque += 0.02 * np.random.default_rng(3).standard_normal(time.size)
-    return Log("sines", time, torque, **({"position": where} if position else {"velocity": velocity}))
+def sines_log(further, **options):
+    """The log of a joint with a Coulomb friction of 2 N m and a further torque over the position."""
+    return synthetic_logs.sines_log(lambda q, w: 2.0 * np.sign(w) + further(q), **options)[0]
 
 
 def ripple(position):
@@ -79,15 +75,26 @@ def test_a_ripple_is_no_part_of_a_model_that_was_told_nor_looked_for_beside_a_ma
 
 
 def test_a_log_to_validate_on_without_positions_takes_a_model_without_positions():
-    found = identify_log(sines_log(ripple), validation=sines_log(ripple, position=False))
+    found = identify_log(sines_log(ripple), validation=sines_log(ripple, as_position=False))
     assert not any(term.startswith(FORCE_OVER) for term in found.selection.chosen.terms)
 
 
 def test_positions_are_added_up_from_velocities_where_there_is_no_gap():
-    log = sines_log(ripple, position=False)
+    log = sines_log(ripple, as_position=False)
     found = identify_log(log)
     assert found.map_asked.periods[0] == pytest.approx(0.17, rel=0.01)
     assert found.validation.relative_error < 0.02  # the end of the log goes on from where its begin has come to
     torque = log.torque.copy()
     torque[9000:9500] = np.nan
     assert identify_log(Log("gap", log.time, torque, velocity=log.velocity)).position_map is None
+
+
+def test_positions_are_not_asked_of_a_log_of_velocities_for_friction_over_load():
+    """They end at a gap, and a jittered clock is undone by splines, which take no gap."""
+    log = sines_log(np.zeros_like, as_position=False)
+    time = log.time + 2e-4 * np.random.default_rng(1).uniform(-1.0, 1.0, log.time.size)
+    velocity = log.velocity.copy()
+    velocity[9000:9500] = np.nan
+    load = {KNOWN: 5.0 * np.sin(0.7 * time)}
+    found = identify_log(Log("gap", time, log.torque, velocity=velocity, extra=load), load_friction=True)
+    assert found.parameters["inertia"].estimate.value == pytest.approx(0.5, rel=0.01)
