@@ -42,7 +42,7 @@ from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_s
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
-from adaptive_ff.model.friction import ESTIMATED, WITH_GRAVITY, TorqueModel, directed_friction
+from adaptive_ff.model.friction import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import IdentifyingController
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
 from controllers.checks import checked_array, checked_switch
@@ -58,6 +58,8 @@ class AdaptiveBase(IdentifyingController):
     def _belongs_to(self) -> dict[str, Any]:
         estimator = self.parameters.estimator
         found = super()._belongs_to() | {"inertia": float(estimator.first[INERTIA])}
+        if self._ripples > 0:
+            found["ripple_waves"] = estimator.waves[-self._ripples :].tolist()
         mapped = estimator.friction_map
         if coefficient_count(mapped) == 0:
             return found
@@ -111,6 +113,16 @@ class AdaptiveBase(IdentifyingController):
             known_torques=(0.0,) * len(state.known_torques),
             command=state.command._replace(share=0.0),  # the integral holds the torque; what is fed fades in
         )
+
+    @property
+    def depends_on_position(self) -> bool:
+        """Whether it learns a ripple or friction over its own position."""
+        mapped = self.parameters.estimator.friction_map
+        return self._ripples > 0 or mapped.waves.size + mapped.hats > 0
+
+    @property
+    def _ripples(self) -> int:
+        return sum(name.startswith(RIPPLE) for name in self.estimate_names) // len(RIPPLE)
 
     @property
     def regressors(self) -> NDArray[np.float64]:
@@ -195,6 +207,7 @@ class UnsupervisedController(AdaptiveBase):
         tunes_lag: bool = True,
         regressors: int = 0,
         gear_ratio: float = 1.0,
+        ripple_periods: Sequence[float] = (),
     ) -> None:
         self.estimate_names, block = adaptive_parameters(
             proportional,
@@ -211,6 +224,7 @@ class UnsupervisedController(AdaptiveBase):
             tunes_lag=tunes_lag,
             regressors=regressors,
             gear_ratio=gear_ratio,
+            ripple_periods=ripple_periods,
         )
         super().__init__(block, period, initial_adaptive_state)
 
@@ -264,6 +278,9 @@ class AdaptiveController(AdaptiveBase):
     gear_ratio : float, optional
         Position and velocity as they are given over those of the joint that gravity turns: that of the gear where they
         are the motor's, negative where the gear reverses the direction.
+    ripple_periods : sequence of float, optional
+        Known periods of a torque over position, such as cogging of a motor, rad of the joint: of a sine and a cosine of
+        each the sizes are identified and fed forward, as soon as ``step`` is given a position.
     model : TorqueModel or mapping, optional
         First estimate, from a data sheet, an identification, or the ``estimates`` of another controller, instead of a
         frictionless joint; fed forward from the first sample. A mapping may hold gravity as well.
@@ -346,6 +363,7 @@ class AdaptiveController(AdaptiveBase):
         tunes_lag: bool = True,
         regressors: int = 0,
         gear_ratio: float = 1.0,
+        ripple_periods: Sequence[float] = (),
         model: TorqueModel | Mapping[str, float] | None = None,
         deviation: float | Mapping[str, float] = DEVIATION,
         torque_limit: float = math.inf,
@@ -376,6 +394,7 @@ class AdaptiveController(AdaptiveBase):
             tunes_lag=tunes_lag,
             regressors=regressors,
             gear_ratio=gear_ratio,
+            ripple_periods=ripple_periods,
             model=model,
             deviation=deviation,
             torque_limit=torque_limit,

@@ -122,13 +122,13 @@ def follow_loads_in_place(
 ) -> None:
     """Advance the filters of known loads by one sample; see ``advance_loads_in_place``."""
     angle = position / estimator.gear_ratio
-    advance_loads_in_place(state.loads, state.regressors, estimator.form.pole, angle, duration, first)
+    advance_loads_in_place(state.loads, estimator.waves, state.regressors, estimator.form.pole, angle, duration, first)
 
 
 @register_jitable
 def estimated_load(estimator: EstimatorParameters, state: EstimatorState, turn: float) -> float:
-    """Return the torque (N m) that carries the known loads, gravity as it is after a change of position (rad)."""
-    return load_torque(state.recursion.estimate, state.loads, state.regressors, turn / estimator.gear_ratio)
+    """Return the torque (N m) that carries the known loads, waves as they are after a change of position (rad)."""
+    return load_torque(state.recursion.estimate, state.loads, estimator.waves, turn / estimator.gear_ratio)
 
 
 @register_jitable

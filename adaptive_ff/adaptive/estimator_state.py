@@ -42,8 +42,9 @@ class EstimatorParameters(NamedTuple):
         Least and largest possible value of each parameter before there are data; see ``possible_ranges``.
     regressors : int
         How many of the last parameters are sizes of further known regressors.
-    gravity : bool
-        Whether the two parameters before these are those of gravity.
+    waves : ndarray, shape (w,)
+        Waves of torque over the position, times ``2 pi``, in a rad: one for gravity, more for ripples. The ``2 w``
+        parameters before those of the regressors are sizes of a sine and a cosine of each.
     gear_ratio : float
         Measured position and velocity over those of the joint that gravity turns.
     deviation : ndarray, shape (n,)
@@ -72,7 +73,7 @@ class EstimatorParameters(NamedTuple):
     memory: float
     ranges: NDArray[np.float64]
     regressors: int
-    gravity: bool
+    waves: NDArray[np.float64]
     gear_ratio: float
     deviation: NDArray[np.float64]
     given: bool
@@ -169,12 +170,12 @@ class EstimatorState(NamedTuple):
 @register_jitable
 def load_count(estimator: EstimatorParameters) -> int:
     """Return how many of the last parameters are sizes of known loads."""
-    return estimator.regressors + (2 if estimator.gravity else 0)
+    return estimator.regressors + 2 * estimator.waves.size
 
 
 @register_jitable
 def carries_loads(estimator: EstimatorParameters, state: "EstimatorState") -> bool:
-    """Return whether there are loads to identify: further regressors, or gravity once a position has been given."""
+    """Return whether there are loads to identify: further regressors, or waves once a position has been given."""
     if estimator.regressors > 0:
         return True
     if state.loads.shape[0] > 0:

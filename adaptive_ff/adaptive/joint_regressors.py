@@ -34,7 +34,8 @@ class JointRegressors:
     Raises
     ------
     ValueError
-        A name is unknown or precedes itself, or a joint was made for fewer regressors than are formed.
+        A name is unknown or precedes itself, a joint was made for fewer regressors than are formed, or one behind
+        others is to learn what depends on its own position.
     """
 
     def __init__(self, joints: Mapping[str, AdaptiveController], preceding: Mapping[str, Sequence[str]] | None) -> None:
@@ -46,7 +47,12 @@ class JointRegressors:
         self._carried = [carried_links(self._angles, place) for place in range(len(self._names))]
         self._formed = [2 * carried.size if self.forms else 0 for carried in self._carried]
         self._none: Given = (None,) * len(self._names)
-        for name, controller, formed in zip(self._names, self._controllers, self._formed, strict=True):
+        for (name, controller), links, formed in zip(joints.items(), self._angles, self._formed, strict=True):
+            if np.count_nonzero(links) > 1 and controller.depends_on_position:
+                raise ValueError(
+                    f"{name}.preceding is not allowed with ripple_periods, position_periods or position_hats: it is "
+                    "given sums of angles, not its own one; leave preceding out and give sines of sums as regressors"
+                )
             made_for = controller.parameters.estimator.regressors
             regressor_count(name, formed)
             if made_for < formed:

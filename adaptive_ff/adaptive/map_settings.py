@@ -46,7 +46,7 @@ def map_parameters(
     ValueError
         A value is out of range.
     """
-    lengths = _checked_periods(periods)
+    lengths = checked_periods("position_periods", periods)
     if isinstance(hats, bool) or not isinstance(hats, int | np.integer) or hats == 1 or not 0 <= hats <= MOST_HATS:
         raise ValueError(
             f"position_hats = {hats} is not allowed: it must be 0, or a whole number from 2 to {MOST_HATS}"
@@ -61,11 +61,12 @@ def map_parameters(
     return MapParameters(2.0 * math.pi / lengths, int(hats), lowest, spacing, float(load), float(memory))
 
 
-def _checked_periods(periods: Sequence[float]) -> NDArray[np.float64]:
-    lengths = checked_array("position_periods", periods)
+def checked_periods(name: str, periods: Sequence[float]) -> NDArray[np.float64]:
+    """Return known periods over the position (rad), or raise ``ValueError`` that names the argument."""
+    lengths = checked_array(name, periods)
     if lengths.ndim != 1 or lengths.size > MOST_PERIODS or not np.all(np.isfinite(lengths) & (lengths > 0.0)):
         shown = list(periods) if lengths.ndim == 1 else periods
-        raise ValueError(f"position_periods = {shown} is not allowed: at most {MOST_PERIODS} positive numbers of rad")
+        raise ValueError(f"{name} = {shown} is not allowed: at most {MOST_PERIODS} positive numbers of rad")
     return lengths
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.model.bounds import OFFSET, VISCOUS_SHARE, possible_ranges
-from adaptive_ff.model.friction import FURTHER, WITH_GRAVITY, TorqueModel
+from adaptive_ff.model.friction import FURTHER, RIPPLE, WITH_GRAVITY, TorqueModel
 from controllers.checks import check_numbers
 
 LAG_UNIT = 0.01
@@ -140,7 +140,7 @@ def model_prior(
     """
     known = model._asdict() if isinstance(model, TorqueModel) else _by_name(model)
     possible = {*names, *TorqueModel._fields, *WITH_GRAVITY, *CHOSEN}
-    unknown = [name for name in known if name not in possible and not name.startswith(FURTHER)]
+    unknown = [name for name in known if name not in possible and not name.startswith((FURTHER, *RIPPLE))]
     if unknown:
         raise ValueError(f"model.{min(unknown)} is not known: it must be one of {', '.join(sorted(possible))}")
     first = np.zeros(len(names))

@@ -13,10 +13,10 @@ from adaptive_ff.adaptive.candidate_choice import (
 )
 from adaptive_ff.adaptive.command import CommandParameters
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters
-from adaptive_ff.adaptive.map_settings import MAP_MEMORY, map_parameters
+from adaptive_ff.adaptive.map_settings import MAP_MEMORY, checked_periods, map_parameters
 from adaptive_ff.adaptive.prior import prior_of
 from adaptive_ff.model.bounds import largest_lag
-from adaptive_ff.model.friction import FURTHER, TorqueModel
+from adaptive_ff.model.friction import FURTHER, TorqueModel, ripple_names
 from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
@@ -80,6 +80,7 @@ def adaptive_parameters(
     tunes_lag: bool,
     regressors: int,
     gear_ratio: float,
+    ripple_periods: Sequence[float],
     model: TorqueModel | Mapping[str, float] | None = None,
     deviation: float | Mapping[str, float] = DEVIATION,
     torque_limit: float = math.inf,
@@ -101,7 +102,13 @@ def adaptive_parameters(
     """
     feedback = check_gains(proportional, integral, period, delay)
     names = check_parameters(parameters, ALL_CHOICES)
-    named = (*names, *further_names(regressors))
+    ripples = checked_periods("ripple_periods", ripple_periods)
+    named = (*names, *ripple_names(ripples.size), *further_names(regressors))
+    if 2 * ripples.size + regressors > MOST_REGRESSORS:
+        raise ValueError(
+            f"regressors = {regressors} is not allowed: with {ripples.size} ripple_periods, two columns each, it must "
+            f"be {MOST_REGRESSORS - 2 * ripples.size} at most"
+        )
     check_positive(
         proportional=proportional,
         inertia=inertia,
@@ -140,7 +147,7 @@ def adaptive_parameters(
         float(memory),
         ranges,
         int(regressors),
-        has_gravity(names),
+        np.append(np.ones(1 if has_gravity(names) else 0), 2.0 * math.pi / ripples),
         float(gear_ratio),
         prior.deviation,
         prior.given,

@@ -45,6 +45,7 @@ def make_oracle(scenario: Scenario, added: float = 0.0) -> ModelBased:
         tuned(true_model(scenario)),
         [(time, tuned(model)) for time, model in model_course(scenario)],
         gravity=scenario.joint.weight,
+        ripple=(scenario.actuator.ripple_amplitude, scenario.actuator.ripple_period),
         delay=scenario.delay,
         velocity_lag=scenario.velocity_lag,
     )

@@ -1,8 +1,9 @@
 """Where the limits are: the noise floor, which is the error that the same loop has on a joint without friction.
 
-The joint keeps its inertia, payloads and spring, the loop its gains, sensor, drive and reference; friction, loads and
-gravity are taken away, and the true inertia is fed forward. What remains of the error is due to noise, sampling, delay
-and spring. No controller of friction can be expected to do better with the same loop, but for what friction damps.
+The joint keeps its inertia, payloads and spring, the loop its gains, sensor, drive and reference; friction, loads,
+gravity and ripple of the drive are taken away, and the true inertia is fed forward. What remains of the error is due to
+noise, sampling, delay and spring. No controller of friction can be expected to do better with the same loop, but for
+what friction damps.
 """
 
 from typing import Any
@@ -19,7 +20,7 @@ SPRING = ("link_share", "link_stiffness", "link_damping")
 
 
 def frictionless(scenario: Scenario) -> Scenario:
-    """Return the scenario of the same loop on a joint without friction, loads and gravity; payloads stay."""
+    """Return the scenario of the same loop on a joint without friction, loads, gravity and ripple; payloads stay."""
     joint = scenario.joint
     kept = {name: getattr(joint, name) for name in ("stribeck_velocity", "stribeck_shape", "solver_period", "axis")}
     table: dict[str, Any] = {"kind": "stribeck", "inertia": joint.inertia, **kept}
@@ -28,6 +29,7 @@ def frictionless(scenario: Scenario) -> Scenario:
         table |= {"kind": "elastic", **{name: getattr(joint, name) for name in SPRING}}
     content = scenario.model_dump(exclude_unset=True)
     changes = [{"time": change.time, "inertia_scale": change.inertia_scale} for change in scenario.change]
+    content.get("actuator", {}).pop("ripple_amplitude", None)
     return Scenario.model_validate(
         {**{name: part for name, part in content.items() if name != "variation"}, "joint": table, "change": changes}
     )

@@ -120,6 +120,7 @@ def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, 
     return assumed | {
         "parameters": scenario.adaptation.parameters or default,
         "velocity_lag": scenario.velocity_lag,
+        "ripple_periods": scenario.adaptation.ripple_periods,
     }
 
 

@@ -25,6 +25,7 @@ from adaptive_ff.model.friction import (
     WITH_GRAVITY,
     WITH_OFFSET,
     TorqueModel,
+    ripple_names,
 )
 from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters
 
@@ -53,6 +54,8 @@ class FirstEstimate(NamedTuple):
         First model: fields of ``TorqueModel``, and gravity.
     deviation : dict of float
         How sure it is: standard deviations in the units of ``model``, by name; not named is what it does not bound.
+    ripple_periods : tuple of float
+        Periods of a force over position, rad (m), whose sizes ``model`` holds; none where none was found.
     position_periods : tuple of float
         Known periods that friction depends on, rad (m); none where it was not found to.
     position_hats : int
@@ -71,6 +74,7 @@ class FirstEstimate(NamedTuple):
     parameters: tuple[str, ...]
     model: dict[str, float]
     deviation: dict[str, float]
+    ripple_periods: tuple[float, ...] = ()
     position_periods: tuple[float, ...] = ()
     position_hats: int = 0
     position_range: tuple[float, float] | None = None
@@ -133,7 +137,21 @@ def first_estimate(
         if math.isfinite(error) and error > 0.0:
             deviation[name] = unit * error
     first = FirstEstimate(model.inertia, model.stribeck_velocity, model.stribeck_shape, names, values, deviation)
-    return _with_map(first, found)
+    return _with_map(_with_ripple(first, found, scale), found)
+
+
+def _with_ripple(first: FirstEstimate, found: LogIdentification, scale: float) -> FirstEstimate:
+    """Return a first estimate with the force over periods of position that was identified, times a scale."""
+    learnt = found.position_map
+    if learnt is None or not learnt.force_periods:
+        return first
+    model, deviation = dict(first.model), dict(first.deviation)
+    cosines, sines = learnt.force_coefficients[::2], learnt.force_coefficients[1::2]
+    pairs = [part for pair in zip(sines, cosines, strict=True) for part in pair]
+    for name, estimate in zip(ripple_names(len(cosines)), pairs, strict=True):
+        model[name] = scale * estimate.value
+        deviation[name] = scale * _standard_deviation(estimate, estimate.value, found.confidence)
+    return first._replace(model=model, deviation=deviation, ripple_periods=learnt.force_periods)
 
 
 def _with_map(first: FirstEstimate, found: LogIdentification) -> FirstEstimate:

@@ -1,5 +1,6 @@
 """Friction and force over position and load as they were identified, for tables, pictures and a controller."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,6 +50,8 @@ class IdentifiedMap(NamedTuple):
         Mean known torque without its sign, N m, at which friction is that of the model.
     force_periods : tuple of float
         Periods that the force depends on, rad.
+    force_coefficients : tuple of Estimate
+        Cosine and sine of each of these periods, N m.
     """
 
     position: Array
@@ -62,6 +65,13 @@ class IdentifiedMap(NamedTuple):
     standard_errors: tuple[float, ...]
     load_mean: float
     force_periods: tuple[float, ...]
+    force_coefficients: tuple[Estimate, ...]
+
+    @property
+    def ripple_sizes(self) -> tuple[float, ...]:
+        """Amplitude of the force over each of its periods, N m."""
+        values = [one.value for one in self.force_coefficients]
+        return tuple(math.hypot(*pair) for pair in zip(values[::2], values[1::2], strict=True))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values; the keys of the controller's map are those of a scenario's ``[adaptation]``."""
@@ -69,6 +79,7 @@ class IdentifiedMap(NamedTuple):
         result: dict[str, Any] = {
             "position_periods": list(self.periods),
             "force_periods": list(self.force_periods),
+            "force_coefficients": [one._asdict() for one in self.force_coefficients],
             "position_hats": self.hats,
             "position_range": list(self.range) if self.hats else None,
             "load_friction": None if self.load_share is None else self.load_share._asdict(),
@@ -97,6 +108,7 @@ def identified_map(fitted: Fitted, basis: MapBasis, positions: tuple[float, floa
     free = np.array([fitted.values[FRICTION_OVER + name] for name in names if name.startswith("hat")])
     hats = (basis.contrasts @ free).tolist() if with_hats else []
     coefficients = [fitted.values[FRICTION_OVER + name] for name in names if not name.startswith("hat")]
+    over_periods = [term for term in mapped if term.startswith((FORCE_OVER + "cosine", FORCE_OVER + "sine"))]
     return IdentifiedMap(
         position,
         _curve(fitted, FRICTION_OVER, names, functions, 1.0),
@@ -108,7 +120,8 @@ def identified_map(fitted: Fitted, basis: MapBasis, positions: tuple[float, floa
         (*coefficients, *hats),
         _standard_errors(fitted, basis, names),
         basis.load,
-        basis.asked.periods if any(term.startswith(FORCE_OVER + "cosine") for term in mapped) else (),
+        basis.asked.periods if over_periods else (),
+        tuple(fitted.regression.estimate(term) for term in over_periods),
     )
 
 

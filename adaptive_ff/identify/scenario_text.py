@@ -129,16 +129,19 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         ends = " to ".join(f"{end:.4g}" for end in found.position_map.range)
         comments["adaptation.position_range"] = f"from the start of the motion; {ends} in the log"
     if "actuator" in content:
-        comments["actuator"] = "the ripple found in the log; sin(2 pi q/period) from the start on"
+        comments["actuator"] = "the largest ripple of the log; sin(2 pi q/period) from the start on"
+        comments["adaptation.ripple_periods"] = "the controller learns its size"
     return toml_text(content, comments, head)
 
 
 def _mapped(found: LogIdentification) -> dict[str, Any]:
-    """Return what the controller is to learn of friction over position."""
+    """Return what the controller is to learn of friction and force over position."""
     learnt = found.position_map
-    if learnt is None or learnt.friction is None:
+    if learnt is None:
         return {}
     made: dict[str, Any] = {}
+    if learnt.force_periods:
+        made["ripple_periods"] = [_rounded(period) for period in learnt.force_periods]
     if learnt.periods:
         made["position_periods"] = [_rounded(period) for period in learnt.periods]
     if learnt.hats:
@@ -153,7 +156,7 @@ def _unmapped(found: LogIdentification) -> list[str]:
     if learnt is None:
         return []
     parts = {
-        "force over position": learnt.force is not None and not found.map_asked.found,
+        "force over position": learnt.force is not None and not learnt.force_periods,
         "hats of friction over position": learnt.hats > 0,
         "friction over load": learnt.load_share is not None,
     }
@@ -161,16 +164,12 @@ def _unmapped(found: LogIdentification) -> list[str]:
 
 
 def _ripple(found: LogIdentification) -> dict[str, Any]:
-    """Return the ripple of the simulated drive: the one that was found in the log."""
+    """Return the ripple of the simulated drive: the largest one of the log."""
     learnt = found.position_map
-    if learnt is None or learnt.force is None or not found.map_asked.found:
+    if learnt is None or not learnt.force_periods:
         return {}
-    return {
-        "actuator": {
-            "ripple_amplitude": _rounded(float(np.max(np.abs(learnt.force.value)))),
-            "ripple_period": _rounded(learnt.force_periods[0]),
-        }
-    }
+    amplitude, period = max(zip(learnt.ripple_sizes, learnt.force_periods, strict=True))
+    return {"actuator": {"ripple_amplitude": _rounded(amplitude), "ripple_period": _rounded(period)}}
 
 
 def _variation(found: LogIdentification) -> dict[str, Any]:

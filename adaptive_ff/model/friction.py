@@ -189,15 +189,26 @@ UNITS = {
     "gravity_sin": "N m",
     "gravity_cos": "N m",
 }
-"""Units of the identified parameters but for those of further regressors; see :func:`unit_of`."""
+"""Units of the identified parameters but for those of ripples and further regressors; see :func:`unit_of`."""
 
 FURTHER = "regressor_"
 """Names of the sizes of further known regressors begin with this; their number, from 1 on, follows."""
 
+RIPPLE = ("ripple_sin_", "ripple_cos_")
+"""Names of the sizes of a ripple begin with these; the number of its period, from 1 on, follows.
+
+At the position ``q`` one of period ``p`` is the torque ``ripple_sin_1 sin(2 pi q/p) + ripple_cos_1 cos(2 pi q/p)``.
+"""
+
+
+def ripple_names(count: int) -> tuple[str, ...]:
+    """Return the names of the sizes of ripples of so many periods."""
+    return tuple(f"{part}{number}" for number in range(1, count + 1) for part in RIPPLE)
+
 
 def unit_of(name: str) -> str:
     """Return the unit of an identified parameter; further regressors count as numbers, their sizes as torques."""
-    return "N m" if name.startswith(FURTHER) else UNITS[name]
+    return "N m" if name.startswith((FURTHER, *RIPPLE)) else UNITS[name]
 
 
 @register_jitable

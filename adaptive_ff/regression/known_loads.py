@@ -1,7 +1,8 @@
 """Known loads: torques whose course is known and whose size is not, ``G(t) = sum_i a_i x_i(t)``.
 
-Gravity on a rotary joint is ``a sin q + b cos q``: two regressors that the measured position makes. In a coupled arm a
-joint carries sines of other angles as well: further regressors, given at each sample.
+Gravity on a rotary joint is ``a sin q + b cos q``: two regressors that the measured position makes, a wave over the
+position with one period in a turn. Cogging and ripple of a motor are waves of a shorter known period. In a coupled arm
+a joint carries sines of other angles as well: further regressors, given at each sample.
 
 A load does not follow the friction lag as friction does. In the joint's equation,
 
@@ -10,8 +11,8 @@ A load does not follow the friction lag as friction does. In the joint's equatio
 it brings its derivative along, so a regressor's column is ``x_f + tau x'_f``, both out of one filter
 ``(p/(s + p))^2``. Between samples it is taken as linear. Regressors should be of the size of one, as sines are.
 
-Where a position or a regressor is not finite, its last value is held; before there has been a position there is no
-gravity, neither in the regression nor in the feedforward.
+Where a position or a regressor is not finite, its last value is held; before there has been a position there are no
+waves, neither in the regression nor in the feedforward.
 """
 
 import math
@@ -26,7 +27,7 @@ VALUE, SLOPE, INPUT = range(3)
 """Columns of the loads: filtered value, its derivative, last input."""
 
 SINE, COSINE = range(2)
-"""Rows of gravity, the first ones where it is identified."""
+"""Rows of the first wave, which are the first ones where there is one; two of each further wave follow."""
 
 
 def initial_loads(count: int) -> NDArray[np.float64]:
@@ -52,6 +53,7 @@ def advance_load_in_place(
 @register_jitable
 def advance_loads_in_place(
     loads: NDArray[np.float64],
+    waves: NDArray[np.float64],
     regressors: NDArray[np.float64],
     pole: float,
     position: float,
@@ -63,9 +65,11 @@ def advance_loads_in_place(
     Parameters
     ----------
     loads : ndarray, shape (n, 3)
-        Filters, those of gravity first where there are more than regressors; changed in place.
+        Filters, a sine and a cosine of each wave first; changed in place.
+    waves : ndarray, shape (w,)
+        Waves over the position, times ``2 pi``, in a rad: one for gravity.
     regressors : ndarray, shape (m,)
-        Further regressors now; ``m`` is ``n``, or ``n - 2`` with gravity.
+        Further regressors now; ``n`` is ``2 w + m``.
     pole : float
         Pole ``p``, rad/s.
     position : float
@@ -78,17 +82,16 @@ def advance_loads_in_place(
     if loads.shape[0] == 0:
         return
     decay = filter_decay(pole, duration)
-    gravity = loads.shape[0] - regressors.size
-    if gravity > 0:
+    for i in range(waves.size):
         sine, cosine = math.nan, math.nan
         if math.isfinite(position):
-            sine, cosine = math.sin(position), math.cos(position)
+            sine, cosine = math.sin(waves[i] * position), math.cos(waves[i] * position)
         # no angle has a sine and a cosine of zero: there has been no position yet
-        fresh = first or (loads[SINE, INPUT] == 0.0 and loads[COSINE, INPUT] == 0.0)
-        advance_load_in_place(loads[SINE], pole, decay, sine, duration, fresh)
-        advance_load_in_place(loads[COSINE], pole, decay, cosine, duration, fresh)
+        fresh = first or (loads[2 * i + SINE, INPUT] == 0.0 and loads[2 * i + COSINE, INPUT] == 0.0)
+        advance_load_in_place(loads[2 * i + SINE], pole, decay, sine, duration, fresh)
+        advance_load_in_place(loads[2 * i + COSINE], pole, decay, cosine, duration, fresh)
     for i in range(regressors.size):
-        advance_load_in_place(loads[gravity + i], pole, decay, regressors[i], duration, first)
+        advance_load_in_place(loads[2 * waves.size + i], pole, decay, regressors[i], duration, first)
 
 
 @register_jitable
@@ -103,9 +106,9 @@ def write_loads(loads: NDArray[np.float64], row: NDArray[np.float64]) -> None:
 
 @register_jitable
 def load_torque(
-    estimate: NDArray[np.float64], loads: NDArray[np.float64], regressors: NDArray[np.float64], angle: float
+    estimate: NDArray[np.float64], loads: NDArray[np.float64], waves: NDArray[np.float64], angle: float
 ) -> float:
-    """Return the torque (N m) that carries the loads, gravity as it is after a turn by an angle (rad).
+    """Return the torque (N m) that carries the loads, waves as they are after a turn by an angle (rad).
 
     Parameters
     ----------
@@ -113,19 +116,18 @@ def load_torque(
         Estimate, of which the last are the sizes of the loads.
     loads : ndarray, shape (n, 3)
         Filters; their last inputs are taken.
-    regressors : ndarray, shape (m,)
-        Further regressors.
+    waves : ndarray, shape (w,)
+        Waves over the position, times ``2 pi``, in a rad.
     angle : float
         How far the joint will have turned when the torque acts.
     """
     torque = 0.0
     place = estimate.size - loads.shape[0]
-    gravity = loads.shape[0] - regressors.size
-    if gravity > 0:
-        sine, cosine = loads[SINE, INPUT], loads[COSINE, INPUT]
-        turned, ahead = math.sin(angle), math.cos(angle)
-        torque += estimate[place] * (sine * ahead + cosine * turned)
-        torque += estimate[place + 1] * (cosine * ahead - sine * turned)
-    for i in range(gravity, loads.shape[0]):
+    for i in range(waves.size):
+        sine, cosine = loads[2 * i + SINE, INPUT], loads[2 * i + COSINE, INPUT]
+        turned, ahead = math.sin(waves[i] * angle), math.cos(waves[i] * angle)
+        torque += estimate[place + 2 * i + SINE] * (sine * ahead + cosine * turned)
+        torque += estimate[place + 2 * i + COSINE] * (cosine * ahead - sine * turned)
+    for i in range(2 * waves.size, loads.shape[0]):
         torque += estimate[place + i] * loads[i, INPUT]
     return torque

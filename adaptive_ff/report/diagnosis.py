@@ -23,7 +23,7 @@ from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.estimator_state import carries_loads
 from adaptive_ff.adaptive.step import gate_speed
 from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
-from adaptive_ff.model.friction import GRAVITY, unit_of
+from adaptive_ff.model.friction import GRAVITY, RIPPLE, unit_of
 from adaptive_ff.report.diagnosis_map import map_sentences
 from adaptive_ff.report.diagnosis_supervision import supervision
 from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings
@@ -275,7 +275,7 @@ def _parameters(controller: AdaptiveBase, confidence: Confidence) -> tuple[Param
     memory, estimator = controller.parameters.estimator.memory, controller.state.estimator
     found = []
     for i, (name, value) in enumerate(list(controller.estimates.items())[: confidence.errors.size]):
-        if name in GRAVITY and not carries_loads(controller.parameters.estimator, estimator):
+        if name.startswith((*GRAVITY, *RIPPLE)) and not carries_loads(controller.parameters.estimator, estimator):
             continue  # there has been no position
         identifiable, share = bool(confidence.together[i] < NOT_IDENTIFIABLE), float(confidence.shares[i])
         apart = identifiable or bool(confidence.alone[i] >= NOT_IDENTIFIABLE)

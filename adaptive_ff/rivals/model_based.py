@@ -61,6 +61,9 @@ class ModelBasedParameters(NamedTuple):
         Fields of the model from each of these times on, one model after the other.
     gravity, gravity_phase : float
         Torque ``gravity sin(q + gravity_phase)`` of a weight along the planned position ``q``, N m and rad.
+    ripple, ripple_waves : float
+        Ripple ``ripple sin(ripple_waves q)`` of the drive at the measured position ``q``, N m and 1/rad; at the planned
+        one where none is measured.
     period : float
         Nominal period, s.
     velocity_lag : float
@@ -76,6 +79,8 @@ class ModelBasedParameters(NamedTuple):
     models: NDArray[np.float64]
     gravity: float
     gravity_phase: float
+    ripple: float
+    ripple_waves: float
     period: float
     velocity_lag: float
     held: float
@@ -167,6 +172,10 @@ def step_model_based(
     if block.gravity > 0.0:
         middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference
         torque += block.gravity * math.sin(middle + block.gravity_phase)
+    if block.ripple > 0.0:
+        there = inputs.position if math.isfinite(inputs.position) else position
+        middle = there + (block.feedback.delay + 0.5) * block.period * inputs.reference
+        torque -= block.ripple * math.sin(block.ripple_waves * middle)
     compared = with_reference(with_feedforward(inputs, torque), seen)
     output, feedback = feed_back(block.feedback, state.feedback, compared, guard)
     return output, ModelBasedState(feedback, feedforward, time, position, seen)
@@ -194,6 +203,8 @@ class ModelBased(Controller):
         Times (s) and models from then on, in ascending order of time.
     gravity : (float, float), optional
         Amplitude (N m) and phase (rad) of the torque of a weight along the planned position, zero at the start.
+    ripple : (float, float), optional
+        Amplitude (N m) and period (rad) of a ripple of the drive, a sine of the measured position.
     delay : float, optional
         Computation delay of the drive, sampling periods.
     velocity_lag : float, optional
@@ -212,6 +223,7 @@ class ModelBased(Controller):
         changes: Sequence[tuple[float, TorqueModel]] = (),
         *,
         gravity: tuple[float, float] = (0.0, 0.0),
+        ripple: tuple[float, float] = (0.0, 1.0),
         delay: float = 0.0,
         velocity_lag: float = 0.0,
         held: float = 1.0,
@@ -232,6 +244,8 @@ class ModelBased(Controller):
             np.array([value for _, changed in changes for value in changed], dtype=float),
             float(gravity[0]),
             float(gravity[1]),
+            float(ripple[0]),
+            2.0 * math.pi / float(ripple[1]),
             float(period),
             float(velocity_lag),
             float(held),

@@ -217,6 +217,9 @@ class Adaptation(Table):
     identify : "symmetric", "offset" or "directions", optional
         What ``adaptive`` identifies: the paper's five parameters; an offset beside them (the default); friction by
         direction, too. ``adaptive_unsupervised`` identifies five where nothing is given.
+    ripple_periods : list of float, optional
+        Known periods of a torque over position, such as cogging, rad: the adaptive controllers learn a sine and a
+        cosine of each.
     position_periods : list of float, optional
         Known periods of friction over position, rad: ``adaptive`` learns a cosine and a sine of each.
     motor_turn : bool, optional
@@ -234,6 +237,7 @@ class Adaptation(Table):
     stribeck_shape: Positive = 1.0
     memory: Positive | None = None
     identify: Literal["symmetric", "offset", "directions", "gravity", "directions_and_gravity"] | None = None
+    ripple_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS)] = []
     position_periods: Annotated[list[Positive], Field(max_length=MOST_PERIODS)] = []
     motor_turn: bool = False
     position_hats: Annotated[int, Field(ge=0, le=MOST_HATS)] = 0

@@ -117,7 +117,8 @@ NUMBERS = [
     ("schedule", "solver_period"),
 ]
 ARRAYS = [
-    *[("AdaptiveController", name) for name in ("stribeck_factors", "presliding_factors", "position_periods")],
+    *[("AdaptiveController", name) for name in ("stribeck_factors", "presliding_factors")],
+    *[("AdaptiveController", f"{name}_periods") for name in ("ripple", "position")],
     *[("fit_stribeck", name) for name in ("velocity", "torque", "standard_error")],
     *[("support_points", name) for name in ("velocity", "torque")],
     *[("identify_series", name) for name in ("velocity", "torque")],

@@ -50,10 +50,15 @@ def adaptive_with_map(**further):
     return adaptive(WITH_OFFSET, position_periods=[0.3], position_hats=9, load_friction=True, **further)
 
 
+def adaptive_with_ripples(**further):
+    """Make an adaptive controller that learns gravity, and ripples of two periods."""
+    return adaptive(WITH_GRAVITY, ripple_periods=[0.02, 0.3], **further)
+
+
 def adaptive_variants():
     """Variants of the adaptive controller by name, as functions that make one: all sizes of all arrays and tuples."""
     grid = itertools.product(SIZES, ((0.0, 0.0, True), (1.5, 0.004, False)))
-    return {"map": adaptive_with_map} | {
+    return {"map": adaptive_with_map, "ripples": adaptive_with_ripples} | {
         f"{size} delay={delay} lag={lag} tuned={tuned}": (
             lambda size=size, delay=delay, lag=lag, tuned=tuned: adaptive(SIZES[size], delay, lag, tuned)
         )

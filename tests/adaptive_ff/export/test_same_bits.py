@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO as JOINT
 from closed_loops import lay_course, make, own_loop
-from exports import DELAYED, SIZES, adaptive, adaptive_with_map, inputs, made, needs_gcc, steps_in_c, steps_in_python
+from exports import (
+    DELAYED,
+    SIZES,
+    adaptive,
+    adaptive_with_map,
+    adaptive_with_ripples,
+    inputs,
+    made,
+    needs_gcc,
+    steps_in_c,
+    steps_in_python,
+)
 
 from adaptive_ff import run_in_c
 from adaptive_ff.errors import InputError
@@ -36,6 +47,7 @@ MADE = {
     "adaptive": lambda: adaptive(),
     "adaptive with offset and lag": lambda: adaptive(SIZES["offset"], 0.0, 0.004),
     "adaptive by direction with delay": lambda: adaptive(SIZES["directions"], 1.5, 0.004, False),
+    "adaptive with ripples": adaptive_with_ripples,
     "adaptive with a map of friction": adaptive_with_map,
     "adaptive with a first map of friction": lambda: adaptive_with_map(
         model={"inertia": 20.0, "friction_lag": 0.02, "coulomb": 60.0}, position_map=[0.3, 0.1, *[0.0] * 9]

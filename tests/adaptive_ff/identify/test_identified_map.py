@@ -1,6 +1,7 @@
 """Friction and force over position and load, identified from a log whose joint is known."""
 
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -94,7 +95,11 @@ def test_hats_are_those_of_the_controller():
 def test_a_force_over_position_is_told_apart_from_friction():
     found = identify_log(mapped_log(amplitude=0.0, force=1.0), position_periods=(0.4,), held_out=0.0)
     assert found.position_map.friction is None
-    assert "left out of the log: offset and force over position." in scenario_text(found, "reference.csv")
+    written = scenario_text(found, "reference.csv")
+    assert "left out of the log: offset." in written
+    made = tomllib.loads(written)
+    assert made["adaptation"]["ripple_periods"] == [made["actuator"]["ripple_period"]] == [0.4]
+    assert made["actuator"]["ripple_amplitude"] == pytest.approx(1.0, abs=0.05)
     assert np.max(found.position_map.force.value) == pytest.approx(1.0, abs=0.05)
     assert {FORCE_OVER + "cosine_1", FORCE_OVER + "sine_1"} <= {*found.selection.chosen.terms}
     assert any(sentence.startswith("A force depends on position") for sentence in found.verdict)

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 import synthetic_logs
 
-from adaptive_ff import Log, identify_log
+from adaptive_ff import AdaptiveController, Log, identify_log
 from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.map_columns import MapAsked
 from adaptive_ff.identify.scenario_text import left_out, scenario_text
 from adaptive_ff.logs.log import KNOWN
 from benchmarks.coverage_driven import driven_case
+from controllers import pi_gains
 
 
 def sines_log(further, **options):
@@ -58,7 +59,25 @@ def test_the_simulated_drive_has_the_ripple():
     assert written["actuator"]["ripple_amplitude"] == pytest.approx(0.3, rel=0.1)
     assert written["actuator"]["ripple_period"] == pytest.approx(0.17, rel=0.01)
     assert "force over position" not in left_out(found)
+    assert written["adaptation"]["ripple_periods"] == [written["actuator"]["ripple_period"]]
     assert "actuator" not in tomllib.loads(scenario_text(identify_log(sines_log(np.zeros_like)), "reference.csv"))
+
+
+def test_a_controller_begins_with_the_ripple():
+    log = sines_log(lambda q: 0.3 * np.sin(2.0 * np.pi * q / 0.17 + 0.7))
+    found = identify_log(log)
+    first = found.first_estimate()
+    assert first.ripple_periods == pytest.approx((0.17,), rel=0.01)
+    assert first.model["ripple_sin_1"] == pytest.approx(0.3 * math.cos(0.7), abs=0.05)
+    assert first.model["ripple_cos_1"] == pytest.approx(0.3 * math.sin(0.7), abs=0.05)
+    assert 0.0 < first.deviation["ripple_sin_1"] < 0.05
+    controller = AdaptiveController(*pi_gains(first.inertia, 3.0), 0.01, **first._asdict())
+    assert controller.estimates["ripple_cos_1"] == first.model["ripple_cos_1"]
+    of_current = Log("log", log.time, log.torque / 0.5, position=log.position)
+    scaled = identify_log(of_current, is_current=True).first_estimate(0.5)
+    assert scaled.model["ripple_sin_1"] == pytest.approx(first.model["ripple_sin_1"], rel=1e-3)
+    assert scaled.deviation["ripple_sin_1"] == pytest.approx(first.deviation["ripple_sin_1"], rel=1e-2)
+    assert identify_log(sines_log(np.zeros_like)).first_estimate().ripple_periods == ()
 
 
 def test_nothing_is_found_where_there_is_nothing():

@@ -38,7 +38,8 @@ POSITIVE = [
     *(f"reference.{name}" for name in ("speed", "acceleration", "jerk", "period", "hold")),
     "reference.peak",
     *(f"feedback.{name}" for name in ("inertia", "bandwidth", "proportional")),
-    *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory", "position_periods.0")),
+    *(f"adaptation.{name}" for name in ("stribeck_velocity", "stribeck_shape", "memory")),
+    *(f"adaptation.{name}_periods.0" for name in ("ripple", "position")),
     "joint.gear_ratio",
     *(f"fixed.{name}" for name in ("stribeck_velocity", "stribeck_shape")),
     *(f"change.0.{name}" for name in SCALES),
@@ -81,6 +82,7 @@ LISTS = [
     "reference.positions",
     "reference.velocities",
     "change",
+    "adaptation.ripple_periods",
     "adaptation.position_periods",
     "adaptation.position_range",
     *(f"sweep.{name}" for name in RANGES),
@@ -139,8 +141,8 @@ KNOWN = {
     "position": "gain, limit, encoder_resolution",
     "feedback": "inertia, bandwidth, proportional, integral, delay",
     "adaptation": (
-        "stribeck_velocity, stribeck_shape, memory, identify, position_periods, motor_turn, position_hats, "
-        "position_range, load_friction"
+        "stribeck_velocity, stribeck_shape, memory, identify, ripple_periods, position_periods, motor_turn, "
+        "position_hats, position_range, load_friction"
     ),
     "fixed": f"{FRICTION}, friction_lag, stribeck_velocity, stribeck_shape",
     "change.0": "time, friction_scale, coulomb_scale, viscous_scale, inertia_scale, lag_scale, load",
@@ -193,7 +195,8 @@ def complete(path=""):
         content["joint"] |= {"hysteresis": 1.0, "hysteresis_reach": 0.01}
     if path.startswith("joint.link"):
         content["joint"] = {**content["joint"], "kind": "elastic", "link_share": 0.5, "link_stiffness": 1e4}
-    if path.startswith("adaptation.position"):
+    if path.startswith(("adaptation.position", "adaptation.ripple")):
+        content["adaptation"] |= {"ripple_periods": [1.0]}
         content["adaptation"] |= {"position_periods": [1.0], "position_hats": 9, "position_range": [-1.0, 100.0]}
     if path.startswith("reference.pause"):
         content["reference"] = {**content["reference"], "pause": [10.0, 100.0]}
