@@ -26,6 +26,7 @@ from adaptive_ff.adaptive.map_settings import MAP_DEVIATION, MAP_MEMORY
 from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import (
+    check_acquittal,
     check_candidate_state,
     check_drive_limit,
     check_estimator_state,
@@ -425,6 +426,7 @@ class AdaptiveController(AdaptiveBase):
         check_share("observer.effect.share", state.observer.effect.share)
         check_share("observer.effect.ceiling", state.observer.effect.ceiling)
         check_ringing(state.observer.effect.ringing)
+        check_acquittal(state.observer.effect.acquittal)
         observer, noise = state.observer, state.observer.noise
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
         if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:

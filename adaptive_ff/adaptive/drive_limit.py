@@ -251,6 +251,12 @@ def believed_share(state: DriveLimit, friction: float) -> float:
 
 
 @register_jitable
+def is_believed(state: DriveLimit) -> bool:
+    """Return whether no torque was asked for beyond what is learnt from."""
+    return state.largest == 0.0 or state.largest <= BELIEVED * state.proven
+
+
+@register_jitable
 def given_torque(state: DriveLimit, torque: float, known: float) -> float:
     """Return what the drive is taken to have given of a torque, of which a part is known from elsewhere, N m."""
     if state.given == 0.0:

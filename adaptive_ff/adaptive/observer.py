@@ -154,6 +154,7 @@ def observe(
     peak: float,
     strained: bool,
     falls: bool,
+    believed: bool,
 ) -> ObserverState:
     """Return the state after a period, or several that were bridged, before the gates are set.
 
@@ -190,6 +191,8 @@ def observe(
         Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
     falls : bool
         Whether the identified friction falls so steeply that the joint rings by itself.
+    believed : bool
+        Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
     """
     seen = reference
     lagged_torque = state.lagged_torque
@@ -221,7 +224,9 @@ def observe(
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
     effect, stands = state.effect, sticks and abs(velocity) < STUCK * abs(seen)
     if noise_known(noise) and not (held or stands):  # a joint that stands does not answer as predicted
-        effect = advance_effect(effect, now, response.velocity, correction, noise.variance, peak, state.gain, duration)
+        effect = advance_effect(
+            effect, now, response.velocity, correction, noise.variance, peak, state.gain, believed, duration
+        )
     if not held:
         variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
         turned = seen * state.reference < 0.0

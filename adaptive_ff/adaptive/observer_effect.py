@@ -23,13 +23,24 @@ error little beside that, and its square more than 0.04^2 of that of the plan's 
 it oscillates: a ceiling on ``h`` falls by 4 in a second, and rises by 1 in 300 s only, since the lag stays. With a lag
 of 20 ms the built-in joint settled at 0.28 of PI alone, with it at 1.2 to 3.3 (seeds 101 to 104); of 682 scenarios and
 drawn joints without such a lag 29 changed at all, by a factor of 1.00 in the geometric mean. What does not last as long
-as these means is told by its first half cycles (:mod:`adaptive_ff.adaptive.ringing`).
+as these means is told by its first half cycles (:mod:`adaptive_ff.adaptive.ringing`). A joint that oscillates without
+the observer as well gets it back (:mod:`adaptive_ff.adaptive.acquittal`).
 """
 
 from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.adaptive.acquittal import (
+    ACQUITTED,
+    CLEAR,
+    GUILTY,
+    TRIED,
+    WAITS,
+    Acquittal,
+    advance_acquittal,
+    initial_acquittal,
+)
 from adaptive_ff.adaptive.ringing import Ringing, advance_ringing, initial_ringing, rings, without_half_cycles
 
 WINDOW = 1.0
@@ -91,6 +102,8 @@ class ObserverEffect(NamedTuple):
         Largest share, which an oscillation has left.
     ringing : Ringing
         Half cycles of the error.
+    acquittal : Acquittal
+        What the error does without the observer.
     """
 
     error_squared: float
@@ -100,11 +113,12 @@ class ObserverEffect(NamedTuple):
     fourth: float
     ceiling: float
     ringing: Ringing
+    acquittal: Acquittal
 
 
 def initial_effect() -> ObserverEffect:
     """Return the state of an observer of which nothing bad is known."""
-    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, initial_ringing())
+    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, initial_ringing(), initial_acquittal())
 
 
 @register_jitable
@@ -116,6 +130,7 @@ def advance_effect(
     variance: float,
     peak: float,
     gain: float,
+    believed: bool,
     duration: float,
 ) -> ObserverEffect:
     """Take the error of a sample into account.
@@ -132,6 +147,8 @@ def advance_effect(
         Largest speed of the plan of late, rad/s.
     gain : float
         Gain with which the observer was fed back.
+    believed : bool
+        Whether what the drive gives is known: beside a limit a joint oscillates without an observer, and more with one.
     duration : float
         Length of the period, s.
     """
@@ -143,14 +160,23 @@ def advance_effect(
     fourth = state.fourth + weight * (error * error * error * error - state.fourth)
     beyond_noise = error_squared - variance
     used, forgiven = gain > IN_USE * state.share, 0.0 if state.ringing.blamed else duration / FORGIVES
-    ceiling = min(1.0, state.ceiling + forgiven)
-    if used and oscillates(beyond_noise, mean, error_squared, fourth, variance, peak):
+    ceiling, ringing, share = min(1.0, state.ceiling + forgiven), state.ringing, state.share
+    oscillating = oscillates(beyond_noise, mean, error_squared, fourth, variance, peak)
+    if used and oscillating and may_be_blamed(state.acquittal):
         ceiling = max(0.0, min(ceiling, state.share) - duration / LETS_GO)
-    share = min(ceiling, state.share + duration / RETURN)
+    clear = believed and oscillating and beyond_noise > CLEAR * variance
+    let_go = ringing.blamed or ceiling < IN_USE
+    squared = max(0.0, error * error - variance)
+    acquittal = advance_acquittal(state.acquittal, squared, expected, clear, let_go, ringing.blamed, gain, duration)
+    if acquittal.stage == TRIED and state.acquittal.stage == WAITS:
+        ceiling, share, ringing = 1.0, 1.0, without_half_cycles(False)
+    elif acquittal.stage == GUILTY and state.acquittal.stage == TRIED:
+        ceiling, ringing = 0.0, without_half_cycles(acquittal.blamed)
+    share = min(ceiling, share + duration / RETURN)
     if used and beyond_noise > LARGE * LARGE * peak * peak:
         ratio = beyond_noise / (expected_squared + NONE)
         share = min(share, max(0.0, min(1.0, (FAR_WORSE - ratio) / (FAR_WORSE - WORSE))))
-    return ObserverEffect(error_squared, expected_squared, share, mean, fourth, ceiling, state.ringing)
+    return ObserverEffect(error_squared, expected_squared, share, mean, fourth, ceiling, ringing, acquittal)
 
 
 @register_jitable
@@ -186,11 +212,17 @@ def look_for_ringing(
     share, ceiling = state.share, state.ceiling
     if falls and ringing.blamed:
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
-    elif used and not falls and rings(ringing, variance, peak):
+    elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak):
         share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
     return ObserverEffect(
-        state.error_squared, state.expected_squared, share, state.mean, state.fourth, ceiling, ringing
+        state.error_squared, state.expected_squared, share, state.mean, state.fourth, ceiling, ringing, state.acquittal
     )
+
+
+@register_jitable
+def may_be_blamed(acquittal: Acquittal) -> bool:
+    """Return whether an oscillation may be the observer's: where the joint oscillates without it as well, it is not."""
+    return acquittal.stage != TRIED and acquittal.stage != ACQUITTED
 
 
 @register_jitable

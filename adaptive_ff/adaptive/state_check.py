@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.acquittal import GUILTY, WAITS, Acquittal
 from adaptive_ff.adaptive.candidate_state import CandidateState
 from adaptive_ff.adaptive.candidates import (
     FITS,
@@ -188,6 +189,16 @@ def check_ringing(ringing: Ringing) -> None:
         value = getattr(ringing, name)
         if value < 0:
             raise ValueError(f"state.observer.effect.ringing.{name} = {value} is not allowed: it must be zero or more")
+
+
+def check_acquittal(acquittal: Acquittal) -> None:
+    """Raise ``ValueError`` where what the error did without the observer cannot be."""
+    where = "state.observer.effect.acquittal"
+    if not WAITS <= acquittal.stage <= GUILTY:
+        raise ValueError(f"{where}.stage = {acquittal.stage} is not allowed: it must be from {WAITS} to {GUILTY}")
+    for name, value in acquittal._asdict().items():
+        if value < 0:
+            raise ValueError(f"{where}.{name} = {value} is not allowed: it must be zero or more")
 
 
 def check_held_integral(held: HeldIntegral, largest: float) -> None:

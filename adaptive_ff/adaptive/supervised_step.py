@@ -25,6 +25,7 @@ from adaptive_ff.adaptive.drive_limit import (
     answered_share,
     believed_share,
     initial_drive_limit,
+    is_believed,
     is_impossible,
     watch_drive,
     without_never_given,
@@ -321,6 +322,7 @@ def watch(
                 state.trust.peak,
                 strained,
                 falls_by_itself(block, state),
+                is_believed(state.drive),
             )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from adaptive_ff.adaptive.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
 from adaptive_ff.adaptive.noise_level import noise_known
@@ -10,6 +11,12 @@ from adaptive_ff.adaptive.unexplained import breakaway
 
 SHOWN = 0.995
 """Trust below which it is worth a sentence."""
+
+OSCILLATES = (
+    "as with cogging, teeth or an eccentric wheel. Where the period over the position is known, give it as "
+    "ripple_periods, and the position at each step."
+)
+"""What makes a joint oscillate by itself, and what helps."""
 
 CAUSES = {
     UNDECIDED: "A sudden change of the torque is not attributed yet, to friction or to a load: the joint has not moved "
@@ -64,7 +71,15 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "says: presliding (bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed "
             "wrong."
         )
-    if state.observer.effect.ringing.blamed:
+    stage = state.observer.effect.acquittal.stage
+    if stage in (TRIED, ACQUITTED):
+        yield f"The observer is used: without it the joint oscillates as well, {OSCILLATES}"
+    elif stage == GUILTY:
+        yield (
+            "The observer is not used until the controller is reset: it takes nothing of an oscillation that is there "
+            f"without it as well, {OSCILLATES}"
+        )
+    elif state.observer.effect.ringing.blamed:
         yield (
             "The observer is not used until the controller is reset: the loop oscillated with it, as where the drive "
             "or a filter of the velocity lags by more than has been told, or the torque rises more slowly than it is "

@@ -2,16 +2,6 @@
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     (
-        "adaptive_ff.regression.known_loads.advance_loads_in_place",
-        "if gravity > 0:",
-        "if gravity > 1:",
-    ): "gravity has two rows or none",
-    (
-        "adaptive_ff.regression.known_loads.load_torque",
-        "if gravity > 0:",
-        "if gravity > 1:",
-    ): "gravity has two rows or none",
-    (
         "plant.step.step_ready_joint",
         "if -joint.backward.breakaway <= free_velocity <= joint.forward.breakaway:",
         "if -joint.backward.breakaway <= free_velocity < joint.forward.breakaway:",

@@ -35,7 +35,7 @@ def after(observer, state, torque, reference, correction, velocity, held, *limit
     """State after a period over which the drive gave a torque; the limits are peak and strain of ``observe``."""
     lacking = torque - state.fed[0]
     seen = (reference, correction, velocity, held)
-    return observe(observer, state, FEEDBACK, lacking, INERTIA, *seen, duration, *limits, False)
+    return observe(observer, state, FEEDBACK, lacking, INERTIA, *seen, duration, *limits, False, True)
 
 
 def test_what_is_not_measured_is_bridged():
@@ -160,7 +160,7 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     for value in white:
         noise += 0.8 * (value - noise)
         state = observe(
-            observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, False, False
+            observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, False, False, True
         )
         gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
     fit, unfit = np.mean(gains[10000:], axis=0)

@@ -22,7 +22,7 @@ PERIOD = 0.01
 def after(duration, error, *, predicted=0.1, correction=0.0, variance=0.0, peak=0.1, gain=1.0, begin=None):
     effect = initial_effect() if begin is None else begin
     for _ in range(round(duration / PERIOD)):
-        effect = advance_effect(effect, error, predicted, correction, variance, peak, gain * effect.share, PERIOD)
+        effect = advance_effect(effect, error, predicted, correction, variance, peak, gain * effect.share, True, PERIOD)
     return effect
 
 
@@ -64,7 +64,7 @@ def shaken(error, *, variance=0.0, peak=0.35, gain=1.0, predicted=1.0):
     """Return the state after a series of errors, each of which would have been larger without the observer."""
     effect = initial_effect()
     for value in error:
-        effect = advance_effect(effect, value, predicted, 0.0, variance, peak, gain * effect.share, PERIOD)
+        effect = advance_effect(effect, value, predicted, 0.0, variance, peak, gain * effect.share, True, PERIOD)
     return effect
 
 
@@ -73,12 +73,12 @@ OSCILLATION = 0.05 * np.sin(2.0 * np.pi * 4.0 * TIME)
 
 
 def test_a_steady_oscillation_is_blamed_on_the_observer_whatever_is_predicted():
-    assert shaken(OSCILLATION).ceiling < 0.02
-    assert shaken(OSCILLATION).share < 0.02
+    assert shaken(OSCILLATION[:200]).ceiling < 0.02
+    assert shaken(OSCILLATION[:200]).share < 0.02
 
 
 def test_its_ceiling_rises_slowly():
-    bad = shaken(OSCILLATION)
+    bad = shaken(OSCILLATION[:200])
     quiet = after(30.0, 0.001, gain=0.0, begin=bad)
     assert quiet.share == pytest.approx(bad.ceiling + 30.0 / FORGIVES, abs=0.01)
 

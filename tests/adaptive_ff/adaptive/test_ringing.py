@@ -89,7 +89,7 @@ def test_an_observer_that_is_blamed_is_out_of_use_until_friction_is_found_to_fal
 def test_it_does_not_come_back_by_itself():
     effect = effect_after(PEAK * SINE)
     for _ in range(10_000):
-        effect = advance_effect(effect, 0.0, 0.1, 0.0, 0.0, PEAK, 0.0, PERIOD)
+        effect = advance_effect(effect, 0.0, 0.1, 0.0, 0.0, PEAK, 0.0, True, PERIOD)
     assert (effect.share, effect.ceiling) == (0.0, 0.0)
 
 
