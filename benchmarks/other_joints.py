@@ -199,9 +199,9 @@ class Velocity:
     def step(self, angle: float, velocity: float) -> float:
         """Return the velocity (rad/s) that is measured of an angle (rad) and a velocity."""
         loop, last = self._loop, self.reading
+        self.reading = loop.resolution * round(angle / loop.resolution)
         if loop.sensor == "tachometer":
             return velocity + loop.noise * float(self._random.standard_normal())
-        self.reading = loop.resolution * round(angle / loop.resolution)
         difference = (self.reading - last) / loop.period
         if loop.sensor == "encoder":
             return difference
@@ -237,7 +237,9 @@ class Driven(NamedTuple):
     torques: Array
 
 
-def drive(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int) -> Driven:
+def drive(
+    controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int, *, tells_position: bool = False
+) -> Driven:
     """Drive a joint along a planned velocity (rad/s); ``seed`` is that of its sensor, its clock and where it begins."""
     random, period = np.random.default_rng([seed, 78]), loop.period
     start = random.uniform(-math.pi, math.pi)
@@ -254,6 +256,8 @@ def drive(controller: Any, joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed
         run.times[k], run.readings[k], run.measured[k] = time, sensor.reading, measured
         if loop.cascade:
             told["correction"] = outer.step(float(path[k]), sensor.reading)
+        if tells_position:
+            told["position"] = sensor.reading
         if loop.tells_plan:
             told["next_reference"] = float(plan[k + 1])
         if loop.tells_torque and k > 0:

@@ -66,6 +66,13 @@ def replay_command(
         str | None,
         typer.Option(help="What it identifies: symmetric, offset (if not given) or directions (all friction by them)."),
     ] = None,
+    ripple_period: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="Period of a torque over the position that it identifies, rad; those of the fixed model if not given. "
+            "May be given several times."
+        ),
+    ] = None,
     loop_bandwidth: Annotated[
         float | None, typer.Option(help="Crossover of its loop, Hz; 10, or a tenth of the sampling frequency.")
     ] = None,
@@ -126,6 +133,7 @@ def replay_command(
             stribeck_velocity=stribeck_velocity,
             memory=memory,
             identify=identify,
+            ripple_periods=None if ripple_period is None else tuple(ripple_period),
             loop_bandwidth=loop_bandwidth,
             rest_speed=rest_speed,
             start_path=start_path,

@@ -13,6 +13,7 @@ from adaptive_ff.logs.log import Log
 from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.fixed import MOST
 from adaptive_ff.replay.following import motion_lead
+from adaptive_ff.replay.further_torque import FurtherTorque
 from adaptive_ff.replay.settings import ReplaySettings
 from controllers import low_pass_lag
 
@@ -54,7 +55,7 @@ class Recorded(NamedTuple):
 
 
 def usual_settings(
-    recorded: Recorded, given: Mapping[str, Any], model: TorqueModel | None, note: str
+    recorded: Recorded, given: Mapping[str, Any], model: TorqueModel | None, further: FurtherTorque, note: str
 ) -> ReplaySettings:
     """Return the settings of a replay: what is given, and for the rest what the log says.
 
@@ -62,7 +63,7 @@ def usual_settings(
     largest speed of the reference. The reference is taken when the joint followed it, see ``motion_lead``; it rests
     below 0.005 times its largest speed, and starts at a path of the noise of the measured position (of a velocity: its
     noise over a sample time). Differences of a coarse position pass a low-pass, see ``quiet_cutoff``. The loop has
-    10 Hz, or a tenth of the sampling frequency.
+    10 Hz, or a tenth of the sampling frequency. Periods of ripples are those of the fixed model.
 
     Parameters
     ----------
@@ -72,6 +73,8 @@ def usual_settings(
         Settings by name; None where nothing is given.
     model : TorqueModel or None
         The fixed model.
+    further : FurtherTorque
+        Its further terms.
     note : str
         What is to be known of it.
 
@@ -90,6 +93,7 @@ def usual_settings(
         "loop_bandwidth": min(LOOP, LOOP_PERIODS / period),
         "rest_speed": RESTING * largest,
         "start_path": noise if is_position else noise * period,
+        "ripple_periods": tuple(one.period for one in further.ripples) if is_position else (),
     }
     if given.get("motion_lead") is None:
         usual["motion_lead"] = motion_lead(log, recorded.pieces, period, recorded.band)

@@ -1,4 +1,4 @@
-"""Terms of a fixed model that ``TorqueModel`` has not: gravity, and viscous friction that saturates."""
+"""Terms of a fixed model that ``TorqueModel`` has not: gravity, ripples, and viscous friction that saturates."""
 
 import math
 from typing import NamedTuple
@@ -14,8 +14,16 @@ from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.replay.watching import Seen
 
 
+class Ripple(NamedTuple):
+    """``sine sin(2 pi q/period) + cosine cos(2 pi q/period)``, N m, of a period, rad."""
+
+    period: float
+    sine: float
+    cosine: float
+
+
 class FurtherTorque(NamedTuple):
-    """``Gs sin q + Gc cos q``, and saturating friction with the lag of the model.
+    """``Gs sin q + Gc cos q``, ripples of shorter periods, and saturating friction with the lag of the model.
 
     Attributes
     ----------
@@ -27,6 +35,8 @@ class FurtherTorque(NamedTuple):
         Friction that saturates, N m, and its speed, rad/s.
     lag : float
         Friction lag, s.
+    ripples : tuple of Ripple
+        Ripples over the position.
     """
 
     sine: float = 0.0
@@ -35,6 +45,7 @@ class FurtherTorque(NamedTuple):
     size: float = 0.0
     bend: float = 1.0
     lag: float = 0.0
+    ripples: tuple[Ripple, ...] = ()
 
     @property
     def has_gravity(self) -> bool:
@@ -47,7 +58,7 @@ class FurtherTorque(NamedTuple):
         Parameters
         ----------
         seen : Seen
-            Part of a log; there is no gravity without a position.
+            Part of a log; there is neither gravity nor ripple without a position.
         period : float
             Sample time, s.
         lagged : float
@@ -56,9 +67,11 @@ class FurtherTorque(NamedTuple):
         coming = np.where(np.isfinite(seen.coming), seen.coming, seen.reference)
         speed = 0.5 * (seen.reference + coming)
         torque = np.zeros(speed.size)
-        if self.has_gravity and np.all(np.isfinite(seen.position)):
+        if np.all(np.isfinite(seen.position)):
             middle = seen.position + 0.5 * period * speed
-            torque += self.sine * np.sin(middle) + self.cosine * np.cos(middle)
+            for length, sine, cosine in (Ripple(2.0 * math.pi, self.sine, self.cosine), *self.ripples):
+                phase = 2.0 * math.pi / length * middle
+                torque += sine * np.sin(phase) + cosine * np.cos(phase)
         if not self.shape:
             return torque, 0.0
         static = self.size * bent_friction(self.shape, speed, self.bend)
@@ -75,6 +88,8 @@ class FurtherTorque(NamedTuple):
         parts = []
         if self.has_gravity:
             parts.append(f"gravity of {self.sine:.3g} sin q + {self.cosine:.3g} cos q")
+        for one in self.ripples:
+            parts.append(f"a ripple of {math.hypot(one.sine, one.cosine):.3g} every {one.period:.3g}")
         if self.shape:
             parts.append(f"friction of {self.size:.3g} that saturates from {self.bend:.3g} on")
         return f" It has {' and '.join(parts)}, too." if parts else ""
@@ -85,6 +100,11 @@ def further_torque(found: LogIdentification) -> FurtherTorque:
     values = found.selection.chosen.values
     shape = next((term for term in SATURATIONS if term in values), "")
     sine, cosine = (values.get(term, 0.0) for term in GRAVITY)
+    learnt = found.position_map
+    ripples: tuple[Ripple, ...] = ()
+    if learnt is not None:
+        sizes = [one.value for one in learnt.force_coefficients]
+        ripples = tuple(map(Ripple, learnt.force_periods, sizes[1::2], sizes[::2]))
     return FurtherTorque(
         sine,
         cosine,
@@ -92,4 +112,5 @@ def further_torque(found: LogIdentification) -> FurtherTorque:
         values.get(shape, 0.0),
         values[BENT[shape]] if shape else 1.0,
         values.get("friction_lag", 0.0),
+        ripples,
     )

@@ -124,9 +124,11 @@ def replay_log(
     reference_band = min(band, 0.4 / period)
     if saved is None:
         largest = largest_reference(log, pieces, period, reference_band)
-        settings = usual_settings(Recorded(log, pieces, period, reference_band, largest), given, model, note)
+        settings = usual_settings(Recorded(log, pieces, period, reference_band, largest), given, model, further, note)
     if log.position is None and has_gravity(IDENTIFIED[settings.identify]):
         raise InputError(f"identify = {settings.identify!r} is not allowed: {log.name} has no position")
+    if log.position is None and settings.ripple_periods:
+        raise InputError(f"ripple_periods = {settings.ripple_periods} is not allowed: {log.name} has no position")
     notes = [
         note,
         *(f"{one[0].upper()}{one[1:]}." for one in said),

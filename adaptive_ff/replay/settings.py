@@ -13,6 +13,7 @@ from typing import Any, Self
 from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.estimator_state import LAG_PRIOR
+from adaptive_ff.adaptive.map_settings import checked_periods
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.bounds import FRICTION_LAG
 from adaptive_ff.model.friction import IDENTIFIED
@@ -65,6 +66,8 @@ class ReplaySettings:
     motion_lead : float
         Time by which the measured motion runs ahead of the recorded reference, s; negative where it follows with a
         delay. See ``replay.following``.
+    ripple_periods : tuple of float
+        Periods over the position of a torque whose sizes are identified, rad.
     """
 
     period: float
@@ -79,6 +82,7 @@ class ReplaySettings:
     velocity_cutoff: float | None = None
     velocity_lag: float = 0.0
     motion_lead: float = 0.0
+    ripple_periods: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for name, value in self.to_dict().items():
@@ -118,6 +122,7 @@ class ReplaySettings:
             stribeck_velocity=self.stribeck_velocity,
             memory=self.memory,
             parameters=IDENTIFIED[self.identify],
+            ripple_periods=self.ripple_periods,
             velocity_lag=self.velocity_lag,
             tunes_lag=False,
         )
@@ -154,7 +159,8 @@ class ReplaySettings:
         names = ["period", *GIVEN]
         if set(content) != set(names):
             raise InputError(f"the settings {', '.join(map(str, content))} are not allowed: they must be {names}")
-        return cls(**content)
+        check_setting("ripple_periods", content["ripple_periods"])
+        return cls(**{**content, "ripple_periods": tuple(content["ripple_periods"])})
 
     def check_fits(self, period: float, given: Mapping[str, Any]) -> None:
         """Refuse a log, or settings beside these, that a state saved with these does not belong to.
@@ -177,7 +183,7 @@ class ReplaySettings:
             )
         for name, value in given.items():
             kept = getattr(self, name)
-            if value is not None and value != kept:
+            if value is not None and (tuple(value) if name == "ripple_periods" else value) != kept:
                 raise InputError(f"{name} = {value} is not allowed beside a saved state: it was saved with {kept}")
 
 
@@ -224,6 +230,12 @@ def check_setting(name: str, value: Any) -> None:
         It is of another kind.
     """
     if name == "velocity_cutoff" and value is None:
+        return
+    if name == "ripple_periods":
+        try:
+            checked_periods(name, value)
+        except (TypeError, ValueError) as error:
+            raise InputError(str(error)) from error
         return
     is_text = name == "identify"
     if isinstance(value, bool) or not isinstance(value, str if is_text else Real):

@@ -1,9 +1,9 @@
-"""Gravity and saturating friction of a replay's fixed model, against fine sums."""
+"""Gravity, ripples and saturating friction of a replay's fixed model, against fine sums."""
 
 import numpy as np
 import pytest
 
-from adaptive_ff.replay.further_torque import FurtherTorque
+from adaptive_ff.replay.further_torque import FurtherTorque, Ripple
 from adaptive_ff.replay.watching import Seen
 
 PERIOD = 0.01
@@ -25,6 +25,19 @@ def test_gravity_is_that_at_the_middle_of_the_period():
     assert lagged == 0.0
     without, _ = FurtherTorque(sine=2.0).along(given, PERIOD, 0.0)
     assert not np.any(without)
+
+
+def test_a_ripple_is_a_gravity_of_another_period():
+    given, _ = seen()
+    given = given._replace(position=given.measurement)
+    model = FurtherTorque(ripples=(Ripple(2.0 * np.pi, 2.0, -1.0), Ripple(0.4, 0.5, 0.0)))
+    gravity, _ = FurtherTorque(sine=2.0, cosine=-1.0).along(given, PERIOD, 0.0)
+    torque, _ = model.along(given, PERIOD, 0.0)
+    middle = given.position + 0.25 * PERIOD * (given.reference + given.coming)
+    assert torque - gravity == pytest.approx(0.5 * np.sin(2.0 * np.pi * middle / 0.4), abs=1e-12)
+    assert not np.any(model.along(seen()[0], PERIOD, 0.0)[0])
+    assert not model.has_gravity
+    assert "a ripple of 2.24 every 6.28 and a ripple of 0.5 every 0.4, too" in model.sentence()
 
 
 def test_saturating_friction_lags_and_goes_on_from_part_to_part():
