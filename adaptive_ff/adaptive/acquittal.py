@@ -3,13 +3,14 @@
 Cogging, teeth and an eccentric wheel make the error oscillate, at constant speed as steadily as a loop that a lag makes
 unstable. What tells them apart is what the error does *without* the observer. An oscillation that the observer made
 dies out with it. So while it is out of use, the time is counted in which the error oscillates all the same, and where
-that is long enough the observer is tried: it is used again, in full, and the mean squared error with it is compared
-with the one without it,
+that is long enough the observer is tried: it is used again, in full, and the mean squared error over that of the one
+which the loop would make of the residual,
 
-    w <- w + (e^2 - w) dt/T
+    rho = <e^2> / <ehat^2>
 
-begun at the error without. Where ``w`` becomes larger than that, the observer is guilty, and stays out of use; where it
-is less at the end of the trial, the observer is acquitted, and what the error does is no reason to let go of it again.
+is compared with what it was without the observer; the motion may be another one meanwhile. Where it becomes a tenth
+more, the observer is guilty, and out of use as before; where it is less at the end of the trial, the observer is
+acquitted, and what the error does is no reason to let go of it again.
 """
 
 from typing import NamedTuple

@@ -164,7 +164,7 @@ def step_model(
 ) -> tuple[float, float, FeedforwardState]:
     """Return the torque (N m) that a model and the estimated loads need, the friction in it, and the new state.
 
-    Loads are those at the measured position, moved on along the plan to the middle of the period.
+    Loads are those at the position that the velocity shows, moved on along the plan to the middle of the period.
     """
     delay, inertia = block.feedback.delay, math.nan
     if math.isfinite(inputs.inertia):
@@ -176,7 +176,7 @@ def step_model(
     torque, friction, new = feedforward_parts(
         model, state, inputs, block.period, delay, inertia, turning.speed, turning.path
     )
-    turn = (delay + 0.5) * block.period * inputs.reference
+    turn = ((delay + 0.5) * block.period + block.velocity_lag) * inputs.reference
     return torque + estimated_load(block.estimator, estimator, turn), friction, new
 
 
@@ -216,7 +216,8 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float
     if block.velocity_lag > 0.0:  # what the velocity shows now is what the torque did a while ago
         acting, lagged_torque = lag_torque(block.velocity_lag, lagged_torque, acting, inputs.dt)
     measured = advance_signals_in_place(form, measured, acting, velocity, inputs.dt)
-    follow_loads_in_place(block.estimator, state.estimator, inputs.position, inputs.dt, state.feedback.samples == 0)
+    shown = inputs.position - block.velocity_lag * inputs.reference  # where what the velocity shows has happened
+    follow_loads_in_place(block.estimator, state.estimator, shown, inputs.dt, state.feedback.samples == 0)
     follow_candidates_in_place(block.estimator, candidates, model.velocity, inputs.reference, inputs.dt, state.enabled)
     model = advance_signals_in_place(form, model, delayed(state.model_torques, delay), inputs.reference, inputs.dt)
     slowest, steady = gate_speed(block, state.estimator), valid and clear
