@@ -57,7 +57,8 @@ class MapAsked(NamedTuple):
     load : bool
         Whether friction may depend on the known torque.
     found : bool
-        Whether the periods were not told, but found in the log; then they are those of a force only.
+        Whether the periods were not told, but found in the log, the strongest first; then they are those of a force
+        only, each beside those before it.
     """
 
     periods: tuple[float, ...] = ()
@@ -107,7 +108,8 @@ class MapBasis(NamedTuple):
         """Return the sets of terms that may be added to a model, without the empty one."""
         names = self.names()
         if self.asked.found:
-            return [tuple(FORCE_OVER + name for name in names)]
+            forces = [FORCE_OVER + name for name in names]
+            return [tuple(forces[:count]) for count in range(2, len(forces) + 1, 2)]
         waves = [name for name in names if not name.startswith("hat")]
         hats = [name for name in names if name.startswith("hat")]
         parts = [[], *(part for part in (waves, hats) if part)]
