@@ -26,7 +26,7 @@ from adaptive_ff.identify.recorded_reference import reference_of
 from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.reported import reported
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.ripple import next_ripple
+from adaptive_ff.identify.ripple import ripple_period
 from adaptive_ff.identify.term_selection import Selection, select_terms
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.identify.verdict import cautions, check_plausible, verdict
@@ -49,9 +49,6 @@ LONGEST_DELAY = 1.0
 
 FEWEST_ROWS = 30
 """Rows at which the joint slides that a fit needs."""
-
-MOST_RIPPLES = 3
-"""Most ripples that are looked for."""
 
 BOTH_WAYS = 0.02
 """Share of the rows that the rarer direction must have for the joint to count as moving both ways."""
@@ -257,20 +254,14 @@ def _has_positions(prepared: Prepared, validation: Log | None) -> bool:
 def _with_ripple(
     problem: Problem, prepared: Prepared, fitting: list[Piece], selection: Selection, confidence: float
 ) -> tuple[Problem, Selection, MapBasis] | None:
-    """Return rows, models and functions with ripples over the position; None where the log shows none."""
+    """Return rows, models and functions with a ripple over the position; None where the log shows none."""
     if selection.chosen.values["coulomb"] <= 0.0:
         return None
-    best: tuple[Problem, Selection, MapBasis] | None = None
-    periods = next_ripple(problem, prepared, fitting, selection.chosen)
-    while periods is not None:
-        made = select_map(problem, prepared, fitting, selection, MapAsked(periods, found=True), confidence)
-        if sum(is_mapped(term) for term in made[1].chosen.terms) < 2 * len(periods):
-            break
-        best, known = made, periods
-        periods = (
-            next_ripple(problem, prepared, fitting, selection.chosen, known) if len(known) < MOST_RIPPLES else None
-        )
-    return best
+    period = ripple_period(problem, prepared, fitting, selection.chosen)
+    if period is None:
+        return None
+    made = select_map(problem, prepared, fitting, selection, MapAsked((period,), found=True), confidence)
+    return made if any(is_mapped(term) for term in made[1].chosen.terms) else None
 
 
 def _reasons(found: LogIdentification, problem: Problem, held: Problem, *, of_log: bool) -> dict[str, Any]:

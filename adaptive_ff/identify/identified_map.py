@@ -73,13 +73,6 @@ class IdentifiedMap(NamedTuple):
         values = [one.value for one in self.force_coefficients]
         return tuple(math.hypot(*pair) for pair in zip(values[::2], values[1::2], strict=True))
 
-    @property
-    def surest_ripple(self) -> int:
-        """Which of these periods has the largest amplitude over its standard error."""
-        errors = [one.standard_error for one in self.force_coefficients]
-        scatter = [math.hypot(*pair) for pair in zip(errors[::2], errors[1::2], strict=True)]
-        return int(np.argmax(np.array(self.ripple_sizes) / scatter))
-
     def to_dict(self) -> dict[str, Any]:
         """Return plain values; the keys of the controller's map are those of a scenario's ``[adaptation]``."""
         curves = {"friction": self.friction, "force": self.force}
@@ -127,7 +120,7 @@ def identified_map(fitted: Fitted, basis: MapBasis, positions: tuple[float, floa
         (*coefficients, *hats),
         _standard_errors(fitted, basis, names),
         basis.load,
-        basis.asked.periods[: len(over_periods) // 2],
+        basis.asked.periods if over_periods else (),
         tuple(fitted.regression.estimate(term) for term in over_periods),
     )
 

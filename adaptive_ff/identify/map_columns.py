@@ -57,8 +57,7 @@ class MapAsked(NamedTuple):
     load : bool
         Whether friction may depend on the known torque.
     found : bool
-        Whether the periods were not told, but found in the log, the strongest first; then they are those of a force
-        only, each beside those before it.
+        Whether the periods were not told, but found in the log; then they are those of a force only.
     """
 
     periods: tuple[float, ...] = ()
@@ -108,8 +107,7 @@ class MapBasis(NamedTuple):
         """Return the sets of terms that may be added to a model, without the empty one."""
         names = self.names()
         if self.asked.found:
-            forces = [FORCE_OVER + name for name in names]
-            return [tuple(forces[:count]) for count in range(2, len(forces) + 1, 2)]
+            return [tuple(FORCE_OVER + name for name in names)]
         waves = [name for name in names if not name.startswith("hat")]
         hats = [name for name in names if name.startswith("hat")]
         parts = [[], *(part for part in (waves, hats) if part)]

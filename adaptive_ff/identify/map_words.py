@@ -1,6 +1,6 @@
 """What was identified of friction and force over position and load, a sentence each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -39,7 +39,9 @@ def map_words(found: IdentifiedMap | None, asked: MapAsked, units: Mapping[str, 
         if found is not None and found.force is not None:
             force = found.force.value
             high, low = int(np.argmax(force)), int(np.argmin(force))
-            ripple = _ripples(found.force_periods, unit) if asked.found else ""
+            ripple = (
+                f", a ripple with a period of {asked.periods[0]:.4g} {unit} found in the log" if asked.found else ""
+            )
             said.append(
                 f"A force depends on position, beside friction: from {force[low]:.3g} {units['torque']} at "
                 f"{found.position[low]:.3g} {unit} to {force[high]:.3g} at {found.position[high]:.3g} {unit}{ripple}."
@@ -56,10 +58,3 @@ def map_words(found: IdentifiedMap | None, asked: MapAsked, units: Mapping[str, 
         verb = "is" if len(missing) == 1 else "are"
         said.append(f"{parts[0].upper()}{parts[1:]} {verb} not used: what is held out does not get better with it.")
     return said
-
-
-def _ripples(periods: Sequence[float], unit: str) -> str:
-    """Say which ripples were found."""
-    each = " and ".join(f"{period:.4g} {unit}" for period in periods)
-    what = "a ripple with a period" if len(periods) == 1 else "ripples with periods"
-    return f", {what} of {each} found in the log"

@@ -129,8 +129,8 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         ends = " to ".join(f"{end:.4g}" for end in found.position_map.range)
         comments["adaptation.position_range"] = f"from the start of the motion; {ends} in the log"
     if "actuator" in content:
-        comments["actuator"] = "the surest ripple of the log; sin(2 pi q/period) from the start on"
-        comments["adaptation.ripple_periods"] = "the controller learns their sizes"
+        comments["actuator"] = "the largest ripple of the log; sin(2 pi q/period) from the start on"
+        comments["adaptation.ripple_periods"] = "the controller learns its size"
     return toml_text(content, comments, head)
 
 
@@ -164,11 +164,11 @@ def _unmapped(found: LogIdentification) -> list[str]:
 
 
 def _ripple(found: LogIdentification) -> dict[str, Any]:
-    """Return the ripple of the simulated drive: the surest one of the log."""
+    """Return the ripple of the simulated drive: the largest one of the log."""
     learnt = found.position_map
     if learnt is None or not learnt.force_periods:
         return {}
-    amplitude, period = (each[learnt.surest_ripple] for each in (learnt.ripple_sizes, learnt.force_periods))
+    amplitude, period = max(zip(learnt.ripple_sizes, learnt.force_periods, strict=True))
     return {"actuator": {"ripple_amplitude": _rounded(amplitude), "ripple_period": _rounded(period)}}
 
 

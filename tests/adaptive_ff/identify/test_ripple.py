@@ -63,24 +63,6 @@ def test_the_simulated_drive_has_the_ripple():
     assert "actuator" not in tomllib.loads(scenario_text(identify_log(sines_log(np.zeros_like)), "reference.csv"))
 
 
-def test_several_ripples_are_found_one_after_the_other():
-    def both(position):
-        return 0.4 * np.sin(2.0 * np.pi * position / 0.17) + 0.15 * np.cos(2.0 * np.pi * position / 0.6)
-
-    found = identify_log(sines_log(both))
-    learnt = found.position_map
-    assert learnt.force_periods == pytest.approx((0.17, 0.6), rel=0.01)
-    assert learnt.ripple_sizes == pytest.approx((0.4, 0.15), rel=0.1)
-    assert found.parameters["inertia"].estimate.value == pytest.approx(0.5, rel=0.01)
-    words = "ripples with periods of {:.4g} rad and {:.4g} rad found in the log".format(*learnt.force_periods)
-    assert any(words in one for one in found.verdict)
-    first = found.first_estimate()
-    assert first.model["ripple_cos_2"] == pytest.approx(0.15, abs=0.03)
-    written = tomllib.loads(scenario_text(found, "reference.csv"))
-    assert written["adaptation"]["ripple_periods"] == pytest.approx(learnt.force_periods, rel=1e-5)
-    assert written["actuator"]["ripple_period"] == pytest.approx(0.17, rel=0.01)
-
-
 def test_a_controller_begins_with_the_ripple():
     log = sines_log(lambda q: 0.3 * np.sin(2.0 * np.pi * q / 0.17 + 0.7))
     found = identify_log(log)
