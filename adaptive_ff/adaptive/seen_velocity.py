@@ -80,6 +80,14 @@ OFTEN, LATELY = 0.15, 10.0
 COARSE, TOO_COARSE = 0.8, 1.6
 """Least change, over the plan's largest speed, from which on the observer is held back, and from which on in full."""
 
+FEW, WHOLE = 3.0, 1e-3
+"""Changes from which on counts are told by being whole multiples of the least one, and how closely they are.
+
+Until they were, the observer of a joint whose encoder changes with most samples fed back counts for 50 changes: of 40
+joints of another simulator (seeds 501 to 540) with ten sampling periods to a count at the largest speed, one had 9.1
+times PI's error in the first 5 s, and the worst has 1.9 times now.
+"""
+
 COUNTS, SURE = 0.2, 50.0
 """Share of the changes near the least one from which on they are counts, and changes from which on that is sure ...
 
@@ -112,6 +120,8 @@ class SeenVelocity(NamedTuple):
         Share of such samples of late.
     leaps : int
         How many leaps there have been.
+    multiples : float
+        How many changes have been whole multiples of the least one.
     """
 
     last: float
@@ -127,11 +137,12 @@ class SeenVelocity(NamedTuple):
     missing: bool
     share: float
     leaps: int
+    multiples: float
 
 
 def initial_seen_velocity() -> SeenVelocity:
     """Return the state before anything was measured."""
-    return SeenVelocity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, False, 0.0, 0)
+    return SeenVelocity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, False, 0.0, 0, 0.0)
 
 
 @register_jitable
@@ -172,6 +183,7 @@ def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
     Where a count in a period is more than the largest speed of the plan (rad/s), the observer sees counts, not torque.
     """
     told = seen.changes > SURE or 2.0 * seen.changes < samples
+    told = told or (seen.changes >= FEW and seen.multiples == seen.changes)
     if not told or seen.fine < COUNTS * seen.changes or seen.finest <= COARSE * peak:
         return 1.0
     return max(0.0, (TOO_COARSE * peak - seen.finest) / ((TOO_COARSE - COARSE) * peak)) if peak > 0.0 else 0.0
@@ -234,23 +246,40 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
             False,
             share,
             old.leaps,
+            old.multiples,
         )
     difference, level = abs(velocity - old.last), noise_level(state.observer.noise)
     possible = possible_speed(block, state)
-    finest, changes, fine = old.finest, old.changes, old.fine
+    finest, changes, fine, multiples = old.finest, old.changes, old.fine, old.multiples
     if difference > ROUNDED * possible:
         changes += 1.0
         if difference * NEAR < finest or finest == 0.0:
             fine = 0.0
-        finest = min(finest, difference) if finest > 0.0 else difference
+        if difference < (1.0 - WHOLE) * finest or finest == 0.0:
+            finest, multiples = difference, 0.0
         if difference < NEAR * finest:
             fine += 1.0
+        if abs(difference / finest - math.floor(difference / finest + 0.5)) < WHOLE:
+            multiples += 1.0
     missing, plan, leapt, leaps = False, inputs.reference, old.leapt + 1, old.leaps + 1
     repeated = difference == 0.0 and abs(velocity) > STANDS * possible
     if repeated:
         plan, leapt, leaps = old.plan, 0, old.leaps
     seen = SeenVelocity(
-        velocity, old.believed, falls, rises, gap, plan, finest, changes, fine, leapt, True, share + weight, leaps
+        velocity,
+        old.believed,
+        falls,
+        rises,
+        gap,
+        plan,
+        finest,
+        changes,
+        fine,
+        leapt,
+        True,
+        share + weight,
+        leaps,
+        multiples,
     )
     if repeated:
         missing = is_held(seen, inputs.reference - plan, max(0.0, level))
@@ -259,7 +288,9 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
         missing = has_leapt(seen, old.last, change, LEAP * largest / inertia, duration, NOISY * level)
     if missing:
         return seen
-    return SeenVelocity(velocity, velocity, 0.0, 0.0, 0.0, plan, finest, changes, fine, 0, False, share, old.leaps)
+    return SeenVelocity(
+        velocity, velocity, 0.0, 0.0, 0.0, plan, finest, changes, fine, 0, False, share, old.leaps, multiples
+    )
 
 
 @register_jitable

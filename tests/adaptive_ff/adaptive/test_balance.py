@@ -59,6 +59,9 @@ def test_the_observer_is_held_back_by_counts_larger_than_the_plan(finest, share)
     assert fine_share(counted(finest, 20.0, 1.0), 1000, 1.0) == 1.0  # values held by a fine sensor
     assert fine_share(counted(finest, 40.0, 20.0), 60, 1.0) == 1.0  # noise of a fine one, of which little is known
     assert fine_share(counted(finest, 900.0, 900.0), 1000, 1.0) == pytest.approx(share)
+    exact = counted(finest, 40.0, 20.0)._replace(multiples=40.0)
+    assert fine_share(exact, 60, 1.0) == pytest.approx(share)
+    assert fine_share(exact._replace(changes=2.0, multiples=2.0), 3, 1.0) == 1.0
 
 
 def test_before_the_plan_begins_a_count_is_nothing_to_answer_to():

@@ -132,6 +132,15 @@ def test_velocities_made_of_positions_repeat_but_for_rounding():
     assert states[-1].changes == (~rounded & (changes > 0.0)).sum()
 
 
+def test_changes_of_an_encoder_are_whole_multiples_of_a_count_and_those_of_a_tachometer_are_not():
+    random = np.random.default_rng(101)
+    counts = seen(0.7 * random.integers(-3, 4, 60) + 0.0)[-1]
+    assert counts.finest == pytest.approx(0.7)
+    assert counts.multiples == counts.changes > 30.0
+    noise = seen(0.7 * random.standard_normal(60))[-1]
+    assert noise.multiples < 0.2 * noise.changes
+
+
 def test_a_joint_that_stands_is_believed():
     assert not any(state.missing for state in seen([*np.linspace(0.3, 0.0, 100), *[0.0] * 50]))
 
@@ -160,7 +169,9 @@ def test_a_sensor_with_faults_never_makes_a_joint_worse_than_its_loop_alone(sens
     assert judged.worst_window < 1.2
 
 
-@pytest.mark.parametrize(("field", "value"), [("share", 1.5), ("gap", -1.0), ("leaps", -1), ("finest", -1.0)])
+@pytest.mark.parametrize(
+    ("field", "value"), [("share", 1.5), ("gap", -1.0), ("leaps", -1), ("finest", -1.0), ("multiples", -1.0)]
+)
 def test_a_state_that_cannot_be_is_refused_when_it_is_restored(field, value):
     controller = make("adaptive")
     saved = json.loads(controller.state_to_json())
