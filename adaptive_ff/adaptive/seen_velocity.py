@@ -80,8 +80,8 @@ OFTEN, LATELY = 0.15, 10.0
 COARSE, TOO_COARSE = 0.8, 1.6
 """Least change, over the plan's largest speed, from which on the observer is held back, and from which on in full."""
 
-FEW, WHOLE = 3.0, 1e-3
-"""Changes from which on counts are told by being whole multiples of the least one, and how closely they are.
+FEW, WHOLE, MOST = 3.0, 1e-3, 1e6
+"""Changes from which on counts are told by being whole multiples of the least one, how closely, and up to how many.
 
 Until they were, the observer of a joint whose encoder changes with most samples fed back counts for 50 changes: of 40
 joints of another simulator (seeds 501 to 540) with ten sampling periods to a count at the largest speed, one had 9.1
@@ -177,6 +177,12 @@ def is_held(seen: SeenVelocity, moved: float, deviation: float) -> bool:
 
 
 @register_jitable
+def is_whole(ratio: float) -> bool:
+    """Tell whether a ratio is a whole number but for rounding, and not too large to tell."""
+    return ratio < MOST and abs(ratio - int(ratio + 0.5)) < WHOLE
+
+
+@register_jitable
 def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
     """Return the share of what is observed that the sensor is fine enough for, after so many samples.
 
@@ -255,11 +261,12 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
         changes += 1.0
         if difference * NEAR < finest or finest == 0.0:
             fine = 0.0
-        if difference < (1.0 - WHOLE) * finest or finest == 0.0:
-            finest, multiples = difference, 0.0
+        if finest == 0.0 or difference < (1.0 - WHOLE) * finest:
+            multiples = multiples if is_whole(finest / difference) else 0.0
+            finest = difference
         if difference < NEAR * finest:
             fine += 1.0
-        if abs(difference / finest - math.floor(difference / finest + 0.5)) < WHOLE:
+        if is_whole(difference / finest):
             multiples += 1.0
     missing, plan, leapt, leaps = False, inputs.reference, old.leapt + 1, old.leaps + 1
     repeated = difference == 0.0 and abs(velocity) > STANDS * possible

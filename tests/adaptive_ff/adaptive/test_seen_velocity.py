@@ -134,7 +134,7 @@ def test_velocities_made_of_positions_repeat_but_for_rounding():
 
 def test_changes_of_an_encoder_are_whole_multiples_of_a_count_and_those_of_a_tachometer_are_not():
     random = np.random.default_rng(101)
-    counts = seen(0.7 * random.integers(-3, 4, 60) + 0.0)[-1]
+    counts = seen(0.7 * np.concatenate([[2, 0, 1], random.integers(-3, 4, 60)]))[-1]
     assert counts.finest == pytest.approx(0.7)
     assert counts.multiples == counts.changes > 30.0
     noise = seen(0.7 * random.standard_normal(60))[-1]
