@@ -1,13 +1,13 @@
 """Units of inputs, outputs and estimates."""
 
 from adaptive_ff.export.comments import plain, section, unit
-from adaptive_ff.model.friction import FURTHER, RIPPLE, UNITS, unit_of
+from adaptive_ff.model.friction import unit_of
 
 
 def estimate_unit(name: str) -> str:
     """Return the unit of a physical estimate by its name, which may end in a direction; empty where it is not known."""
     base = name.removesuffix("_positive").removesuffix("_negative")
-    return plain(unit_of(base) if base.startswith((FURTHER, *RIPPLE)) or base in UNITS else "")
+    return plain(unit_of(base))
 
 
 def field_units(origin: type) -> dict[str, str]:

@@ -207,8 +207,11 @@ def ripple_names(count: int) -> tuple[str, ...]:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of an identified parameter; further regressors count as numbers, their sizes as torques."""
-    return "N m" if name.startswith((FURTHER, *RIPPLE)) else UNITS[name]
+    """Return the unit of an identified parameter; empty for another one.
+
+    Further regressors count as numbers, their sizes as torques.
+    """
+    return "N m" if name.startswith((FURTHER, *RIPPLE)) else UNITS.get(name, "")
 
 
 @register_jitable

@@ -1,6 +1,5 @@
 """Results as tables for a terminal."""
 
-import math
 from typing import Any
 
 from rich.box import SIMPLE
@@ -9,10 +8,9 @@ from rich.table import Table
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.model.friction import PER_DIRECTION_WITH_GRAVITY, ripple_names, unit_of
+from adaptive_ff.model.friction import PER_DIRECTION, unit_of
 from adaptive_ff.report.scaling import scale_for, shown
-from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.scenario.truth import last_model
+from adaptive_ff.scenario.truth import last_model, true_waves
 
 
 def tracking_table(comparison: Comparison) -> Table:
@@ -80,28 +78,15 @@ def estimates_table(comparison: Comparison) -> Table | None:
         table.add_column(run.name, justify="right")
     model = last_model(comparison.scenario)
     found = [run.final_estimates for run in runs]
-    weight = comparison.scenario.joint.weight
-    ripples = _true_ripples(comparison.scenario)
-    truth = model._asdict() | {
-        "gravity_sin": weight.amplitude * math.cos(weight.phase),
-        "gravity_cos": weight.amplitude * math.sin(weight.phase),
-        **ripples,
-    }
+    waves = true_waves(comparison.scenario)
+    truth = model._asdict() | waves
     there = dict.fromkeys(name for estimates in found for name in estimates)
-    known = [name for name in (*PER_DIRECTION_WITH_GRAVITY, *ripples) if name in there]
+    known = [name for name in (*PER_DIRECTION, *waves) if name in there]
     for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
         true = f"{truth[name]:.4g}" if name in known else "-"
         table.add_row(f"{name}, {unit_of(name)}" if name in known else name, true, *cells)
     return table
-
-
-def _true_ripples(scenario: Scenario) -> dict[str, float]:
-    """Return the torque that carries the ripple of the drive, over each of the periods that are assumed, N m."""
-    drive, periods = scenario.actuator, scenario.adaptation.ripple_periods
-    sizes = [-drive.ripple_amplitude if period == drive.ripple_period else 0.0 for period in periods]
-    values = [value for size in sizes for value in (size, 0.0)]
-    return dict(zip(ripple_names(len(periods)), values, strict=True))
 
 
 def sweep_table(result: dict[str, Any]) -> Table:

@@ -7,10 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from adaptive_ff.comparison.run import Run
-from adaptive_ff.model.friction import UNITS
+from adaptive_ff.model.friction import unit_of
 from adaptive_ff.report.drawing import Look, Series, draw_series, explain_looks, label_above, make_panels
 from adaptive_ff.report.framing import frame, peak_of, plain_name, typical_peak
 from adaptive_ff.report.marks import TRUTH, mark_changes
+from adaptive_ff.scenario.truth import true_waves
 from adaptive_ff.simulation.loop import joint_in_phase
 
 DEVIATIONS = 2.0
@@ -31,12 +32,15 @@ def draw_estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure
     plan, end = first.scenario.plan, float(first.solver_time[-1])
     joints = [joint_in_phase(first.scenario.joint.parameters, plan, phase) for phase in range(plan.starts.size)]
     starts = [*(plan.starts * first.scenario.joint.solver_period), end]
+    waves = true_waves(first.scenario)
     for axes, name in zip(panels, names, strict=True):
         known = {key: run for key, run in runs.items() if name in run.estimates}
         curves = {key: draw_series(axes, run.time, run.estimates[name], looks[key]) for key, run in known.items()}
         for key, run in known.items():
             _draw_band(axes, run, name, looks[key])
-        true = [{**joint.friction._asdict(), **joint._asdict(), "friction": None}.get(name) for joint in joints]
+        true = [
+            {**waves, **joint.friction._asdict(), **joint._asdict(), "friction": None}.get(name) for joint in joints
+        ]
         truth = np.array([value for value in true if value is not None])
         if truth.size:
             axes.plot(starts, [*truth, truth[-1]], drawstyle="steps-post", **TRUTH)
@@ -45,7 +49,7 @@ def draw_estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure
             {"": np.concatenate([truth, ROOM * truth, [0.0]]), **curves},
             2.0 * (peak_of(truth) or typical_peak(curves)),
         )
-        label_above(axes, plain_name(name.replace("_", " ")) + (f" ({UNITS[name]})" if name in UNITS else ""))
+        label_above(axes, plain_name(name.replace("_", " ")) + (f" ({unit_of(name)})" if unit_of(name) else ""))
     panels[-1].set(xlim=(0.0, end), xlabel="time (s)")
     bands = [BAND_KEY] if any(run.uncertainties for run in runs.values()) else []
     explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *bands, *mark_changes(panels, first.scenario)])

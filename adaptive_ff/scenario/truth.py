@@ -1,9 +1,11 @@
 """What is true of a scenario's joint, for controllers that know it and for pictures and tables that show it."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.model.friction import GRAVITY, TorqueModel, ripple_names
 from adaptive_ff.scenario.scenario import Scenario
 from plant import (
     UNCHANGED,
@@ -17,6 +19,19 @@ from plant import (
 
 GRID = 2000
 """Times at which friction that varies all the time is given, over a run."""
+
+
+def true_waves(scenario: Scenario) -> dict[str, float]:
+    """Return the torque that carries gravity and the ripple of the drive, by the names of the estimates, N m.
+
+    The ripple is that over each of the periods that are assumed; it is none over one that is not its own.
+    """
+    weight, drive = scenario.joint.weight, scenario.actuator
+    periods = scenario.adaptation.ripple_periods
+    sizes = [-drive.ripple_amplitude if period == drive.ripple_period else 0.0 for period in periods]
+    gravity = weight.amplitude * math.cos(weight.phase), weight.amplitude * math.sin(weight.phase)
+    ripples = [value for size in sizes for value in (size, 0.0)]
+    return dict(zip((*GRAVITY, *ripple_names(len(periods))), (*gravity, *ripples), strict=True))
 
 
 def true_model(scenario: Scenario, factor: float = 1.0, change: JointChange = UNCHANGED) -> TorqueModel:
