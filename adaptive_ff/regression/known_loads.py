@@ -81,15 +81,15 @@ def advance_loads_in_place(
     """
     if loads.shape[0] == 0:
         return
-    decay = filter_decay(pole, duration)
+    decay, fresh = filter_decay(pole, duration), first
+    if waves.size > 0:  # no angle has a sine and a cosine of zero: there has been no position yet
+        fresh = first or (loads[SINE, INPUT] == 0.0 and loads[COSINE, INPUT] == 0.0)
     for i in range(waves.size):
         sine, cosine = math.nan, math.nan
         if math.isfinite(position):
             sine, cosine = math.sin(waves[i] * position), math.cos(waves[i] * position)
-        # no angle has a sine and a cosine of zero: there has been no position yet
-        fresh = first or (loads[2 * i + SINE, INPUT] == 0.0 and loads[2 * i + COSINE, INPUT] == 0.0)
-        advance_load_in_place(loads[2 * i + SINE], pole, decay, sine, duration, fresh)
-        advance_load_in_place(loads[2 * i + COSINE], pole, decay, cosine, duration, fresh)
+        advance_load_in_place(loads[2 * i], pole, decay, sine, duration, fresh)
+        advance_load_in_place(loads[2 * i + 1], pole, decay, cosine, duration, fresh)
     for i in range(regressors.size):
         advance_load_in_place(loads[2 * waves.size + i], pole, decay, regressors[i], duration, first)
 
@@ -124,10 +124,10 @@ def load_torque(
     torque = 0.0
     place = estimate.size - loads.shape[0]
     for i in range(waves.size):
-        sine, cosine = loads[2 * i + SINE, INPUT], loads[2 * i + COSINE, INPUT]
+        sine, cosine = loads[2 * i, INPUT], loads[2 * i + 1, INPUT]
         turned, ahead = math.sin(waves[i] * angle), math.cos(waves[i] * angle)
-        torque += estimate[place + 2 * i + SINE] * (sine * ahead + cosine * turned)
-        torque += estimate[place + 2 * i + COSINE] * (cosine * ahead - sine * turned)
+        torque += estimate[place + 2 * i] * (sine * ahead + cosine * turned)
+        torque += estimate[place + 2 * i + 1] * (cosine * ahead - sine * turned)
     for i in range(2 * waves.size, loads.shape[0]):
         torque += estimate[place + i] * loads[i, INPUT]
     return torque
