@@ -25,10 +25,10 @@ from adaptive_ff import AdaptiveController, Scenario, compare, load_scenario
 from adaptive_ff.comparison.reference_lines import noise_floor
 from adaptive_ff.files import write_json
 from adaptive_ff.model.friction import WITH_OFFSET
-from benchmarks.other_joints import DURATION, SETTLED, WINDOW, WORST, draw, drive, loop_gains
+from benchmarks.other_joints import SETTLED, WORST, against, draw, drive, loop_gains, told_of
 from benchmarks.robot.in_turn import CORES, Workers, run_seeds
 from benchmarks.wide import wide_console
-from controllers import PI, DisturbanceObserver
+from controllers import PI, Controller, DisturbanceObserver
 
 DRIVES = ((0.0, 0.02), (3.0, 0.05), (12.0, 0.05), (12.0, 0.01), (30.0, 0.02))
 """Amplitude, N m, and period, rad, of the cogging of the built-in joint."""
@@ -82,39 +82,22 @@ def drawn(seed: int) -> dict[str, Any]:
     coarse = loop.sensor == "encoder" and loop.resolution > COARSEST * fastest * loop.period
     if coarse or counts < FEWEST_COUNTS:
         return {"seed": seed, "shares": {}}
-    gains, told = loop_gains(joint, loop), loop.inertia_error * joint.inertia
-    given = {
-        "inertia": told,
-        "stribeck_velocity": 2.0 * joint.stribeck_velocity,
-        "velocity_lag": loop.velocity_lag if loop.tells_lag else 0.0,
-        "delay": float(loop.delay),
-        "parameters": WITH_OFFSET,
-    }
-    shares = {}
+    gains, given = loop_gains(joint, loop), told_of(joint, loop)
+    periods = {"untold": [], "told": [2.0 * math.pi / joint.poles]}
+    bandwidth = min(loop.bandwidth, OBSERVER)
+    shares: dict[str, dict[str, dict[str, float]]] = {}
     for share in SHARES:
         cogged = joint._replace(cogging=share * joint.coulomb)
-        made = {
-            "pi": PI(*gains),
-            "disturbance observer": DisturbanceObserver(
-                *gains, inertia=told, bandwidth=min(loop.bandwidth, OBSERVER), delay=float(loop.delay)
-            ),
-            "untold": AdaptiveController(*gains, **given),
-            "told": AdaptiveController(*gains, **given, ripple_periods=[2.0 * math.pi / joint.poles]),
-        }
-        errors = {
-            name: np.square(drive(one, cogged, loop, plan, seed, tells_position=True).errors)
-            for name, one in made.items()
-        }
-        alone = errors.pop("pi")
-        half, length = alone.size // 2, round(WINDOW / loop.period)
-        begins = (np.arange(0.0, DURATION - 0.5 * WINDOW, WINDOW) / loop.period).astype(int)
-        shares[f"{share:g}"] = {
-            name: {
-                "settled": math.sqrt(alone[half:].mean() / own[half:].mean()),
-                "window": max(math.sqrt(own[i : i + length].mean() / alone[i : i + length].mean()) for i in begins),
-            }
-            for name, own in errors.items()
-        }
+        observed = DisturbanceObserver(*gains, inertia=given["inertia"], bandwidth=bandwidth, delay=given["delay"])
+        made: dict[str, Controller] = {"pi": PI(*gains), "disturbance observer": observed}
+        for name, told in periods.items():
+            made[name] = AdaptiveController(*gains, **given, parameters=WITH_OFFSET, ripple_periods=told)
+        runs = {name: drive(one, cogged, loop, plan, seed, tells_position=True) for name, one in made.items()}
+        alone = np.square(runs.pop("pi").errors)
+        shares[f"{share:g}"] = {}
+        for name, run in runs.items():
+            settled, windows = against(alone, np.square(run.errors), loop.period)
+            shares[f"{share:g}"][name] = {"settled": settled, "window": max(windows)}
     return {"seed": seed, "shares": shares}
 
 

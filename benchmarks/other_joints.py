@@ -279,26 +279,36 @@ def loop_gains(joint: DrawnJoint, loop: DrawnLoop) -> tuple[float, float, float]
     return design.proportional, design.integral, loop.period
 
 
+def told_of(joint: DrawnJoint, loop: DrawnLoop) -> dict[str, float]:
+    """Return what the adaptive controller is told of a joint and its loop, beside its gains."""
+    return {
+        "inertia": loop.inertia_error * joint.inertia,
+        "stribeck_velocity": 2.0 * joint.stribeck_velocity,
+        "velocity_lag": loop.velocity_lag if loop.tells_lag else 0.0,
+        "delay": float(loop.delay),
+    }
+
+
+def against(alone: Array, errors: Array, period: float) -> tuple[float, list[float]]:
+    """Return PI's settled error over another one's, of their squares, and the other's over PI's in each window."""
+    begins, length = np.arange(0.0, DURATION - 0.5 * WINDOW, WINDOW) / period, round(WINDOW / period)
+    windows = [math.sqrt(errors[i : i + length].mean() / alone[i : i + length].mean()) for i in begins.astype(int)]
+    half = errors.size // 2
+    return math.sqrt(alone[half:].mean() / errors[half:].mean()), windows
+
+
 def run_joint(seed: int) -> dict[str, Any]:
     """Return the figures of a seed."""
     joint, loop, plan = draw(seed)
-    told, gains = loop.inertia_error * joint.inertia, loop_gains(joint, loop)
-    adaptive = AdaptiveController(
-        *gains,
-        inertia=told,
-        stribeck_velocity=2.0 * joint.stribeck_velocity,
-        velocity_lag=loop.velocity_lag if loop.tells_lag else 0.0,
-        delay=float(loop.delay),
-    )
+    gains = loop_gains(joint, loop)
+    adaptive = AdaptiveController(*gains, **told_of(joint, loop))
     alone, errors = (np.square(drive(each, joint, loop, plan, seed).errors) for each in (PI(*gains), adaptive))
-    begins, length = np.arange(0.0, DURATION - 0.5 * WINDOW, WINDOW) / loop.period, round(WINDOW / loop.period)
-    windows = [math.sqrt(errors[i : i + length].mean() / alone[i : i + length].mean()) for i in begins.astype(int)]
-    half = errors.size // 2
+    settled, windows = against(alone, errors, loop.period)
     return {
         "seed": seed,
         "sensor": loop.sensor,
         "noise": math.sqrt(adaptive.state.observer.noise.variance) / float(np.abs(plan).max()),
-        "settled": math.sqrt(alone[half:].mean() / errors[half:].mean()),
+        "settled": settled,
         "windows": windows,
         "coulomb": adaptive.estimates["coulomb"] / joint.coulomb,
     }

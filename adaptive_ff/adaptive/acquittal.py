@@ -106,14 +106,14 @@ def advance_acquittal(
         Length of the period, s.
     """
     stage, time, squared, predicted = state.stage, state.time, state.squared, state.expected
-    weight = duration / (MEMORY + duration)
-    if stage == WAITS and let_go and gain <= UNUSED:
+    unused, weight = stage == WAITS and let_go and gain <= UNUSED, duration / (MEMORY + duration)
+    if unused or stage == TRIED:
         squared, predicted = squared + weight * (error - squared), predicted + weight * (expected - predicted)
+    if unused:
         time += duration if oscillates else 0.0
         if time >= ENOUGH:
             return Acquittal(TRIED, 0.0, squared, predicted, squared / (predicted + NONE), blamed)
     elif stage == TRIED:
-        squared, predicted = squared + weight * (error - squared), predicted + weight * (expected - predicted)
         time += duration
         if squared > WORSE * state.without * predicted:
             stage = GUILTY

@@ -73,11 +73,11 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
         )
     stage = state.observer.effect.acquittal.stage
     if stage in (TRIED, ACQUITTED):
-        yield f"The observer is used: without it the joint oscillates as well, {OSCILLATES}"
-    elif stage == GUILTY:
+        yield f"Oscillation is not held against the observer: without it the joint oscillates as well, {OSCILLATES}"
+    if stage == GUILTY:
         yield (
-            "The observer is not used until the controller is reset: it takes nothing of an oscillation that is there "
-            f"without it as well, {OSCILLATES}"
+            f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: it takes nothing of "
+            f"an oscillation that is there without it as well, {OSCILLATES}"
         )
     elif state.observer.effect.ringing.blamed:
         yield (

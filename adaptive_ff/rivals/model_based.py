@@ -169,13 +169,12 @@ def step_model_based(
     )
     if block.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
         feedforward = released(model, feedforward, block.held, inputs.dt)
+    turn = (block.feedback.delay + 0.5) * block.period * inputs.reference  # to the middle of the coming period
     if block.gravity > 0.0:
-        middle = position + (block.feedback.delay + 0.5) * block.period * inputs.reference
-        torque += block.gravity * math.sin(middle + block.gravity_phase)
+        torque += block.gravity * math.sin(position + turn + block.gravity_phase)
     if block.ripple > 0.0:
         there = inputs.position if math.isfinite(inputs.position) else position
-        middle = there + (block.feedback.delay + 0.5) * block.period * inputs.reference
-        torque -= block.ripple * math.sin(block.ripple_waves * middle)
+        torque -= block.ripple * math.sin(block.ripple_waves * (there + turn))
     compared = with_reference(with_feedforward(inputs, torque), seen)
     output, feedback = feed_back(block.feedback, state.feedback, compared, guard)
     return output, ModelBasedState(feedback, feedforward, time, position, seen)

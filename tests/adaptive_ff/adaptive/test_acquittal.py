@@ -17,6 +17,7 @@ from adaptive_ff.adaptive.acquittal import (
 )
 from adaptive_ff.adaptive.observer_effect import advance_effect, initial_effect, look_for_ringing
 from adaptive_ff.comparison.registry import make_controller
+from tests.helpers.changed_effect import with_effect
 
 PERIOD, PEAK = 0.01, 0.35
 LEFT = 0.01  # squared error, rad^2/s^2
@@ -128,11 +129,13 @@ def test_a_drive_that_is_late_does_not():
     assert controller.state.observer.effect.acquittal.stage == WAITS
 
 
+def test_an_observer_that_is_guilty_is_said_to_take_nothing():
+    said = " ".join(str(with_effect("acquittal.stage", GUILTY).diagnose()).split())
+    assert "takes nothing of an oscillation that is there without it as well, as with cogging" in said
+
+
 @pytest.mark.parametrize(("name", "value"), [("stage", 4), ("stage", -1), ("time", -1.0), ("squared", -1e-9)])
 def test_a_state_that_cannot_be_is_refused(name, value):
-    controller = make_controller(load_scenario(), "adaptive")
-    effect = controller.state.observer.effect
-    effect = effect._replace(acquittal=effect.acquittal._replace(**{name: value}))
-    controller.state = controller.state._replace(observer=controller.state.observer._replace(effect=effect))
+    controller = with_effect(f"acquittal.{name}", value)
     with pytest.raises(ValueError, match=rf"^state\.observer\.effect\.acquittal\.{name} = {value} is not allowed"):
         controller.state_from_json(controller.state_to_json())

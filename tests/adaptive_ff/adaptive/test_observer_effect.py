@@ -15,6 +15,7 @@ from adaptive_ff.adaptive.observer_effect import (
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.comparison.windows import judge
+from tests.helpers.changed_effect import with_effect
 
 PERIOD = 0.01
 
@@ -103,9 +104,7 @@ def test_an_oscillation_without_the_observer_or_within_the_noise_is_none():
 
 @pytest.mark.parametrize(("name", "value"), [("share", 1.5), ("ceiling", -0.1)])
 def test_a_state_with_an_impossible_share_is_refused(name, value):
-    controller = make_controller(load_scenario(), "adaptive")
-    effect = controller.state.observer.effect._replace(**{name: value})
-    controller.state = controller.state._replace(observer=controller.state.observer._replace(effect=effect))
+    controller = with_effect(name, value)
     with pytest.raises(ValueError, match=rf"state\.observer\.effect\.{name} = {value} is not allowed"):
         controller.state_from_json(controller.state_to_json())
 

@@ -10,6 +10,7 @@ from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.comparison.windows import judge
+from tests.helpers.changed_effect import with_effect
 
 PERIOD = 0.01
 TIME_CONSTANT = 1.0 / (2.0 * np.pi * 10.0)
@@ -128,9 +129,6 @@ def test_a_joint_that_sticks_and_slips_by_itself_gets_its_observer_back():
 
 @pytest.mark.parametrize(("name", "value"), [("sign", 0.5), ("length", -1.0), ("sustained", -1)])
 def test_half_cycles_that_cannot_be_are_refused(name, value):
-    controller = make_controller(load_scenario(), "adaptive")
-    effect = controller.state.observer.effect
-    effect = effect._replace(ringing=effect.ringing._replace(**{name: value}))
-    controller.state = controller.state._replace(observer=controller.state.observer._replace(effect=effect))
+    controller = with_effect(f"ringing.{name}", value)
     with pytest.raises(ValueError, match=rf"state\.observer\.effect\.ringing\.{name} = {value} is not allowed"):
         controller.state_from_json(controller.state_to_json())
