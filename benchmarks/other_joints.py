@@ -297,9 +297,8 @@ def against(alone: Array, errors: Array, period: float) -> tuple[float, list[flo
     return math.sqrt(alone[half:].mean() / errors[half:].mean()), windows
 
 
-def run_joint(seed: int) -> dict[str, Any]:
-    """Return the figures of a seed."""
-    joint, loop, plan = draw(seed)
+def judged(joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int) -> dict[str, Any]:
+    """Return how ``adaptive`` tracks beside PI."""
     gains = loop_gains(joint, loop)
     adaptive = AdaptiveController(*gains, **told_of(joint, loop))
     alone, errors = (np.square(drive(each, joint, loop, plan, seed).errors) for each in (PI(*gains), adaptive))
@@ -314,25 +313,46 @@ def run_joint(seed: int) -> dict[str, Any]:
     }
 
 
+def run_joint(seed: int) -> dict[str, Any]:
+    """Return the figures of a seed."""
+    return judged(*draw(seed), seed)
+
+
+HEADINGS = (
+    "joints",
+    "settled",
+    "least",
+    f"below {SETTLED:g}",
+    f"a window above {WORST:g}",
+    "largest",
+    "first 5 s above",
+    "largest",
+)
+"""What a row of a table of such joints says."""
+
+
+def figures_of(rows: list[dict[str, Any]]) -> list[str]:
+    """Return the cells of such a row."""
+    settled, worst = [row["settled"] for row in rows], [max(row["windows"]) for row in rows]
+    first = [row["windows"][0] for row in rows]
+    mean = math.exp(float(np.mean(np.log(settled))))
+    figures = [f"{len(rows)}", f"{mean:.2f}", f"{min(settled):.2f}", f"{sum(x < SETTLED for x in settled)}"]
+    figures += [f"{sum(x > WORST for x in worst)}", f"{max(worst):.2f}"]
+    return [*figures, f"{sum(x > WORST for x in first)}", f"{max(first):.2f}"]
+
+
 def table_of(rows: list[dict[str, Any]]) -> Table:
     """Return the table."""
     table = Table(title="PI's error over that of adaptive", box=SIMPLE, title_style="bold")
-    headings = ("joints", "settled", "least", f"below {SETTLED:g}", f"a window above {WORST:g}", "largest")
     table.add_column("noise over plan")
-    for heading in (*headings, "first 5 s above", "largest"):
+    for heading in HEADINGS:
         table.add_column(heading, justify="right")
     classes = [*itertools.pairwise(NOISE_CLASSES), (0.0, math.inf)]
     for least, most in classes:
         found = [row for row in rows if least <= row["noise"] < most]
-        if not found:
-            continue
-        settled, worst = [row["settled"] for row in found], [max(row["windows"]) for row in found]
-        first = [row["windows"][0] for row in found]
-        name = "all" if (least, most) == classes[-1] else f"{least:g} to {most:g}"
-        mean = math.exp(float(np.mean(np.log(settled))))
-        figures = [f"{len(found)}", f"{mean:.2f}", f"{min(settled):.2f}", f"{sum(x < SETTLED for x in settled)}"]
-        figures += [f"{sum(x > WORST for x in worst)}", f"{max(worst):.2f}"]
-        table.add_row(name, *figures, f"{sum(x > WORST for x in first)}", f"{max(first):.2f}")
+        if found:
+            name = "all" if (least, most) == classes[-1] else f"{least:g} to {most:g}"
+            table.add_row(name, *figures_of(found))
     return table
 
 

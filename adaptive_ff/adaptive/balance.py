@@ -7,8 +7,9 @@ friction ``f``, ``r`` the plan, and sums that fade over 20 s of motion,
 
     share of the friction that is fed <= (sum sgn(r) (u - u_0) + F)/(0.6 (sum sgn(r) f + F))
 
-with 1 s of the friction ``F`` at breakaway as a prior. A model that fits is far above that bound, and so is one of a
-joint that sticks or bends at its reversals.
+with 1 s of the friction ``F`` at breakaway as a prior. Where a sensor of few counts makes the feedback kick harder than
+the friction (:mod:`adaptive.counts`), the prior is nought and 1 stands for 0.6. A model that fits is far above that
+bound, and so is one of a joint that sticks or bends at its reversals.
 
 Velocities of an encoder with few counts teach the wrong friction: the noise of the torque that answers to them is
 correlated with them, and may be fifty times the friction. A joint of another simulator, whose encoder gave one count of
@@ -77,9 +78,13 @@ def advance_balance(state: Balance, plan: float, needed: float, modelled: float,
 
 
 @register_jitable
-def balanced_share(state: Balance, friction: float) -> float:
-    """Return the largest share of the friction that is fed, for a friction at breakaway (N m)."""
+def balanced_share(state: Balance, friction: float, kicked: float) -> float:
+    """Return the largest share of the friction that is fed, for a friction at breakaway (N m).
+
+    To the share ``kicked`` of :func:`adaptive.counts.kicked_share` the prior is none, and all that is fed is needed.
+    """
     modelled = state.modelled + PRIOR * friction
     if modelled <= 0.0:
         return 1.0
-    return saturated((state.needed + PRIOR * friction) / (NEEDED * modelled))
+    needed = state.needed + (1.0 - kicked) * PRIOR * friction
+    return saturated(needed / ((NEEDED + kicked * (1.0 - NEEDED)) * modelled))

@@ -76,23 +76,11 @@ MOVED = 4.0
 OFTEN, LATELY = 0.15, 10.0
 """Share of the samples up to which the estimator leaves them out, and the time over which it is taken, s."""
 
+WHOLE, MOST = 1e-3, 1e6
+"""How closely a change is a whole multiple of the least one, and up to how many: counts are (``adaptive.counts``)."""
 
-COARSE, TOO_COARSE = 0.8, 1.6
-"""Least change, over the plan's largest speed, from which on the observer is held back, and from which on in full."""
-
-FEW, WHOLE, MOST = 3.0, 1e-3, 1e6
-"""Changes from which on counts are told by being whole multiples of the least one, how closely, and up to how many.
-
-Until they were, the observer of a joint whose encoder changes with most samples fed back counts for 50 changes: of 40
-joints of another simulator (seeds 501 to 540) with ten sampling periods to a count at the largest speed, one had 9.1
-times PI's error in the first 5 s, and the worst has 1.9 times now.
-"""
-
-COUNTS, SURE = 0.2, 50.0
-"""Share of the changes near the least one from which on they are counts, and changes from which on that is sure ...
-
-... before, most samples must have brought no change.
-"""
+ALIKE = 1e-6
+"""How closely a velocity falls by the same factor as before, which a low-pass behind an encoder makes of no count."""
 
 
 class SeenVelocity(NamedTuple):
@@ -122,6 +110,10 @@ class SeenVelocity(NamedTuple):
         How many leaps there have been.
     multiples : float
         How many changes have been whole multiples of the least one.
+    ratio : float
+        Velocity over the one before where it has fallen towards zero, and zero where it has not.
+    decays : float
+        How often it has fallen by the same factor twice in a row.
     """
 
     last: float
@@ -138,11 +130,13 @@ class SeenVelocity(NamedTuple):
     share: float
     leaps: int
     multiples: float
+    ratio: float
+    decays: float
 
 
 def initial_seen_velocity() -> SeenVelocity:
     """Return the state before anything was measured."""
-    return SeenVelocity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, False, 0.0, 0, 0.0)
+    return SeenVelocity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, False, 0.0, 0, 0.0, 0.0, 0.0)
 
 
 @register_jitable
@@ -180,19 +174,6 @@ def is_held(seen: SeenVelocity, moved: float, deviation: float) -> bool:
 def is_whole(ratio: float) -> bool:
     """Tell whether a ratio is a whole number but for rounding, and not too large to tell."""
     return ratio < MOST and abs(ratio - int(ratio + 0.5)) < WHOLE
-
-
-@register_jitable
-def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
-    """Return the share of what is observed that the sensor is fine enough for, after so many samples.
-
-    Where a count in a period is more than the largest speed of the plan (rad/s), the observer sees counts, not torque.
-    """
-    told = seen.changes > SURE or 2.0 * seen.changes < samples
-    told = told or (seen.changes >= FEW and seen.multiples == seen.changes)
-    if not told or seen.fine < COUNTS * seen.changes or seen.finest <= COARSE * peak:
-        return 1.0
-    return max(0.0, (TOO_COARSE * peak - seen.finest) / ((TOO_COARSE - COARSE) * peak)) if peak > 0.0 else 0.0
 
 
 @register_jitable
@@ -253,6 +234,8 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
             share,
             old.leaps,
             old.multiples,
+            old.ratio,
+            old.decays,
         )
     difference, level = abs(velocity - old.last), noise_level(state.observer.noise)
     possible = possible_speed(block, state)
@@ -268,6 +251,11 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
             fine += 1.0
         if is_whole(difference / finest):
             multiples += 1.0
+    ratio, decays = 0.0, old.decays
+    if velocity * old.last > 0.0 and ROUNDED * possible < abs(velocity) < abs(old.last):
+        ratio = velocity / old.last
+        if abs(ratio - old.ratio) < ALIKE * ratio:
+            decays += 1.0
     missing, plan, leapt, leaps = False, inputs.reference, old.leapt + 1, old.leaps + 1
     repeated = difference == 0.0 and abs(velocity) > STANDS * possible
     if repeated:
@@ -287,6 +275,8 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
         share + weight,
         leaps,
         multiples,
+        ratio,
+        decays,
     )
     if repeated:
         missing = is_held(seen, inputs.reference - plan, max(0.0, level))
@@ -296,7 +286,22 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
     if missing:
         return seen
     return SeenVelocity(
-        velocity, velocity, 0.0, 0.0, 0.0, plan, finest, changes, fine, 0, False, share, old.leaps, multiples
+        velocity,
+        velocity,
+        0.0,
+        0.0,
+        0.0,
+        plan,
+        finest,
+        changes,
+        fine,
+        0,
+        False,
+        share,
+        old.leaps,
+        multiples,
+        ratio,
+        decays,
     )
 
 

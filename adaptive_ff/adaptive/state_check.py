@@ -177,7 +177,8 @@ def check_share(name: str, value: Any) -> None:
 def check_seen_velocity(seen: SeenVelocity) -> None:
     """Raise ``ValueError`` where what is remembered of measured velocities cannot be."""
     check_share("seen.share", seen.share)
-    if min(seen.gap, seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps, seen.multiples) < 0:
+    counted = (seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps, seen.multiples, seen.ratio, seen.decays)
+    if min(seen.gap, *counted) < 0:
         raise ValueError("state.seen is not allowed: times, changes and counts must be zero or more")
 
 

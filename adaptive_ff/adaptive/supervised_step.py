@@ -19,6 +19,7 @@ from adaptive_ff.adaptive.balance import Balance, advance_balance, balanced_shar
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
+from adaptive_ff.adaptive.counts import fine_share, has_begun, kicked_share, spurious_torque
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
 from adaptive_ff.adaptive.drive_limit import (
     DriveLimit,
@@ -65,7 +66,6 @@ from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.seen_velocity import (
     SeenVelocity,
     advance_seen_velocity,
-    fine_share,
     initial_seen_velocity,
     seen_inputs,
 )
@@ -404,6 +404,16 @@ def weigh(state: SupervisedState, plan: float, duration: float) -> Balance:
 
 
 @register_jitable
+def kicked_by_counts(
+    block: SupervisedParameters, state: SupervisedState, observer: ObserverState, peak: float, seen: SeenVelocity
+) -> float:
+    """Return the share to which what the feedback makes of the sensor is more than the friction."""
+    friction, samples = breakaway(state.estimator), state.feedback.samples
+    gain = block.feedback.proportional
+    return kicked_share(seen, samples, observer.noise, gain, friction, peak, block.period)
+
+
+@register_jitable
 def step_supervised(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs
 ) -> tuple[Output, SupervisedState]:
@@ -432,19 +442,21 @@ def step_supervised(
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     bound = least_bound(block, state, trust, drive)
     share = min(trust.trust, min(bound, answered_share(drive, fed.friction)))
-    share = min(share, balanced_share(balance, breakaway(estimator)))
+    samples, kicked = state.feedback.samples, kicked_by_counts(block, state, observer, trust.peak, seen)
+    share = min(share, balanced_share(balance, breakaway(estimator), kicked))
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
     if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
         gain = 1.0  # something is missed now, whichever the cause is
-    fine = fine_share(seen, state.feedback.samples, trust.peak)
-    gain = command.share * observer.effect.share * min(gain * fine, bound) * answered_share(drive, observer.disturbance)
+    fine = fine_share(seen, samples, trust.peak)
+    gain *= fine * (1.0 - kicked) if has_begun(seen, samples) else 0.0
+    gain = command.share * observer.effect.share * min(gain, bound) * answered_share(drive, observer.disturbance)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
     moves = period.sliding > TAKEN_UP * block.hold
     integral = unwound_integral(block.feedback, state.feedback, checked)
-    spurious = (1.0 - fine) * (observer.disturbance - state.observer.disturbance)
+    spurious = spurious_torque(observer.disturbance, state.observer.disturbance, fine, kicked, breakaway(estimator))
     observer, taken = take_up(observer, integral, moves)
     fed_forward, integral = torque + inputs.feedforward, integral - taken
     observer, leaves = hand_over_to_observer(observer, change, gain, fed_forward, integral, spurious)

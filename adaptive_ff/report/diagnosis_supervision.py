@@ -1,11 +1,13 @@
 """What the supervised controller distrusts, and why, a sentence each."""
 
+import math
 from collections.abc import Iterator
 
 from adaptive_ff.adaptive.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
-from adaptive_ff.adaptive.noise_level import noise_known
+from adaptive_ff.adaptive.noise_level import likely_variance, noise_known
+from adaptive_ff.adaptive.supervised_step import kicked_by_counts
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.unexplained import breakaway
 
@@ -97,9 +99,18 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "than the loop would make without it, as where the measured velocity lags by more than has been told (a "
             "filter behind a coarse encoder)."
         )
-    if not noise_known(state.observer.noise):
+    kicked = kicked_by_counts(block, state, state.observer, state.trust.peak, state.seen)
+    if kicked > 0.0:
+        kick = gain * math.sqrt(likely_variance(state.observer.noise))
+        yield (
+            f"The feedback makes {kick:.3g} N m (rms) of counts or noise of the measured velocity, and friction is "
+            f"{friction:.3g} N m: such kicks shake a joint free of it. At most {100.0 * (1.0 - kicked):.0f} % of the "
+            "observed torque is used, and of friction what the mean torque tells of. A filter of the velocity, a "
+            "slower loop or a finer encoder leaves more to gain."
+        )
+    elif not noise_known(state.observer.noise):
         yield "The noise of the measurement is not known yet, so all of the observed torque is fed back."
-    elif controller.observer_gain > 0.0:
+    if noise_known(state.observer.noise) and controller.observer_gain > 0.0:
         yield (
             f"The observer feeds back {100.0 * controller.observer_gain:.0f} % of {controller.observed_torque:.3g} N m "
             "that the model does not explain and that is louder than the noise."
