@@ -87,9 +87,22 @@ def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
 
 
 @register_jitable
-def has_begun(seen: SeenVelocity, samples: int) -> bool:
-    """Tell whether a sensor has shown more than the first changes after it had stood still."""
-    return seen.changes >= BEGUN or 2.0 * seen.changes >= samples
+def first_counts(seen: SeenVelocity, samples: int, kick: float, friction: float) -> bool:
+    """Tell whether a sensor that has stood still shows its first changes, and each may be a count that is too coarse.
+
+    Parameters
+    ----------
+    seen : SeenVelocity
+        What is remembered of measured velocities.
+    samples : int
+        Samples so far.
+    kick : float
+        What the feedback makes of the least change, N m.
+    friction : float
+        Friction at breakaway as far as it is known, N m.
+    """
+    few = 0.0 < seen.changes < BEGUN and 2.0 * seen.changes < samples
+    return few and kick > friction
 
 
 @register_jitable

@@ -19,7 +19,7 @@ from adaptive_ff.adaptive.balance import Balance, advance_balance, balanced_shar
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED, shows_cause
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, fade, limited, machine_inputs
-from adaptive_ff.adaptive.counts import fine_share, has_begun, kicked_share, spurious_torque
+from adaptive_ff.adaptive.counts import fine_share, first_counts, kicked_share, spurious_torque
 from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
 from adaptive_ff.adaptive.drive_limit import (
     DriveLimit,
@@ -404,13 +404,27 @@ def weigh(state: SupervisedState, plan: float, duration: float) -> Balance:
 
 
 @register_jitable
+def holding_friction(state: SupervisedState) -> float:
+    """Return the friction at breakaway, N m: before it is learnt the integral tells how much holds a joint."""
+    return max(breakaway(state.estimator), abs(state.feedback.integral))
+
+
+@register_jitable
 def kicked_by_counts(
     block: SupervisedParameters, state: SupervisedState, observer: ObserverState, peak: float, seen: SeenVelocity
 ) -> float:
     """Return the share to which what the feedback makes of the sensor is more than the friction."""
-    friction, samples = breakaway(state.estimator), state.feedback.samples
-    gain = block.feedback.proportional
+    friction, samples, gain = holding_friction(state), state.feedback.samples, block.feedback.proportional
     return kicked_share(seen, samples, observer.noise, gain, friction, peak, block.period)
+
+
+@register_jitable
+def sensed_share(block: SupervisedParameters, state: SupervisedState, peak: float, seen: SeenVelocity) -> float:
+    """Return the share of what is observed that the sensor is fine enough for, which its first counts are not."""
+    kick = block.feedback.proportional * seen.finest
+    if first_counts(seen, state.feedback.samples, kick, holding_friction(state)):
+        return 0.0
+    return fine_share(seen, state.feedback.samples, peak)
 
 
 @register_jitable
@@ -442,14 +456,14 @@ def step_supervised(
     estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
     bound = least_bound(block, state, trust, drive)
     share = min(trust.trust, min(bound, answered_share(drive, fed.friction)))
-    samples, kicked = state.feedback.samples, kicked_by_counts(block, state, observer, trust.peak, seen)
+    kicked = kicked_by_counts(block, state, observer, trust.peak, seen)
     share = min(share, balanced_share(balance, breakaway(estimator), kicked))
     inertia = fed.estimator.recursion.estimate[INERTIA]
     gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
     if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
         gain = 1.0  # something is missed now, whichever the cause is
-    fine = fine_share(seen, samples, trust.peak)
-    gain *= fine * (1.0 - kicked) if has_begun(seen, samples) else 0.0
+    fine = sensed_share(block, state, trust.peak, seen)
+    gain *= fine * (1.0 - kicked)
     gain = command.share * observer.effect.share * min(gain, bound) * answered_share(drive, observer.disturbance)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))

@@ -16,7 +16,7 @@ from adaptive_ff.adaptive.counts import (
     PLAIN,
     TOO_COARSE,
     fine_share,
-    has_begun,
+    first_counts,
     is_counted,
     kicked_share,
     spurious_torque,
@@ -106,10 +106,12 @@ def test_before_the_noise_is_known_only_counts_that_are_told_kick():
     assert kicked(1.0, 1.0, known=False, seen=initial_seen_velocity()._replace(decays=FEW - 1.0, changes=900.0)) == 0.0
 
 
-def test_a_sensor_that_repeats_itself_has_begun_after_a_few_changes_and_one_that_does_not_at_once():
-    assert not has_begun(counted(0.5, BEGUN - 1.0, 1.0), 1000)
-    assert has_begun(counted(0.5, BEGUN, 1.0), 1000)
-    assert has_begun(counted(0.5, 1.0, 1.0), 2)
+def test_the_first_changes_of_a_sensor_that_has_stood_still_may_be_counts():
+    assert first_counts(counted(0.5, BEGUN - 1.0, 1.0), 1000, 2.0, 1.0)
+    assert not first_counts(counted(0.5, BEGUN - 1.0, 1.0), 1000, 0.9, 1.0)  # it has stuck, and breaks away
+    assert not first_counts(counted(0.5, BEGUN, 1.0), 1000, 2.0, 1.0)
+    assert not first_counts(counted(0.5, 1.0, 1.0), 2, 2.0, 1.0)
+    assert not first_counts(initial_seen_velocity(), 1000, 2.0, 1.0)
     assert not is_counted(initial_seen_velocity(), 1000)
 
 
