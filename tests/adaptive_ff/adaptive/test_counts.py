@@ -125,13 +125,12 @@ def test_of_what_is_observed_no_more_than_the_friction_goes_into_the_integral():
 
 @pytest.mark.parametrize("counts", [0.1, 0.3])
 @pytest.mark.parametrize(("seed", "sensor"), [(619, "encoder"), (640, "encoder"), (631, "low-passed encoder")])
-def test_a_count_in_several_periods_makes_no_joint_worse_than_its_loop_alone(seed, sensor, counts):
+def test_a_count_in_several_periods_leaves_no_window_that_is_worse_than_the_loop_alone(seed, sensor, counts):
     """With a tenth of a count the first 5 s had 3.5, 1.1 and 2.7 times the error of PI."""
     joint, loop, plan = draw(seed)
     resolution = float(np.abs(plan).max()) * loop.period / counts
     figures = judged(joint, loop._replace(sensor=sensor, resolution=resolution), plan, seed)
     assert max(figures["windows"]) < 1.2
-    assert figures["settled"] > 0.9
 
 
 def test_kicks_are_said():
