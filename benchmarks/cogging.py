@@ -25,7 +25,7 @@ from adaptive_ff import AdaptiveController, Scenario, compare, load_scenario
 from adaptive_ff.comparison.reference_lines import noise_floor
 from adaptive_ff.files import write_json
 from adaptive_ff.model.friction import WITH_OFFSET
-from benchmarks.other_joints import SETTLED, WORST, against, draw, drive, loop_gains, told_of
+from benchmarks.other_joints import COMPARED, against, compared, draw, drive, loop_gains, told_of
 from benchmarks.robot.in_turn import CORES, Workers, run_seeds
 from benchmarks.wide import wide_console
 from controllers import PI, Controller, DisturbanceObserver
@@ -120,15 +120,12 @@ def drawn_table(found: list[dict[str, Any]]) -> Table:
     table = Table(title=title, box=SIMPLE, title_style="bold")
     table.add_column("cogging over Fc")
     table.add_column("controller")
-    for heading in ("settled", "least", f"below {SETTLED:g}", f"a window above {WORST:g}", "largest"):
+    for heading in COMPARED:
         table.add_column(heading, justify="right")
     for share, name in itertools.product(rows[0], ("disturbance observer", "untold", "told")):
         settled = [row[share][name]["settled"] for row in rows]
         windows = [row[share][name]["window"] for row in rows]
-        mean = math.exp(float(np.mean(np.log(settled))))
-        counts = (sum(x < SETTLED for x in settled), sum(x > WORST for x in windows))
-        figures = (f"{mean:.2f}", f"{min(settled):.2f}", f"{counts[0]}", f"{counts[1]}", f"{max(windows):.2f}")
-        table.add_row(share if name == "disturbance observer" else "", name, *figures)
+        table.add_row(share if name == "disturbance observer" else "", name, *compared(settled, windows))
     return table
 
 

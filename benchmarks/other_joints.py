@@ -318,27 +318,25 @@ def run_joint(seed: int) -> dict[str, Any]:
     return judged(*draw(seed), seed)
 
 
-HEADINGS = (
-    "joints",
-    "settled",
-    "least",
-    f"below {SETTLED:g}",
-    f"a window above {WORST:g}",
-    "largest",
-    "first 5 s above",
-    "largest",
-)
+COMPARED = ("settled", "least", f"below {SETTLED:g}", f"a window above {WORST:g}", "largest")
+"""What is said of PI's errors over those of another one."""
+
+HEADINGS = ("joints", *COMPARED, "first 5 s above", "largest")
 """What a row of a table of such joints says."""
+
+
+def compared(settled: list[float], worst: list[float]) -> list[str]:
+    """Return the cells of :data:`COMPARED`, from the settled ratio and the worst window of each joint."""
+    mean = math.exp(float(np.mean(np.log(settled))))
+    figures = [f"{mean:.2f}", f"{min(settled):.2f}", f"{sum(x < SETTLED for x in settled)}"]
+    return [*figures, f"{sum(x > WORST for x in worst)}", f"{max(worst):.2f}"]
 
 
 def figures_of(rows: list[dict[str, Any]]) -> list[str]:
     """Return the cells of such a row."""
     settled, worst = [row["settled"] for row in rows], [max(row["windows"]) for row in rows]
     first = [row["windows"][0] for row in rows]
-    mean = math.exp(float(np.mean(np.log(settled))))
-    figures = [f"{len(rows)}", f"{mean:.2f}", f"{min(settled):.2f}", f"{sum(x < SETTLED for x in settled)}"]
-    figures += [f"{sum(x > WORST for x in worst)}", f"{max(worst):.2f}"]
-    return [*figures, f"{sum(x > WORST for x in first)}", f"{max(first):.2f}"]
+    return [f"{len(rows)}", *compared(settled, worst), f"{sum(x > WORST for x in first)}", f"{max(first):.2f}"]
 
 
 def table_of(rows: list[dict[str, Any]]) -> Table:

@@ -9,9 +9,10 @@ is more than a tenth or a fifth of the plan's largest speed ``w_p``:
 
     k = sat(s/(0.2 w_p) - 1) sat((Kp s - 0.2 F)/(0.3 F))        (0.1 w_p behind a low-pass)
 
-The observer is used to a share ``1 - k``, and what it gives up the integral takes over only up to ``F``: the rest never
-acted on the joint as a load. Of the friction no more is fed than the balance of torques (:mod:`adaptive.balance`) tells
-of, then without a prior and without a margin: kicks average out along the plan, whatever they teach the estimator.
+The observer is used to a share ``1 - k``, and what it gives up the integral takes over only up to the friction: the
+rest never acted on the joint as a load. Of the friction no more is fed than the balance of torques
+(:mod:`adaptive.balance`) tells of, then without a prior and without a margin: kicks average out along the plan,
+whatever they teach the estimator.
 
 ``s`` is the noise once that is known, and where counts are told before, the least so far. They are told
 
@@ -33,7 +34,7 @@ import math
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.noise_level import FIRST, NoiseState, noise_known
+from adaptive_ff.adaptive.noise_level import FIRST, NoiseState, least_deviation, noise_known
 from adaptive_ff.adaptive.observer import TINY, saturated
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
 
@@ -99,7 +100,7 @@ def first_counts(seen: SeenVelocity, samples: int, kick: float, friction: float)
     kick : float
         What the feedback makes of the least change, N m.
     friction : float
-        Friction at breakaway as far as it is known, N m.
+        Friction ``F``, N m.
     """
     few = 0.0 < seen.changes < BEGUN and 2.0 * seen.changes < samples
     return few and kick > friction
@@ -119,16 +120,12 @@ def kicked_share(
 
     Parameters
     ----------
-    seen : SeenVelocity
-        What is remembered of measured velocities.
-    samples : int
-        Samples so far.
+    seen, samples, friction : SeenVelocity, int, float
+        As of :func:`first_counts`.
     noise : NoiseState
         Noise of the measured velocity.
     proportional : float
         Proportional gain, N m s/rad.
-    friction : float
-        Friction at breakaway as it is identified, N m.
     peak : float
         Largest speed of the plan of late, rad/s.
     duration : float
@@ -137,7 +134,7 @@ def kicked_share(
     known, low_passed = noise_known(noise), seen.decays >= FEW
     if not known and (noise.measured < FIRST * duration or not (low_passed or is_counted(seen, samples))):
         return 0.0
-    deviation = math.sqrt(noise.variance if known else noise.least)
+    deviation = least_deviation(noise)
     least = (LOW_PASSED if low_passed else PLAIN) * peak
     kick = proportional * deviation
     return saturated(deviation / (least + TINY) - 1.0) * saturated(

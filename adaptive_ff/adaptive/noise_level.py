@@ -121,6 +121,12 @@ def likely_variance(state: NoiseState) -> float:
 
 
 @register_jitable
+def least_deviation(state: NoiseState) -> float:
+    """Return the standard deviation (rad/s) of the noise, or before it is known of the least there has been so far."""
+    return math.sqrt(state.variance if noise_known(state) else state.least)
+
+
+@register_jitable
 def hunts(state: NoiseState, peak: float) -> bool:
     """Tell whether what changes from sample to sample is no noise, but more than the largest speed of the plan (rad/s).
 

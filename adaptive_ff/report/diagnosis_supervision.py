@@ -1,12 +1,11 @@
 """What the supervised controller distrusts, and why, a sentence each."""
 
-import math
 from collections.abc import Iterator
 
 from adaptive_ff.adaptive.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
-from adaptive_ff.adaptive.noise_level import likely_variance, noise_known
+from adaptive_ff.adaptive.noise_level import least_deviation, noise_known
 from adaptive_ff.adaptive.supervised_step import kicked_by_counts
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.unexplained import breakaway
@@ -101,7 +100,7 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
         )
     kicked = kicked_by_counts(block, state, state.observer, state.trust.peak, state.seen)
     if kicked > 0.0:
-        kick = gain * math.sqrt(likely_variance(state.observer.noise))
+        kick = gain * least_deviation(state.observer.noise)
         yield (
             f"The feedback makes {kick:.3g} N m (rms) of counts or noise of the measured velocity, and friction is "
             f"{friction:.3g} N m: such kicks shake a joint free of it. At most {100.0 * (1.0 - kicked):.0f} % of the "
