@@ -116,14 +116,37 @@ DATA_SHEETS = {"data_sheet": (0.5, 20.0, 6.0), "data_sheet_heavy": (20.0, 400.0,
 DATA_SHEET_TIME = 240.0
 """For how long they move, s: what noise does to a fast loop shows after minutes."""
 
-COARSE_STEP = 2.0 * np.pi / 4096
-"""Resolution of a coarse encoder, rad: 4096 counts in a turn."""
 
-COARSE_ENCODERS: dict[str, dict[str, Any]] = {
-    "coarse_encoder": {"method": "low_pass", "cutoff": 30.0},
-    "coarse_encoder_kalman": {"method": "kalman"},
+class Encoder(NamedTuple):
+    """An encoder instead of a measured velocity on the built-in joint.
+
+    Attributes
+    ----------
+    counts : int
+        Counts in a turn.
+    velocity : dict
+        What makes a velocity of it.
+    period : float
+        Sampling period, s.
+    bandwidth : float
+        Bandwidth of the loop, Hz.
+    """
+
+    counts: int
+    velocity: dict[str, Any]
+    period: float = 0.01
+    bandwidth: float = 10.0
+
+
+KALMAN: dict[str, Any] = {"method": "kalman"}
+"""A velocity made by the default Kalman filter."""
+
+ENCODERS = {
+    "coarse_encoder": Encoder(4096, {"method": "low_pass", "cutoff": 30.0}, bandwidth=6.0),
+    "coarse_encoder_kalman": Encoder(4096, KALMAN, bandwidth=6.0),
+    **{f"kalman_1khz_{counts}": Encoder(counts, KALMAN, period=1e-3) for counts in (4096, 8192, 16384, 65536)},
 }
-"""What makes a velocity of it, by name; the loop has 6 Hz, since PI itself hunts with 10."""
+"""Encoders of few counts by name; at 100 Hz the loop has 6 Hz, since PI itself hunts with 10."""
 
 SITUATIONS: dict[str, Asked] = {
     "paper_100hz": Asked(start=0.36),
@@ -159,7 +182,7 @@ SITUATIONS: dict[str, Asked] = {
     "elastic": Asked(start=0.25),
     "fast_loop_1khz": Asked(),
     "fast_loop_encoder": Asked(),
-    **dict.fromkeys(COARSE_ENCODERS, Asked()),
+    **dict.fromkeys(ENCODERS, Asked()),
     **dict.fromkeys(MAPS, Asked()),
     "map_friction_drops_hats_25": Asked(after=0.28),
 }
@@ -210,10 +233,14 @@ def named_scenario(name: str, seed: int) -> Scenario:
     if name in DATA_SHEETS:
         made = parse_scenario(tomllib.loads(new_scenario_text(*DATA_SHEETS[name])), name)
         return made.modified(seed=seed, duration=DATA_SHEET_TIME)
-    if name in COARSE_ENCODERS:
-        sensor = {"velocity_noise": 0.0, "encoder_resolution": COARSE_STEP}
+    if name in ENCODERS:
+        encoder = ENCODERS[name]
         return load_scenario().modified(
-            seed=seed, sensor=sensor, velocity=COARSE_ENCODERS[name], feedback={"bandwidth": 6.0}
+            seed=seed,
+            sampling={"period": encoder.period},
+            sensor={"velocity_noise": 0.0, "encoder_resolution": 2.0 * np.pi / encoder.counts},
+            velocity=encoder.velocity,
+            feedback={"bandwidth": encoder.bandwidth},
         )
     return load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
 
@@ -370,7 +397,7 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, DRIVES_UNTOLD, SENSOR_FAULTS, DATA_SHEETS, COARSE_ENCODERS, MAPS)
+    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, DRIVES_UNTOLD, SENSOR_FAULTS, DATA_SHEETS, ENCODERS, MAPS)
     known = [*scenario_names(), *(name for table in made for name in table)]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:

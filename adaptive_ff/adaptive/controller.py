@@ -428,9 +428,11 @@ class AdaptiveController(AdaptiveBase):
         check_ringing(state.observer.effect.ringing)
         check_acquittal(state.observer.effect.acquittal)
         observer, noise = state.observer, state.observer.noise
-        squares = (noise.mean, noise.variance, observer.squared, observer.quiet)
+        colour, effect = observer.colour, observer.effect
+        squares = (noise.mean, noise.variance, observer.squared, observer.quiet, colour.squared, colour.variance)
+        squares = (*squares, effect.used_expected, colour.samples, colour.means)
         if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:
-            raise ValueError("state.observer is not allowed: mean squares and times must be zero or more")
+            raise ValueError("state.observer is not allowed: mean squares, counts and times must be zero or more")
         check_seen_velocity(state.seen)
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)
@@ -439,7 +441,8 @@ class AdaptiveController(AdaptiveBase):
 
     def _prepare(self, reference: float, torque: float) -> None:
         super()._prepare(reference, torque)
-        begun = initial_observer(self.parameters.feedback)._replace(noise=self.state.observer.noise)
+        old = self.state.observer
+        begun = initial_observer(self.parameters.feedback)._replace(noise=old.noise, colour=old.colour)
         self.state = self.state._replace(observer=begun, held=initial_held_integral())
 
     @property

@@ -43,10 +43,11 @@ import math
 
 from numba.extending import register_jitable
 
+from adaptive_ff.adaptive.colour import advance_colour, is_coloured, mean_length
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, likely_variance, noise_known
-from adaptive_ff.adaptive.observer_effect import advance_effect, look_for_ringing
+from adaptive_ff.adaptive.observer_effect import advance_effect, demand_help, look_for_ringing
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.ringing import beside_correction
 from controllers import PIParameters, remember
@@ -155,6 +156,7 @@ def observe(
     strained: bool,
     falls: bool,
     believed: bool,
+    friction: float,
 ) -> ObserverState:
     """Return the state after a period, or several that were bridged, before the gates are set.
 
@@ -193,6 +195,8 @@ def observe(
         Whether the identified friction falls so steeply that the joint rings by itself.
     believed : bool
         Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
+    friction : float
+        Friction beside which noise counts, N m.
     """
     seen = reference
     lagged_torque = state.lagged_torque
@@ -213,6 +217,8 @@ def observe(
     away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
+    length, known = mean_length(observer.pole, observer.period), noise_known(state.noise)
+    colour = advance_colour(state.colour, known, seen - velocity, tells, length, duration)
     if hunts(noise, peak):
         away = max(away, GONE + CALM)
     if stuck > CLAMPED or away > GONE:
@@ -227,13 +233,16 @@ def observe(
         effect = advance_effect(
             effect, now, response.velocity, correction, noise.variance, peak, state.gain, believed, duration
         )
+    if not (held or stands):
+        variance, coloured = likely_variance(noise), is_coloured(colour, noise, length, feedback.proportional, friction)
+        effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
     if not held:
         variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
         turned = seen * state.reference < 0.0
         own = beside_correction(now, correction)
         effect = look_for_ringing(effect, own, variance, peak, state.gain, turned, falls, time_constant, duration)
     error = state.error + share * (now - state.error)
-    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
+    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if known else predicted
     return ObserverState(
         disturbance,
         state.gain,
@@ -252,6 +261,7 @@ def observe(
         away,
         state.let_go or stuck > CLAMPED or away > GONE,
         effect,
+        colour,
     )
 
 
@@ -357,6 +367,7 @@ def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[Observe
             state.away,
             False,
             state.effect,
+            state.colour,
         ),
         state.gain * integral,
     )
@@ -412,6 +423,7 @@ def hand_over_to_observer(
             state.away,
             state.let_go,
             state.effect,
+            state.colour,
         ),
         leaves,
     )

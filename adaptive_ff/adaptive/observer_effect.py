@@ -12,6 +12,19 @@ counts in a turn and a Kalman filter the error was five times that of the PI loo
 The share ``h`` of the gain falls at once while the observer is in use and the error is 0.12 of the plan's largest speed
 or more, and rises by at most 1 in 20 s.
 
+Noise that a filter has made slow (:mod:`adaptive_ff.adaptive.colour`) is in ``e`` and ``ehat`` alike, and neither the
+gates nor ``rho`` tell it from what is to be observed: an encoder of 2^13 to 2^16 counts behind a Kalman filter at 1 kHz
+left an observer in use that made of the counts up to twice the error of PI alone, with ``rho`` at 0.8 to 1.2. There it
+must help: beside such noise, with means over 0.3 s of use and errors of any size,
+
+    h = 1 - sat((rho - 0.8) / 0.15)
+
+so once let go of it stays so, for a small gain helps little. Behind a position loop, where the error is what that asks
+for, nothing is asked. On the built-in joint at 1, 2 and 5 ms with 2^13 to 2^18 counts (112 runs, seeds 101 to 108) 13
+have a window above 1.2 times PI's error, 56 had, and what they settle at is 1.16 times better in the geometric mean;
+all of the constants are on a plateau. Not used: a level of the noise for the gates that is that of the means (as many
+windows, since at reversals they open all the same).
+
 A lag that nobody tells, of the drive's current loop or of a filter of the velocity, makes an observer oscillate that
 would be stable without it, and then ``ehat`` holds the oscillation as well: what the observer feeds back comes late,
 and looks like a disturbance. The error itself tells. What reversals, loads and hunting joints leave of it are pulses,
@@ -46,11 +59,17 @@ from adaptive_ff.adaptive.ringing import Ringing, advance_ringing, initial_ringi
 WINDOW = 1.0
 """Length of the means, s: single reversals, at which a joint sticks and does not answer as predicted, do not count."""
 
+SHORT = 0.3
+"""Length of the means where the noise is coloured, s: of time in use alone."""
+
 WORSE = 1.05
 """Squared error that there is over the predicted one, from which on the observer is held back ..."""
 
 FAR_WORSE = 1.2
 """... and from which on it is not used."""
+
+LITTLE, NOTHING = 0.8, 0.95
+"""The same where the noise is coloured, of errors of any size while the observer is in use."""
 
 LARGE = 0.12
 """Error over the largest speed of the plan from which on it counts: a loop that oscillates makes such ones.
@@ -104,6 +123,8 @@ class ObserverEffect(NamedTuple):
         Half cycles of the error.
     acquittal : Acquittal
         What the error does without the observer.
+    used_squared, used_expected : float
+        Short means of the squared error, without noise, and of ``ehat^2`` while it is in use, rad^2/s^2.
     """
 
     error_squared: float
@@ -114,11 +135,13 @@ class ObserverEffect(NamedTuple):
     ceiling: float
     ringing: Ringing
     acquittal: Acquittal
+    used_squared: float
+    used_expected: float
 
 
 def initial_effect() -> ObserverEffect:
     """Return the state of an observer of which nothing bad is known."""
-    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, initial_ringing(), initial_acquittal())
+    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, initial_ringing(), initial_acquittal(), 0.0, 0.0)
 
 
 @register_jitable
@@ -174,9 +197,71 @@ def advance_effect(
         ceiling, ringing = 0.0, without_half_cycles(acquittal.blamed)
     share = min(ceiling, share + duration / RETURN)
     if used and beyond_noise > LARGE * LARGE * peak * peak:
-        ratio = beyond_noise / (expected_squared + NONE)
-        share = min(share, max(0.0, min(1.0, (FAR_WORSE - ratio) / (FAR_WORSE - WORSE))))
-    return ObserverEffect(error_squared, expected_squared, share, mean, fourth, ceiling, ringing, acquittal)
+        share = min(share, helpful_share(beyond_noise, expected_squared, WORSE, FAR_WORSE))
+    return ObserverEffect(
+        error_squared,
+        expected_squared,
+        share,
+        mean,
+        fourth,
+        ceiling,
+        ringing,
+        acquittal,
+        state.used_squared,
+        state.used_expected,
+    )
+
+
+@register_jitable
+def demand_help(
+    state: ObserverEffect,
+    error: float,
+    predicted: float,
+    correction: float,
+    variance: float,
+    gain: float,
+    coloured: bool,
+    duration: float,
+) -> ObserverEffect:
+    """Return the state with an observer that is held back where it does not help beside coloured noise.
+
+    Parameters
+    ----------
+    state : ObserverEffect
+        The state.
+    error, predicted, correction, variance, gain, duration : float
+        As of :func:`advance_effect`. With an outer loop the error is what that asks for as well: it tells nothing here.
+    coloured : bool
+        Whether the noise of the measured velocity is coloured.
+    """
+    if gain <= IN_USE * state.share or correction != 0.0:
+        return state
+    weight = duration / (SHORT + duration)
+    squared = state.used_squared + weight * (error * error - variance - state.used_squared)
+    expected = state.used_expected + weight * (predicted * predicted - state.used_expected)
+    share = min(state.share, helpful_share(squared, expected, LITTLE, NOTHING)) if coloured else state.share
+    return ObserverEffect(
+        state.error_squared,
+        state.expected_squared,
+        share,
+        state.mean,
+        state.fourth,
+        state.ceiling,
+        state.ringing,
+        state.acquittal,
+        squared,
+        expected,
+    )
+
+
+@register_jitable
+def helpful_share(squared: float, expected: float, least: float, most: float) -> float:
+    """Return the share of an observer with which an error, squared, is a share of what is expected without it.
+
+    Up to a share ``least`` of it that is one, and from ``most`` on zero.
+    """
+    ratio = squared / (expected + NONE)
+    return max(0.0, min(1.0, (most - ratio) / (most - least)))
 
 
 @register_jitable
@@ -215,7 +300,16 @@ def look_for_ringing(
     elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak):
         share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
     return ObserverEffect(
-        state.error_squared, state.expected_squared, share, state.mean, state.fourth, ceiling, ringing, state.acquittal
+        state.error_squared,
+        state.expected_squared,
+        share,
+        state.mean,
+        state.fourth,
+        ceiling,
+        ringing,
+        state.acquittal,
+        state.used_squared,
+        state.used_expected,
     )
 
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.adaptive.colour import Colour, initial_colour
 from adaptive_ff.adaptive.loop_response import LoopResponse, initial_loop_response
 from adaptive_ff.adaptive.noise_level import NoiseState, initial_noise
 from adaptive_ff.adaptive.observer_effect import ObserverEffect, initial_effect
@@ -70,6 +71,8 @@ class ObserverState(NamedTuple):
         Whether the observer has let go of the joint, and it has not been seen moving since.
     effect : ObserverEffect
         Whether the observer helps.
+    colour : Colour
+        What of the noise changes slowly.
     """
 
     disturbance: float
@@ -89,13 +92,15 @@ class ObserverState(NamedTuple):
     away: float
     let_go: bool
     effect: ObserverEffect
+    colour: Colour
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
     """Return the state before the first sample: the noise is not known, so the gates are open."""
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
+    effect, colour = initial_effect(), initial_colour()
     return ObserverState(
-        0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False, initial_effect()
+        0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False, effect, colour
     )
 
 
@@ -120,4 +125,5 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.away,
         state.let_go,
         state.effect,
+        state.colour,
     )

@@ -290,6 +290,12 @@ def falls_by_itself(block: SupervisedParameters, state: SupervisedState) -> bool
 
 
 @register_jitable
+def holding_friction(state: SupervisedState) -> float:
+    """Return the friction at breakaway, N m: before it is learnt the integral tells how much holds a joint."""
+    return max(breakaway(state.estimator), abs(state.feedback.integral))
+
+
+@register_jitable
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
 ) -> tuple[ObserverState, TrustState, float]:
@@ -323,6 +329,7 @@ def watch(
                 strained,
                 falls_by_itself(block, state),
                 is_believed(state.drive),
+                holding_friction(state),
             )
     elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
         observer = start_observer(observer, inputs.reference, inputs.velocity)
@@ -401,12 +408,6 @@ def weigh(state: SupervisedState, plan: float, duration: float) -> Balance:
     if abs(needed) > STRONG * state.estimator.levels.torque:
         return state.balance
     return advance_balance(state.balance, plan, needed, friction, duration)
-
-
-@register_jitable
-def holding_friction(state: SupervisedState) -> float:
-    """Return the friction at breakaway, N m: before it is learnt the integral tells how much holds a joint."""
-    return max(breakaway(state.estimator), abs(state.feedback.integral))
 
 
 @register_jitable

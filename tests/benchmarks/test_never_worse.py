@@ -12,9 +12,9 @@ from adaptive_ff.comparison.windows import Errors, Judgement
 from benchmarks import never_worse
 from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, WEIGHTS, draw_cascade, draw_machine
 from benchmarks.never_worse import (
-    COARSE_ENCODERS,
     DATA_SHEETS,
     DRIVES_UNTOLD,
+    ENCODERS,
     LIGHT_PEAKS,
     MAPS,
     SENSOR_FAULTS,
@@ -37,7 +37,7 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 def test_situations_are_scenarios_of_the_matrix():
     made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DRIVES_UNTOLD, *SENSOR_FAULTS, *DATA_SHEETS}
-    made |= COARSE_ENCODERS.keys()
+    made |= ENCODERS.keys()
     assert SITUATIONS.keys() - made <= set(scenario_names())
 
 

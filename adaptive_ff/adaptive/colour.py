@@ -1,0 +1,121 @@
+"""Noise that a filter has made slow: what stays of it in means over a few samples.
+
+Of white noise of variance ``s^2`` a mean over ``n`` samples keeps ``s^2/n``; a Kalman filter behind an encoder makes
+noise that changes little from one sample to the next, and its means keep nearly all. So beside the noise from sample to
+sample (:mod:`adaptive_ff.adaptive.noise_level`) that of means is told, in the same way: by their second differences,
+and the slowly rising minimum of a short mean of these; before there is one, the mean so far. They are taken over a
+quarter of the time constant of the observer, which is what the observer sees. Noise is **coloured** where
+
+    n v^2 > (1.5 s)^2,    Kp v > 0.02 F
+
+with ``v`` the standard deviation of the means, ``s`` that of samples, and ``F`` the friction: motion changes slowly,
+too, but on joints whose sensor is good it is less than that when it is least.
+"""
+
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.adaptive.noise_level import RISE, SECOND_DIFFERENCE, WINDOW, NoiseState, filled_mean, noise_known
+
+SPAN = 0.25
+"""Length of the means, in time constants of the observer."""
+
+SLOW = 1.5
+"""How many times the standard deviation of samples that of means must be, as if each were of one sample of white noise.
+
+Sensors whose noise is white have 0.5 to 1, an encoder behind a Kalman filter 1.5 to 13.
+"""
+
+FELT = 0.02
+"""What the feedback makes of the noise of means, over the friction, from which on it counts.
+
+Machines with sensors of little noise, whose motion alone changes slowly, have at most 0.008.
+"""
+
+
+EARLY = 0.05
+"""Time measured from which on it is told, s."""
+
+
+class Colour(NamedTuple):
+    """State of the estimate.
+
+    Attributes
+    ----------
+    total : float
+        Sum of the errors since the last mean, rad/s.
+    samples : int
+        How many these are.
+    last, before : float
+        The last mean and the one before, rad/s.
+    means : int
+        How many there have been, up to two.
+    squared : float
+        Short mean of their squared second difference over six, rad^2/s^2.
+    variance : float
+        Its slowly rising minimum, rad^2/s^2.
+    """
+
+    total: float
+    samples: int
+    last: float
+    before: float
+    means: int
+    squared: float
+    variance: float
+
+
+def initial_colour() -> Colour:
+    """Return the state before anything was measured."""
+    return Colour(0.0, 0, 0.0, 0.0, 0, 0.0, 0.0)
+
+
+@register_jitable
+def mean_length(pole: float, period: float) -> int:
+    """Return over how many samples means are taken, for an observer's pole (rad/s) and a period (s)."""
+    return max(1, int(SPAN / (pole * period)))
+
+
+@register_jitable
+def advance_colour(state: Colour, known: bool, error: float, tells: bool, length: int, duration: float) -> Colour:
+    """Take an error into account.
+
+    Parameters
+    ----------
+    state : Colour
+        The state.
+    known : bool
+        Whether the noise from sample to sample is known.
+    error : float
+        Plan less measured velocity, rad/s.
+    tells : bool
+        Whether the sample tells of noise, see :func:`adaptive_ff.adaptive.noise_level.advance_noise`.
+    length : int
+        Over how many samples means are taken.
+    duration : float
+        Length of the period, s.
+    """
+    if not tells:
+        return Colour(0.0, 0, 0.0, 0.0, 0, state.squared, state.variance)
+    total, samples = state.total + error, state.samples + 1
+    variance = min(state.squared, state.variance * (1.0 + duration / RISE)) if known else state.squared
+    if samples < length:
+        return Colour(total, samples, state.last, state.before, state.means, state.squared, variance)
+    mean, squared = total / samples, state.squared
+    if state.means >= 2:
+        difference, lasted = mean - 2.0 * state.last + state.before, samples * duration
+        squared += lasted / (WINDOW + lasted) * (difference * difference / SECOND_DIFFERENCE - squared)
+    return Colour(0.0, 0, mean, state.last, min(2, state.means + 1), squared, variance)
+
+
+@register_jitable
+def is_coloured(state: Colour, noise: NoiseState, length: int, proportional: float, friction: float) -> bool:
+    """Tell whether the noise is coloured, for means of a length, a gain (N m s/rad) and a friction (N m)."""
+    samples, means = noise.variance, state.variance
+    if not noise_known(noise):
+        if noise.measured <= EARLY:
+            return False
+        samples, means = filled_mean(noise.mean, noise.measured), filled_mean(state.squared, noise.measured)
+    felt = FELT * friction
+    return length * means > SLOW * SLOW * samples and proportional * proportional * means > felt * felt
