@@ -39,7 +39,8 @@ from adaptive_ff.adaptive.state_check import (
     possible_now,
 )
 from adaptive_ff.adaptive.step import identified_model
-from adaptive_ff.adaptive.supervised_step import SupervisedParameters, initial_supervised_state
+from adaptive_ff.adaptive.supervised_state import SupervisedParameters
+from adaptive_ff.adaptive.supervised_step import initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
@@ -430,8 +431,8 @@ class AdaptiveController(AdaptiveBase):
         observer, noise = state.observer, state.observer.noise
         colour, effect = observer.colour, observer.effect
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet, colour.squared, colour.variance)
-        squares = (*squares, effect.used_expected, colour.samples, colour.means)
-        if min(noise.measured, observer.stuck, observer.away, *squares) < 0.0:
+        counted = (effect.used_expected, colour.samples, colour.means)
+        if min(noise.measured, observer.stuck, observer.away, *squares, *counted) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares, counts and times must be zero or more")
         check_seen_velocity(state.seen)
         check_held_integral(state.held, self._largest_torque())

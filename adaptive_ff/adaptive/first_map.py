@@ -36,7 +36,8 @@ from adaptive_ff.adaptive.friction_map import (
     initial_map,
     map_value,
 )
-from adaptive_ff.adaptive.supervised_step import SupervisedParameters, SupervisedState, initial_supervised_state
+from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
+from adaptive_ff.adaptive.supervised_step import initial_supervised_state
 from adaptive_ff.model.bounds import COULOMB
 from adaptive_ff.regression.known_loads import INPUT, VALUE
 from controllers.checks import checked_array

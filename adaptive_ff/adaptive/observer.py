@@ -40,6 +40,7 @@ the PI loop respect and the observer would not. By default it is at most 65 rad/
 """
 
 import math
+from typing import NamedTuple
 
 from numba.extending import register_jitable
 
@@ -103,6 +104,33 @@ EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
 
 
+class Circumstances(NamedTuple):
+    """What is known of a joint in a period beside its motion.
+
+    Attributes
+    ----------
+    held : bool
+        Whether the disturbance is held.
+    peak : float
+        Largest speed of the plan of late, rad/s.
+    strained : bool
+        Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
+    falls : bool
+        Whether the identified friction falls so steeply that the joint rings by itself.
+    believed : bool
+        Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
+    friction : float
+        Friction beside which noise counts, N m.
+    """
+
+    held: bool
+    peak: float
+    strained: bool
+    falls: bool
+    believed: bool
+    friction: float
+
+
 @register_jitable
 def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
     """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
@@ -150,13 +178,8 @@ def observe(
     reference: float,
     correction: float,
     velocity: float,
-    held: bool,
     duration: float,
-    peak: float,
-    strained: bool,
-    falls: bool,
-    believed: bool,
-    friction: float,
+    known: Circumstances,
 ) -> ObserverState:
     """Return the state after a period, or several that were bridged, before the gates are set.
 
@@ -183,23 +206,13 @@ def observe(
         Inertia ``J_o``, kg m^2.
     reference, correction, velocity : float
         Plan, what an outer loop adds to it for the feedback, and measured velocity, now, rad/s.
-    held : bool
-        Whether the disturbance is held.
     duration : float
         Length of the period, s; with what was bridged before.
-    peak : float
-        Largest speed of the plan of late, rad/s.
-    strained : bool
-        Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
-    falls : bool
-        Whether the identified friction falls so steeply that the joint rings by itself.
-    believed : bool
-        Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
-    friction : float
-        Friction beside which noise counts, N m.
+    known : Circumstances
+        What is known of the joint beside that.
     """
     seen = reference
-    lagged_torque = state.lagged_torque
+    lagged_torque, held, peak = state.lagged_torque, known.held, known.peak
     if observer.velocity_lag > 0.0:
         seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
@@ -212,13 +225,13 @@ def observe(
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)
     stuck = state.stuck + duration if sticks else 0.0
-    if strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
+    if known.strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
         stuck = CLAMPED + duration
     away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
-    length, known = mean_length(observer.pole, observer.period), noise_known(state.noise)
-    colour = advance_colour(state.colour, known, seen - velocity, tells, length, duration)
+    length, was_known = mean_length(observer.pole, observer.period), noise_known(state.noise)
+    colour = advance_colour(state.colour, was_known, seen - velocity, tells, length, duration)
     if hunts(noise, peak):
         away = max(away, GONE + CALM)
     if stuck > CLAMPED or away > GONE:
@@ -231,18 +244,21 @@ def observe(
     effect, stands = state.effect, sticks and abs(velocity) < STUCK * abs(seen)
     if noise_known(noise) and not (held or stands):  # a joint that stands does not answer as predicted
         effect = advance_effect(
-            effect, now, response.velocity, correction, noise.variance, peak, state.gain, believed, duration
+            effect, now, response.velocity, correction, noise.variance, peak, state.gain, known.believed, duration
         )
     if not (held or stands):
-        variance, coloured = likely_variance(noise), is_coloured(colour, noise, length, feedback.proportional, friction)
+        variance, coloured = (
+            likely_variance(noise),
+            is_coloured(colour, noise, length, feedback.proportional, known.friction),
+        )
         effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
     if not held:
         variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
         turned = seen * state.reference < 0.0
         own = beside_correction(now, correction)
-        effect = look_for_ringing(effect, own, variance, peak, state.gain, turned, falls, time_constant, duration)
+        effect = look_for_ringing(effect, own, variance, peak, state.gain, turned, known.falls, time_constant, duration)
     error = state.error + share * (now - state.error)
-    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if known else predicted
+    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if was_known else predicted
     return ObserverState(
         disturbance,
         state.gain,

@@ -7,9 +7,10 @@ from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECI
 from adaptive_ff.adaptive.colour import is_coloured, mean_length
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
 from adaptive_ff.adaptive.noise_level import least_deviation, noise_known
-from adaptive_ff.adaptive.supervised_step import holding_friction, kicked_by_counts
+from adaptive_ff.adaptive.supervised_step import kicked_by_counts
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.unexplained import breakaway
+from adaptive_ff.adaptive.watching import holding_friction
 
 SHOWN = 0.995
 """Trust below which it is worth a sentence."""

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.observer import (
     CLAMPED,
+    Circumstances,
     bridged_torque,
     hand_over_to_observer,
     misfit,
@@ -31,11 +32,11 @@ INERTIA = SCENARIO.feedback.inertia
 OBSERVER = ObserverParameters(20.0, INERTIA, 0.0, PERIOD)
 
 
-def after(observer, state, torque, reference, correction, velocity, held, *limits, duration=PERIOD):
-    """State after a period over which the drive gave a torque; the limits are peak and strain of ``observe``."""
+def after(observer, state, torque, reference, correction, velocity, held, peak, strained, duration=PERIOD):
+    """State after a period over which the drive gave a torque."""
     lacking = torque - state.fed[0]
-    seen = (reference, correction, velocity, held)
-    return observe(observer, state, FEEDBACK, lacking, INERTIA, *seen, duration, *limits, False, True)
+    known = Circumstances(held, peak, strained, falls=False, believed=True, friction=0.0)
+    return observe(observer, state, FEEDBACK, lacking, INERTIA, reference, correction, velocity, duration, known)
 
 
 def test_what_is_not_measured_is_bridged():
@@ -157,11 +158,10 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     )
     white, noise = 0.002 * np.random.default_rng(5).standard_normal(20000), 0.0
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
+    known = Circumstances(False, 1.0, False, False, True, 0.0)
     for value in white:
         noise += 0.8 * (value - noise)
-        state = observe(
-            observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, False, 0.001, 1.0, False, False, True
-        )
+        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, 0.001, known)
         gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
     fit, unfit = np.mean(gains[10000:], axis=0)
     assert unfit > 0.1

@@ -7,9 +7,12 @@ from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.observer_effect import (
     FAR_WORSE,
     FORGIVES,
+    LITTLE,
+    NOTHING,
     RETURN,
     WORSE,
     advance_effect,
+    demand_help,
     initial_effect,
 )
 from adaptive_ff.comparison.registry import make_controller
@@ -59,6 +62,27 @@ def test_the_share_comes_back_slowly():
     assert bad.share <= PERIOD / RETURN
     quiet = after(5.0, 0.01, gain=0.0, begin=bad)
     assert quiet.share == pytest.approx(5.0 / RETURN, rel=0.01)
+
+
+def helped(ratio, *, correction=0.0, gain=1.0, coloured=True, variance=0.0):
+    """Return the share after a squared error that is a share of what is predicted without the observer."""
+    effect, error = initial_effect(), 0.1 * np.sqrt(ratio)
+    for _ in range(round(3.0 / PERIOD)):
+        effect = demand_help(effect, error, 0.1, correction, variance, gain * effect.share, coloured, PERIOD)
+    return effect.share
+
+
+def test_beside_coloured_noise_an_observer_must_help():
+    assert helped(0.99 * LITTLE) == 1.0
+    assert helped(1.01 * NOTHING) == 0.0
+    assert helped(0.5 * (LITTLE + NOTHING)) == pytest.approx(0.5, rel=1e-3)
+
+
+def test_it_need_not_beside_other_noise_out_of_use_or_behind_an_outer_loop():
+    assert helped(1.0, coloured=False) == 1.0
+    assert helped(1.0, gain=0.4) == 1.0
+    assert helped(1.0, correction=0.05) == 1.0
+    assert helped(1.0, variance=0.003) == 1.0
 
 
 def shaken(error, *, variance=0.0, peak=0.35, gain=1.0, predicted=1.0):

@@ -10,8 +10,8 @@ from adaptive_ff import load_scenario, simulate
 from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.step import identified_model, step_model
-from adaptive_ff.adaptive.supervised_step import may_stick, unobserved_error
 from adaptive_ff.adaptive.unexplained import unexplained
+from adaptive_ff.adaptive.watching import may_stick, unobserved_error
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.model.bounds import COULOMB, STICTION
 from adaptive_ff.model.friction import WITH_GRAVITY

@@ -1,0 +1,163 @@
+"""What observer and trust are told of a period that has ended, and what they make of it.
+
+Whether the joint may stick, how steeply its friction falls, whether the drive is believed and strains: what the
+observer goes by beside the motion itself, put together from the state of the whole controller.
+"""
+
+import math
+
+from numba.extending import register_jitable
+
+from adaptive_ff.adaptive.candidate_state import slides
+from adaptive_ff.adaptive.change_detection import UNDECIDED
+from adaptive_ff.adaptive.drive_limit import is_believed
+from adaptive_ff.adaptive.observer import (
+    Circumstances,
+    bridged_torque,
+    error_beyond_noise,
+    observe,
+    observed_inertia,
+    saturated,
+    strains,
+)
+from adaptive_ff.adaptive.observer_state import ObserverState, start_observer
+from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
+from adaptive_ff.adaptive.trust import TrustState, advance_trust
+from adaptive_ff.adaptive.unexplained import breakaway
+from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
+from adaptive_ff.model.turning import is_held
+from controllers import Inputs, acting_torque, asked_torque, delayed
+
+STEEP = 5.0
+"""Fall of friction with the velocity, in gains of the feedback, from which the predicted error begins to mislead; at
+twice that, it is not used."""
+
+RINGS = 2.0
+"""Fall, in gains of the feedback, from which on a joint sticks and slips by itself, whatever the drive's lag ...
+
+With 1 a drive that lags by 50 ms keeps an observer that it cannot have.
+"""
+
+KNOWN = 0.5
+"""... once so many memories of the estimator have been learnt.
+
+With a whole one, one of 400 drawn joints has a window of 1.5 times PI's.
+"""
+
+FULL_TRUST = 0.95
+"""Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
+
+
+BRIDGED = 10.5
+"""Longest time without a measurement that the observer bridges, in periods."""
+
+
+@register_jitable
+def plan_rests(state: SupervisedState, plan: float) -> bool:
+    """Tell whether the plan has rested over the period that ends with it now (rad/s)."""
+    return plan == 0.0 and state.feedforward.reference == 0.0
+
+
+@register_jitable
+def may_stick(state: SupervisedState, plan: float) -> bool:
+    """Tell whether the plan has rested over the period, or moved so slowly that friction was held that hinders it."""
+    if plan_rests(state, plan):
+        return True
+    if not slides(state.estimator.candidates):  # bent bristles turn friction at once
+        return False
+    past = state.feedforward
+    return is_held(past.friction, past.reference, plan, past.turned)
+
+
+@register_jitable
+def identified_fall(state: SupervisedState) -> float:
+    """Return how steeply the identified friction falls with the velocity, N m s/rad."""
+    estimate = state.estimator.recursion.estimate
+    return float((estimate[STICTION] - estimate[COULOMB]) / state.estimator.candidates.stribeck_velocity)
+
+
+@register_jitable
+def falls_by_itself(block: SupervisedParameters, state: SupervisedState) -> bool:
+    """Tell whether the identified friction is known to fall so steeply that the joint sticks and slips by itself."""
+    known = state.estimator.levels.learnt >= KNOWN * block.estimator.memory
+    return known and identified_fall(state) > RINGS * block.feedback.proportional
+
+
+@register_jitable
+def holding_friction(state: SupervisedState) -> float:
+    """Return the friction at breakaway, N m: before it is learnt the integral tells how much holds a joint."""
+    return max(breakaway(state.estimator), abs(state.feedback.integral))
+
+
+@register_jitable
+def watch(
+    block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
+) -> tuple[ObserverState, TrustState, float]:
+    """Return observer, trust and what is lacking after the period that has ended, with a model unfit to a share.
+
+    ``clear`` tells whether it may be learnt from, ``missing`` whether the velocity is taken for not measured.
+    """
+    feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
+    valid = math.isfinite(inputs.velocity) and not missing
+    started = state.feedback.samples > state.feedback.rejected
+    gap, lacking = state.seen.gap + inputs.dt, state.lacking
+    if started and not state.doubt.doubted and gap < BRIDGED * block.period:
+        torque = acting_torque(inputs, asked_torque(feedback, state.feedback), 0.0)
+        lacking = bridged_torque(lacking, torque - delayed(observer.fed, feedback.delay), gap, inputs.dt)
+        if valid:
+            # with adaptation off a new load is not among what moved the joint
+            tried = state.enabled and levels.learnt >= block.estimator.memory
+            strained = tried and strains(torque - delayed(state.known_torques, feedback.delay), levels.torque)
+            known = Circumstances(
+                may_stick(state, inputs.reference),
+                state.trust.peak,
+                strained,
+                falls_by_itself(block, state),
+                is_believed(state.drive),
+                holding_friction(state),
+            )
+            observer = observe(
+                block.observer,
+                observer,
+                feedback,
+                lacking,
+                observed_inertia(block.observer, state.estimator.recursion.estimate[INERTIA], unfit),
+                inputs.reference,
+                inputs.correction,
+                inputs.velocity,
+                gap,
+                known,
+            )
+    elif valid:  # the first measurement, or the first after a gap, over which no difference is one of a period
+        observer = start_observer(observer, inputs.reference, inputs.velocity)
+    # with an outer loop the error is what that asks for as well
+    tells = unfit > 0.0 and levels.learnt >= block.estimator.memory and inputs.correction == 0.0
+    fed = started and state.command.share == 1.0  # what is not fed tells nothing of it
+    # a model that was trusted is not blamed for a change before its cause is known
+    blames = state.estimator.alarm.cause != UNDECIDED or state.trust.trust < FULL_TRUST
+    trust = advance_trust(
+        state.trust,
+        feedback,
+        block.observer.inertia,
+        block.velocity_lag,
+        observer.response.velocity,
+        unfit * error_beyond_noise(block.observer, observer) if tells else 0.0,
+        inputs.reference,
+        valid and fed and clear and blames,
+        inputs.dt,
+    )
+    return observer, trust, 0.0 if valid else lacking
+
+
+@register_jitable
+def unobserved_error(
+    block: SupervisedParameters, state: SupervisedState, observer: ObserverState, error: float
+) -> float:
+    """Return the error (rad/s) that there would be without the observer, from the one that there is.
+
+    What the observer takes away would else be missing where the lag is tuned by the error: a share of the error as
+    large as its gain is replaced by the predicted one. That leaves out how friction depends on the velocity, and
+    is no guide where friction falls more steeply than the feedback holds it.
+    """
+    share = saturated(2.0 - identified_fall(state) / (STEEP * block.feedback.proportional))
+    return error + share * state.observer.gain * (observer.response.velocity - error)

@@ -1,0 +1,125 @@
+"""Noise that a filter has made slow, told from white noise and from motion."""
+
+import numpy as np
+import pytest
+
+from adaptive_ff import load_scenario
+from adaptive_ff.adaptive.colour import EARLY, FELT, advance_colour, initial_colour, is_coloured, mean_length
+from adaptive_ff.adaptive.noise_level import RISE, advance_noise, initial_noise, noise_known
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.run import simulate
+from adaptive_ff.comparison.windows import judge
+
+PERIOD, LENGTH, GAIN = 0.001, 8, 100.0
+
+
+def followed(errors, *, tells=True, begin=None):
+    """Return noise and colour after a series of errors."""
+    noise, colour = (initial_noise(), initial_colour()) if begin is None else begin
+    for error in errors:
+        known = noise_known(noise)
+        noise = advance_noise(noise, float(error), tells, PERIOD)
+        colour = advance_colour(colour, known, float(error), tells, LENGTH, PERIOD)
+    return noise, colour
+
+
+def white(seconds, seed, deviation=0.01):
+    return deviation * np.random.default_rng(seed).standard_normal(round(seconds / PERIOD))
+
+
+def slow(seconds, seed, deviation=0.01, pole=100.0):
+    """White noise behind a low-pass of second order."""
+    share, filtered = 1.0 - np.exp(-pole * PERIOD), white(seconds, seed, deviation)
+    for _ in range(2):
+        state, made = 0.0, []
+        for value in filtered:
+            state += share * (value - state)
+            made.append(state)
+        filtered = np.array(made)
+    return filtered
+
+
+def coloured(found, friction=1.0):
+    noise, colour = found
+    return is_coloured(colour, noise, LENGTH, GAIN, friction)
+
+
+@pytest.mark.parametrize("seed", [101, 102, 103])
+def test_noise_behind_a_filter_is_coloured_and_white_noise_is_not(seed):
+    assert coloured(followed(slow(3.0, seed)))
+    assert not coloured(followed(white(3.0, seed)))
+
+
+@pytest.mark.parametrize("seed", [101, 102, 103])
+def test_means_of_white_noise_have_its_variance_over_their_length(seed):
+    states = followed(white(20.0, seed))
+    assert LENGTH * states[1].variance == pytest.approx(states[0].variance, rel=0.5)
+    assert LENGTH * states[1].variance < states[0].variance  # the minimum of fewer values is a lower one
+
+
+def test_it_is_told_early_and_not_at_once():
+    assert coloured(followed(slow(EARLY + 0.05, 101)))
+    assert not coloured(followed(slow(EARLY - 0.005, 101)))
+
+
+def test_what_the_feedback_makes_little_of_beside_the_friction_does_not_count():
+    found = followed(slow(3.0, 104))
+    felt = GAIN * np.sqrt(found[1].variance) / FELT
+    assert coloured(found, 0.99 * felt)
+    assert not coloured(found, 1.01 * felt)
+
+
+def test_a_ramp_of_the_error_is_no_noise():
+    errors = white(3.0, 105) + 5.0 * PERIOD * np.arange(3000)
+    assert not coloured(followed(errors))
+
+
+def test_noise_that_grows_is_followed_slowly_and_what_shows_none_begins_the_means_anew():
+    found = followed(slow(3.0, 106))
+    louder = followed(slow(2.0, 107, deviation=0.1), begin=found)
+    assert 1.0 < louder[1].variance / found[1].variance <= np.exp(2.0 / RISE) * (1.0 + 1e-6)
+    rested = followed(np.zeros(5), tells=False, begin=louder)[1]
+    assert (rested.samples, rested.means, rested.variance) == (0, 0, louder[1].variance)
+
+
+def test_means_are_taken_over_a_quarter_of_the_time_constant_and_one_sample_at_least():
+    assert mean_length(62.5, 0.001) == 4
+    assert mean_length(62.5, 0.01) == 1
+
+
+def behind_a_kalman_filter(counts, seed):
+    return load_scenario().modified(
+        seed=seed,
+        sampling={"period": 0.001},
+        sensor={"velocity_noise": 0.0, "encoder_resolution": 2.0 * np.pi / counts},
+        velocity={"method": "kalman"},
+    )
+
+
+@pytest.mark.parametrize("seed", [102, 105])
+@pytest.mark.parametrize(("counts", "least"), [(16384, 1.9), (32768, 3.0)])
+def test_counts_behind_a_kalman_filter_leave_no_window_that_is_worse_than_the_loop_alone(counts, least, seed):
+    """They settled at 1.4 to 1.5 and 1.9 to 2.2, with windows of 1.4 to 1.9 times the error of PI."""
+    found = judge(behind_a_kalman_filter(counts, seed), draws=1)
+    assert found.settled > least
+    assert found.worst_window <= 1.2
+
+
+def test_that_the_observer_does_not_help_beside_such_noise_is_said():
+    scenario = behind_a_kalman_filter(16384, 102).modified(duration=15.0)
+    controller = make_controller(scenario, "adaptive")
+    simulate(scenario, controller)
+    said = " ".join(controller.diagnose().supervision)
+    assert "the noise of the measured velocity changes slowly" in said
+    assert controller.state.observer.effect.share < 0.5
+
+
+@pytest.mark.parametrize(("name", "value"), [("squared", -1.0), ("variance", -1.0), ("samples", -1), ("means", -1)])
+def test_an_impossible_state_is_refused(name, value):
+    scenario = load_scenario()
+    controller = make_controller(scenario, "adaptive")
+    observer = controller.state.observer
+    changed = observer._replace(colour=observer.colour._replace(**{name: value}))
+    controller.state = controller.state._replace(observer=changed)
+    with pytest.raises(ValueError, match=r"state\.observer is not allowed"):
+        controller.state_from_json(controller.state_to_json())
