@@ -431,7 +431,7 @@ class AdaptiveController(AdaptiveBase):
         observer, noise = state.observer, state.observer.noise
         colour, effect = observer.colour, observer.effect
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet, colour.squared, colour.variance)
-        counted = (effect.used_expected, colour.samples, colour.means)
+        counted = (noise.usual, effect.used_expected, colour.samples, colour.means)
         if min(noise.measured, observer.stuck, observer.away, *squares, *counted) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares, counts and times must be zero or more")
         check_seen_velocity(state.seen)

@@ -14,7 +14,9 @@ rest never acted on the joint as a load. Of the friction no more is fed than the
 (:mod:`adaptive.balance`) tells of, then without a prior and without a margin: kicks average out along the plan,
 whatever they teach the estimator.
 
-``s`` is the noise once that is known, and where counts are told before, the least so far. They are told
+``s`` is the noise once that is known, and where counts are told before, the least so far. Behind a low-pass every
+sample tells of noise, also the many between two counts, and the least is that of slow motion: there ``s`` is the mean
+once the noise is known. Counts are told
 
 - by most samples' bringing no change, and changes near the least one;
 - by being whole multiples of the least one;
@@ -34,7 +36,7 @@ import math
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.noise_level import FIRST, NoiseState, least_deviation, noise_known
+from adaptive_ff.adaptive.noise_level import FIRST, NoiseState, least_deviation, noise_known, usual_deviation
 from adaptive_ff.adaptive.observer import TINY, saturated
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
 
@@ -107,6 +109,12 @@ def first_counts(seen: SeenVelocity, samples: int, kick: float, friction: float)
 
 
 @register_jitable
+def shown_deviation(seen: SeenVelocity, noise: NoiseState) -> float:
+    """Return the standard deviation ``s`` (rad/s) of what the sensor makes the feedback answer."""
+    return usual_deviation(noise) if seen.decays >= FEW and noise_known(noise) else least_deviation(noise)
+
+
+@register_jitable
 def kicked_share(
     seen: SeenVelocity,
     samples: int,
@@ -134,7 +142,7 @@ def kicked_share(
     known, low_passed = noise_known(noise), seen.decays >= FEW
     if not known and (noise.measured < FIRST * duration or not (low_passed or is_counted(seen, samples))):
         return 0.0
-    deviation = least_deviation(noise)
+    deviation = shown_deviation(seen, noise)
     least = (LOW_PASSED if low_passed else PLAIN) * peak
     kick = proportional * deviation
     return saturated(deviation / (least + TINY) - 1.0) * saturated(

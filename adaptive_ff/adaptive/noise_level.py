@@ -52,6 +52,8 @@ class NoiseState(NamedTuple):
         Variance of the measured velocity, rad^2/s^2: the slowly rising minimum.
     least : float
         The least of the short mean so far, which begins at zero, over the share of it that is filled, rad^2/s^2.
+    usual : float
+        Mean of the squared second difference over six, of all of the time and then of 20 s, rad^2/s^2.
     """
 
     last: float
@@ -60,11 +62,12 @@ class NoiseState(NamedTuple):
     measured: float
     variance: float
     least: float
+    usual: float
 
 
 def initial_noise() -> NoiseState:
     """Return the state before anything was measured."""
-    return NoiseState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return NoiseState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @register_jitable
@@ -89,7 +92,7 @@ def advance_noise(state: NoiseState, error: float, counts: bool, duration: float
         Time since the last sample, s.
     """
     if not counts:
-        return NoiseState(error, state.last, state.mean, state.measured, state.variance, state.least)
+        return NoiseState(error, state.last, state.mean, state.measured, state.variance, state.least, state.usual)
     difference = error - 2.0 * state.last + state.before
     squared = difference * difference / SECOND_DIFFERENCE
     mean = state.mean + duration / (WINDOW + duration) * (squared - state.mean)
@@ -103,7 +106,8 @@ def advance_noise(state: NoiseState, error: float, counts: bool, duration: float
     if measured <= SETTLING * WINDOW:
         filled = filled_mean(mean, measured)
         least = min(least, filled) if measured > FIRST * duration else filled
-    return NoiseState(error, state.last, mean, measured, variance, least)
+    usual = state.usual + duration / (min(measured, RISE) + duration) * (squared - state.usual)
+    return NoiseState(error, state.last, mean, measured, variance, least, usual)
 
 
 @register_jitable
@@ -124,6 +128,12 @@ def likely_variance(state: NoiseState) -> float:
 def least_deviation(state: NoiseState) -> float:
     """Return the standard deviation (rad/s) of the noise, or before it is known of the least there has been so far."""
     return math.sqrt(state.variance if noise_known(state) else state.least)
+
+
+@register_jitable
+def usual_deviation(state: NoiseState) -> float:
+    """Return the standard deviation (rad/s) that second differences have on average, motion included."""
+    return math.sqrt(state.usual)
 
 
 @register_jitable

@@ -6,7 +6,8 @@ from adaptive_ff.adaptive.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.colour import is_coloured, mean_length
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
-from adaptive_ff.adaptive.noise_level import least_deviation, noise_known
+from adaptive_ff.adaptive.counts import shown_deviation
+from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.supervised_step import kicked_by_counts
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.unexplained import breakaway
@@ -109,7 +110,7 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
         )
     kicked = kicked_by_counts(block, state, state.observer, state.trust.peak, state.seen)
     if kicked > 0.0:
-        kick = gain * least_deviation(state.observer.noise)
+        kick = gain * shown_deviation(state.seen, state.observer.noise)
         yield (
             f"The feedback makes {kick:.3g} N m (rms) of counts or noise of the measured velocity, and friction is "
             f"{friction:.3g} N m: such kicks shake a joint free of it. At most {100.0 * (1.0 - kicked):.0f} % of the "

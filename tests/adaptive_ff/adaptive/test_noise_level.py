@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from adaptive_ff.adaptive.noise_level import RISE, SETTLING, WINDOW, advance_noise, hunts, initial_noise, noise_known
+from adaptive_ff.adaptive.noise_level import (
+    RISE,
+    SETTLING,
+    WINDOW,
+    advance_noise,
+    hunts,
+    initial_noise,
+    noise_known,
+    usual_deviation,
+)
 
 NOISE = 0.002
 
@@ -99,3 +108,12 @@ def test_noise_and_a_slow_error_larger_than_the_plan_are_none(seed):
 
 def test_before_anything_is_measured_nothing_hunts():
     assert not hunts(initial_noise(), 0.0)
+
+
+def test_the_usual_noise_is_the_mean_of_all_and_then_of_the_last_while():
+    loud = course(white(5.0, 0.001, 109, 0.01), 0.001)
+    assert usual_deviation(loud[-1]) == pytest.approx(0.01, rel=0.05)
+    after = course(np.zeros(round(RISE / 0.001)), 0.001, loud[-1])[-1]
+    # what is a mean of all falls as time grows, from 5 to 20 s, and then with 20 s
+    assert after.usual == pytest.approx(loud[-1].usual * 5.0 / RISE * np.exp(-5.0 / RISE), rel=1e-3)
+    assert after.variance < 1e-6 * after.usual
