@@ -30,9 +30,9 @@ Sensors whose noise is white have 0.5 to 1, an encoder behind a Kalman filter 1.
 FELT = 0.02
 """What the feedback makes of the noise of means, over the friction, from which on it counts.
 
-Machines with sensors of little noise, whose motion alone changes slowly, have at most 0.008.
+Machines with sensors of little noise, whose motion alone changes slowly, have at most 0.008 (nine, and three behind a
+position loop, of seed 401).
 """
-
 
 EARLY = 0.05
 """Time measured from which on it is told, s."""

@@ -247,10 +247,8 @@ def observe(
             effect, now, response.velocity, correction, noise.variance, peak, state.gain, known.believed, duration
         )
     if not (held or stands):
-        variance, coloured = (
-            likely_variance(noise),
-            is_coloured(colour, noise, length, feedback.proportional, known.friction),
-        )
+        coloured = is_coloured(colour, noise, length, feedback.proportional, known.friction)
+        variance = likely_variance(noise)
         effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
     if not held:
         variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
