@@ -130,12 +130,15 @@ class Encoder(NamedTuple):
         Sampling period, s.
     bandwidth : float
         Bandwidth of the loop, Hz.
+    scenario : str
+        Scenario of the matrix that the joint and its motion are from.
     """
 
     counts: int
     velocity: dict[str, Any]
     period: float = 0.01
     bandwidth: float = 10.0
+    scenario: str = "paper_100hz"
 
 
 KALMAN: dict[str, Any] = {"method": "kalman"}
@@ -145,6 +148,8 @@ ENCODERS = {
     "coarse_encoder": Encoder(4096, {"method": "low_pass", "cutoff": 30.0}, bandwidth=6.0),
     "coarse_encoder_kalman": Encoder(4096, KALMAN, bandwidth=6.0),
     **{f"kalman_1khz_{counts}": Encoder(counts, KALMAN, period=1e-3) for counts in (4096, 8192, 16384, 65536)},
+    "kalman_1khz_load_step": Encoder(65536, KALMAN, period=1e-3, scenario="load_step_80"),
+    "kalman_1khz_triples": Encoder(65536, KALMAN, period=1e-3, scenario="friction_triples"),
 }
 """Encoders of few counts by name; at 100 Hz the loop has 6 Hz, since PI itself hunts with 10."""
 
@@ -235,7 +240,7 @@ def named_scenario(name: str, seed: int) -> Scenario:
         return made.modified(seed=seed, duration=DATA_SHEET_TIME)
     if name in ENCODERS:
         encoder = ENCODERS[name]
-        return load_scenario().modified(
+        return load_scenario(SCENARIOS / f"{encoder.scenario}.toml").modified(
             seed=seed,
             sampling={"period": encoder.period},
             sensor={"velocity_noise": 0.0, "encoder_resolution": 2.0 * np.pi / encoder.counts},

@@ -16,7 +16,15 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.noise_level import RISE, SECOND_DIFFERENCE, WINDOW, NoiseState, filled_mean, noise_known
+from adaptive_ff.adaptive.noise_level import (
+    RISE,
+    SECOND_DIFFERENCE,
+    SETTLING,
+    WINDOW,
+    NoiseState,
+    filled_mean,
+    likely_variance,
+)
 
 SPAN = 0.25
 """Length of the means, in time constants of the observer."""
@@ -47,28 +55,34 @@ class Colour(NamedTuple):
         Sum of the errors since the last mean, rad/s.
     samples : int
         How many these are.
+    time : float
+        How long they lasted, s.
     last, before : float
         The last mean and the one before, rad/s.
     means : int
         How many there have been, up to two.
+    measured : float
+        For how long there have been second differences, s.
     squared : float
-        Short mean of their squared second difference over six, rad^2/s^2.
+        Short mean of their squares over six, rad^2/s^2.
     variance : float
         Its slowly rising minimum, rad^2/s^2.
     """
 
     total: float
     samples: int
+    time: float
     last: float
     before: float
     means: int
+    measured: float
     squared: float
     variance: float
 
 
 def initial_colour() -> Colour:
     """Return the state before anything was measured."""
-    return Colour(0.0, 0, 0.0, 0.0, 0, 0.0, 0.0)
+    return Colour(0.0, 0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
 
 
 @register_jitable
@@ -78,44 +92,48 @@ def mean_length(pole: float, period: float) -> int:
 
 
 @register_jitable
-def advance_colour(state: Colour, known: bool, error: float, tells: bool, length: int, duration: float) -> Colour:
+def advance_colour(state: Colour, error: float, tells: bool, length: int, duration: float) -> Colour:
     """Take an error into account.
 
     Parameters
     ----------
     state : Colour
         The state.
-    known : bool
-        Whether the noise from sample to sample is known.
     error : float
         Plan less measured velocity, rad/s.
     tells : bool
-        Whether the sample tells of noise, see :func:`adaptive_ff.adaptive.noise_level.advance_noise`.
+        Whether the sample tells of noise, see :func:`adaptive_ff.adaptive.noise_level.advance_noise`; where it does not
+        the means begin anew.
     length : int
         Over how many samples means are taken.
     duration : float
         Length of the period, s.
     """
+    measured, squared, variance = state.measured, state.squared, state.variance
     if not tells:
-        return Colour(0.0, 0, 0.0, 0.0, 0, state.squared, state.variance)
-    total, samples = state.total + error, state.samples + 1
-    variance = min(state.squared, state.variance * (1.0 + duration / RISE)) if known else state.squared
+        return Colour(0.0, 0, 0.0, 0.0, 0.0, 0, measured, squared, variance)
+    known = measured > SETTLING * WINDOW
+    total, samples, time = state.total + error, state.samples + 1, state.time + duration
     if samples < length:
-        return Colour(total, samples, state.last, state.before, state.means, state.squared, variance)
-    mean, squared = total / samples, state.squared
+        variance = min(squared, variance * (1.0 + duration / RISE)) if known else variance
+        return Colour(total, samples, time, state.last, state.before, state.means, measured, squared, variance)
+    mean = total / samples
     if state.means >= 2:
-        difference, lasted = mean - 2.0 * state.last + state.before, samples * duration
-        squared += lasted / (WINDOW + lasted) * (difference * difference / SECOND_DIFFERENCE - squared)
-    return Colour(0.0, 0, mean, state.last, min(2, state.means + 1), squared, variance)
+        difference = mean - 2.0 * state.last + state.before
+        squared += time / (WINDOW + time) * (difference * difference / SECOND_DIFFERENCE - squared)
+        measured += time
+    if measured > SETTLING * WINDOW:  # the first minimum is the first mean
+        variance = min(squared, variance * (1.0 + duration / RISE)) if known else squared
+    return Colour(0.0, 0, 0.0, mean, state.last, min(2, state.means + 1), measured, squared, variance)
 
 
 @register_jitable
 def is_coloured(state: Colour, noise: NoiseState, length: int, proportional: float, friction: float) -> bool:
     """Tell whether the noise is coloured, for means of a length, a gain (N m s/rad) and a friction (N m)."""
-    samples, means = noise.variance, state.variance
-    if not noise_known(noise):
-        if noise.measured <= EARLY:
-            return False
-        samples, means = filled_mean(noise.mean, noise.measured), filled_mean(state.squared, noise.measured)
+    if state.measured <= EARLY:
+        return False
+    known = state.measured > SETTLING * WINDOW
+    means = state.variance if known else filled_mean(state.squared, state.measured)
     felt = FELT * friction
-    return length * means > SLOW * SLOW * samples and proportional * proportional * means > felt * felt
+    slow = length * means > SLOW * SLOW * likely_variance(noise)
+    return slow and proportional * proportional * means > felt * felt

@@ -426,12 +426,13 @@ class AdaptiveController(AdaptiveBase):
         check_share("observer.gain", state.observer.gain)
         check_share("observer.effect.share", state.observer.effect.share)
         check_share("observer.effect.ceiling", state.observer.effect.ceiling)
+        check_share("observer.effect.help", state.observer.effect.help)
         check_ringing(state.observer.effect.ringing)
         check_acquittal(state.observer.effect.acquittal)
         observer, noise = state.observer, state.observer.noise
         colour, effect = observer.colour, observer.effect
         squares = (noise.mean, noise.variance, observer.squared, observer.quiet, colour.squared, colour.variance)
-        counted = (noise.usual, effect.used_expected, colour.samples, colour.means)
+        counted = (noise.usual, effect.used_expected, colour.samples, colour.time, colour.means, colour.measured)
         if min(noise.measured, observer.stuck, observer.away, *squares, *counted) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares, counts and times must be zero or more")
         check_seen_velocity(state.seen)

@@ -57,6 +57,9 @@ COUNTS, SURE = 0.2, 50.0
 ... before, most samples must have brought no change.
 """
 
+ALIKE_SHARE = 0.01
+"""Share of the changes that must have been such falls: of a fine sensor behind none 0.004 are, by chance."""
+
 BEGUN = 6.0
 """Changes until which a sensor that repeats itself has shown nothing but the first counts."""
 
@@ -109,9 +112,15 @@ def first_counts(seen: SeenVelocity, samples: int, kick: float, friction: float)
 
 
 @register_jitable
+def is_low_passed(seen: SeenVelocity) -> bool:
+    """Tell whether a sensor has shown counts behind a low-pass."""
+    return seen.decays >= FEW and seen.decays >= ALIKE_SHARE * seen.changes
+
+
+@register_jitable
 def shown_deviation(seen: SeenVelocity, noise: NoiseState) -> float:
     """Return the standard deviation ``s`` (rad/s) of what the sensor makes the feedback answer."""
-    return usual_deviation(noise) if seen.decays >= FEW and noise_known(noise) else least_deviation(noise)
+    return usual_deviation(noise) if is_low_passed(seen) and noise_known(noise) else least_deviation(noise)
 
 
 @register_jitable
@@ -139,7 +148,7 @@ def kicked_share(
     duration : float
         Length of the period, s.
     """
-    known, low_passed = noise_known(noise), seen.decays >= FEW
+    known, low_passed = noise_known(noise), is_low_passed(seen)
     if not known and (noise.measured < FIRST * duration or not (low_passed or is_counted(seen, samples))):
         return 0.0
     deviation = shown_deviation(seen, noise)

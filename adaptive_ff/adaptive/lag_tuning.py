@@ -13,7 +13,7 @@ where ``df_ref/dt`` is the rate of the friction fed forward and ``G`` is what th
 torque, with the assumed inertia, held torques, the computation delay and the lag of the measured velocity. The slope
 comes from the reference alone, so noise does not bias the fit. Friction that depends on the velocity is left out of
 ``G``, which makes the slope some 20 % too small and leaves the zero of the mean of ``s e`` where it is. Where an
-observer takes part of the error away, ``e`` is the error without it (``supervised_step.unobserved_error``).
+observer takes part of the error away, ``e`` is the error without it (``watching.unobserved_error``).
 
 ``L`` is the least-squares fit over a fading memory, an equation counting the more, the smaller the errors are around
 it, with the identified lag as prior, whose standard deviation is a share of the period. In a fast loop noise may hide

@@ -106,7 +106,7 @@ def advance_noise(state: NoiseState, error: float, counts: bool, duration: float
     if measured <= SETTLING * WINDOW:
         filled = filled_mean(mean, measured)
         least = min(least, filled) if measured > FIRST * duration else filled
-    usual = state.usual + duration / (min(measured, RISE) + duration) * (squared - state.usual)
+    usual = state.usual + duration / (min(state.measured, RISE) + duration) * (squared - state.usual)
     return NoiseState(error, state.last, mean, measured, variance, least, usual)
 
 

@@ -104,6 +104,16 @@ EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
 
 
+MUCH, AT_ONCE = 0.3, 0.25
+"""Share of the friction from which on what is observed is used even where the observer does not help, and share of its
+present square that counts beside the short mean.
+
+Of 112 joints behind Kalman filters 15 to 18 have a window above 1.2 times PI's error with any threshold of noise beside
+these; with 0 as the first (and such a threshold) 39, with 1 as the second 25. With 0 as the second a load that comes
+costs 0.8 of PI's error in its first second, not 0.5.
+"""
+
+
 class Circumstances(NamedTuple):
     """What is known of a joint in a period beside its motion.
 
@@ -230,8 +240,8 @@ def observe(
     away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
-    length, was_known = mean_length(observer.pole, observer.period), noise_known(state.noise)
-    colour = advance_colour(state.colour, was_known, seen - velocity, tells, length, duration)
+    length = mean_length(observer.pole, observer.period)
+    colour = advance_colour(state.colour, seen - velocity, tells, length, duration)
     if hunts(noise, peak):
         away = max(away, GONE + CALM)
     if stuck > CLAMPED or away > GONE:
@@ -256,7 +266,7 @@ def observe(
         own = beside_correction(now, correction)
         effect = look_for_ringing(effect, own, variance, peak, state.gain, turned, known.falls, time_constant, duration)
     error = state.error + share * (now - state.error)
-    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if was_known else predicted
+    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(
         disturbance,
         state.gain,
@@ -341,6 +351,17 @@ def observer_gain(
     level = min(max(white, state.quiet), (unfit + (1.0 - unfit) * COLOURED) * white)
     predicted = state.predicted_squared / (LOUDER * level + TINY * TINY) - 1.0
     return min(saturated(observed), max(saturated(predicted), saturated(left)))
+
+
+@register_jitable
+def helping_share(state: ObserverState, friction: float) -> float:
+    """Return the share of its gain that the observer is used with beside noise that a filter has made slow.
+
+    Where it does not help that is less than one, unless what it observes is much of the friction (N m).
+    """
+    level = MUCH * MUCH * friction * friction
+    observed = max(state.squared, AT_ONCE * state.disturbance * state.disturbance)
+    return state.effect.help + (1.0 - state.effect.help) * saturated(observed / (level + TINY) - 1.0)
 
 
 @register_jitable

@@ -34,7 +34,7 @@ from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_sho
 from adaptive_ff.adaptive.held_integral import hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import note_friction
 from adaptive_ff.adaptive.noise_level import noise_known
-from adaptive_ff.adaptive.observer import hand_over_to_observer, misfit, observer_gain, take_up
+from adaptive_ff.adaptive.observer import hand_over_to_observer, helping_share, misfit, observer_gain, take_up
 from adaptive_ff.adaptive.observer_state import ObserverState, initial_observer
 from adaptive_ff.adaptive.one_way import loosen_offset_in_place
 from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction, unseen_error, unseen_velocity
@@ -192,6 +192,7 @@ def step_supervised(
         gain = 1.0  # something is missed now, whichever the cause is
     fine = sensed_share(block, state, trust.peak, seen)
     gain *= fine * (1.0 - kicked)
+    gain *= helping_share(observer, holding_friction(state))
     gain = command.share * observer.effect.share * min(gain, bound) * answered_share(drive, observer.disturbance)
     torque = fed_torque(fed, share)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))

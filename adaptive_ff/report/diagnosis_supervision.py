@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 from adaptive_ff.adaptive.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
-from adaptive_ff.adaptive.colour import is_coloured, mean_length
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
 from adaptive_ff.adaptive.counts import shown_deviation
 from adaptive_ff.adaptive.noise_level import noise_known
+from adaptive_ff.adaptive.observer import helping_share
 from adaptive_ff.adaptive.supervised_step import kicked_by_counts
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.unexplained import breakaway
@@ -75,8 +75,7 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "says: presliding (bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed "
             "wrong."
         )
-    stage, length = state.observer.effect.acquittal.stage, mean_length(block.observer.pole, block.observer.period)
-    coloured = is_coloured(state.observer.colour, state.observer.noise, length, gain, holding_friction(state))
+    stage = state.observer.effect.acquittal.stage
     if stage in (TRIED, ACQUITTED):
         yield f"Oscillation is not held against the observer: without it the joint oscillates as well, {OSCILLATES}"
     if stage == GUILTY:
@@ -96,17 +95,18 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "with it, as where the drive or a filter of the velocity lags by more than has been told. Tell delay and "
             "velocity_lag, or take a slower observer_bandwidth."
         )
-    elif state.observer.effect.share < SHOWN and coloured:
-        yield (
-            f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: it takes little of "
-            "the error, and the noise of the measured velocity changes slowly, as behind a filter that makes a "
-            "velocity of an encoder's counts. A finer encoder leaves more to gain."
-        )
     elif state.observer.effect.share < SHOWN:
         yield (
             f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: the error is more "
             "than the loop would make without it, as where the measured velocity lags by more than has been told (a "
             "filter behind a coarse encoder)."
+        )
+    helping = helping_share(state.observer, holding_friction(state))
+    if helping < SHOWN:
+        yield (
+            f"The observer is used with {100.0 * helping:.0f} % of its gain: it takes little of the error, and the "
+            "noise of the measured velocity changes slowly, as behind a filter that makes a velocity of an encoder's "
+            "counts. A finer encoder leaves more to gain."
         )
     kicked = kicked_by_counts(block, state, state.observer, state.trust.peak, state.seen)
     if kicked > 0.0:

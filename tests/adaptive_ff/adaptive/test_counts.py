@@ -18,6 +18,7 @@ from adaptive_ff.adaptive.counts import (
     fine_share,
     first_counts,
     is_counted,
+    is_low_passed,
     kicked_share,
     shown_deviation,
     spurious_torque,
@@ -105,6 +106,12 @@ def test_before_the_noise_is_known_only_counts_that_are_told_kick():
     assert kicked(1.0, 1.0, known=False, seen=counted(0.5, 20.0, 18.0)) == 1.0
     assert kicked(1.0, 1.0, known=False, seen=initial_seen_velocity()._replace(decays=FEW)) == 1.0
     assert kicked(1.0, 1.0, known=False, seen=initial_seen_velocity()._replace(decays=FEW - 1.0, changes=900.0)) == 0.0
+
+
+def test_falls_that_are_alike_by_chance_are_no_low_pass():
+    assert is_low_passed(initial_seen_velocity()._replace(decays=FEW, changes=300.0))
+    assert not is_low_passed(initial_seen_velocity()._replace(decays=16.0, changes=4000.0))
+    assert not is_low_passed(initial_seen_velocity()._replace(decays=FEW - 1.0, changes=10.0))
 
 
 def test_behind_a_low_pass_the_mean_of_the_noise_tells_of_kicks_not_that_of_slow_motion():
