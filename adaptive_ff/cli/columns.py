@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -170,7 +171,7 @@ def warn_of_units(
         if unit is not None:
             warnings.warn(
                 f"the column {column} seems to be in {unit.name}, but is taken as {unit.taken}: give "
-                f"--scale {column}={unit.factor}",
+                f"--scale {shlex.quote(f'{column}={unit.factor}')}",
                 stacklevel=2,
             )
 

@@ -64,7 +64,10 @@ def replay_command(
     memory: Annotated[float | None, typer.Option(help="Its memory, s of sliding motion; 5 if not given.")] = None,
     identify: Annotated[
         str | None,
-        typer.Option(help="What it identifies: symmetric, offset (if not given) or directions (all friction by them)."),
+        typer.Option(
+            help="What it identifies: symmetric, offset (if not given), directions (all friction by them), gravity or "
+            "directions_and_gravity."
+        ),
     ] = None,
     ripple_period: Annotated[
         list[float] | None,

@@ -50,7 +50,7 @@ def score_command(
     formats: Formats = "png",
     report: Report = False,
 ) -> None:
-    """Train a model on one log and simulate another one from its torque alone, in open loop."""
+    """Train a model on one log and simulate another one from its torque alone, in open loop. Takes minutes."""
     from adaptive_ff.files import write_result
     from adaptive_ff.identify.open_loop_slopes import follow_with_slopes
     from adaptive_ff.identify.score import score_log

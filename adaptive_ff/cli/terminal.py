@@ -103,12 +103,17 @@ def warn_of_skips(errors: Console, skipped: Sequence[Any], file: str) -> None:
     """Print which pieces of a log were skipped, where it was cut, and why, but no more than people read."""
     said = []
     for skip in skipped[:LONGEST_LIST]:
-        is_cut = skip.start == skip.stop
-        place = f"cut before sample {skip.start}" if is_cut else f"skipped: samples {skip.start} to {skip.stop}"
-        said.append(f"{place}: {skip.reason}")
+        said.append(f"{_place(skip)}: {skip.reason}")
     warn(errors, said)
     if len(skipped) > LONGEST_LIST:
         warn(errors, [f"skipped: {len(skipped) - LONGEST_LIST} more, listed in {file}"])
+
+
+def _place(skip: Any) -> str:
+    if skip.start == skip.stop:
+        return f"cut before sample {skip.start}"
+    last = skip.stop - 1
+    return f"skipped: sample {last}" if skip.start == last else f"skipped: samples {skip.start} to {last}"
 
 
 def announce_compilation(errors: Console, loop: Any) -> None:

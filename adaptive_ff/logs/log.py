@@ -7,6 +7,7 @@ of MAT files and groups of HDF5 files.
 
 import math
 import re
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -115,7 +116,7 @@ class Log:
         if column is None:
             return f"scale the {role} by {' or '.join(factors)}"
         given = f"{self.factors[column]:.9g}*" if column in self.factors else ""
-        return "give " + " or ".join(f"--scale {column}={given}{factor}" for factor in factors)
+        return "give " + " or ".join(f"--scale {shlex.quote(f'{column}={given}{factor}')}" for factor in factors)
 
 
 def read_log(
@@ -253,6 +254,8 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
             )
     elif match and match["name"] in content.arrays:
         table = content.arrays[match["name"]]
+        if table.ndim == 1:
+            raise InputError(f"{file}: {match['name']} is a single series: write {match['name']}, not {column}")
         count, place = min(table.shape, default=0), int(match["place"])
         if table.ndim != 2 or place >= count:
             raise InputError(

@@ -185,7 +185,7 @@ def test_skipped_stretches_are_said_and_listed(tmp_path):
     np.savez(tmp_path / "log.npz", t=log.time, q=log.position, u=log.torque)
     outcome = run_command_line("identify", tmp_path / "log.npz", "--out", tmp_path / "out")
     assert outcome.status == 0
-    assert outcome.warnings == ["warning: skipped: samples 4000 to 4500: values that are no finite numbers"]
+    assert outcome.warnings == ["warning: skipped: samples 4000 to 4499: values that are no finite numbers"]
     found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert found["skipped"] == [{"start": 4000, "stop": 4500, "reason": "values that are no finite numbers"}]
 
@@ -218,8 +218,8 @@ REFUSALS = [
     (["--scale", "torque=2", "--scale", "torque=3"], "--scale torque=3 is not allowed: torque has a factor already"),
     (["--scale", "u=2"], "scale: u is no column that is used; these are torque, time, position"),
     (["--scale", "torque=-1"], "friction would drive the joint"),
-    (["--scale", "torque=-1"], "are exchanged: give --scale torque=-1*-1, or name the others"),
-    (["--scale", "time=1e3"], "is the time in milliseconds? Then give --scale time=1000*1e-3"),
+    (["--scale", "torque=-1"], "are exchanged: give --scale 'torque=-1*-1', or name the others"),
+    (["--scale", "time=1e3"], "is the time in milliseconds? Then give --scale 'time=1000*1e-3'"),
     (["--torque", "position"], "the column position is given as torque and as position; each must have its own"),
     (["--bandwidth", "100"], "bandwidth = 100 Hz is not allowed"),
     (["--held-out", "1"], "held_out = 1 is not allowed"),

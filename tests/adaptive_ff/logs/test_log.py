@@ -137,7 +137,9 @@ def test_scaling_names_the_column_and_what_it_is_scaled_by_already(tmp_path):
     log = read_log(tmp_path / "log.csv", **GOOD, scale={"u": -48.0})
     assert log.scaling("time", "1e-3", "1e-6") == "give --scale t=1e-3 or --scale t=1e-6"
     assert log.scaling("motion", "pi/180") == "give --scale q=pi/180"
-    assert log.scaling("torque", "-1") == "give --scale u=-48*-1"
+    spaced = Log("log", log.time, log.torque, velocity=log.torque, columns={"velocity": "w [rpm]"})
+    assert spaced.scaling("velocity", "pi/30") == "give --scale 'w [rpm]=pi/30'"
+    assert log.scaling("torque", "-1") == "give --scale 'u=-48*-1'"
     assert read_scales(["u=-48*-1"]) == {"u": 48.0}
     assert Log("log", log.time, log.torque, velocity=log.torque).scaling("motion", "2") == "scale the velocity by 2"
 
@@ -170,7 +172,7 @@ REFUSED = [
     ({**GOOD, "torque": "tau"}, "there is no column tau; there are t, q, u, all (7, 3), short, text"),
     ({**GOOD, "torque": "all"}, "all has shape (7, 3); to pick a series of it write all[0]"),
     ({**GOOD, "torque": "all[3]"}, "all has shape (7, 3); all[3] must count one of its 3 series from 0"),
-    ({**GOOD, "torque": "u[0]"}, "u has shape (7,); u[0] must count"),
+    ({**GOOD, "torque": "u[0]"}, "u is a single series: write u, not u[0]"),
     ({**GOOD, "torque": "short"}, "t has 7 samples, short has 3; they must be alike"),
     ({**GOOD, "torque": "text"}, "text holds <U1; it must hold numbers"),
     ({**GOOD, "velocity": "q"}, "a position or a velocity must be named, one of them"),
