@@ -14,9 +14,7 @@ rows = np.column_stack([run.time, run.measured, run.torque])
 np.savetxt(folder / "log.csv", rows, delimiter=",", header="time,velocity,torque", comments="")
 
 log = read_log(folder / "log.csv", torque="torque", velocity="velocity", time="time")
-found = identify_log(
-    log, torque_delay=0.001
-)  # a row's torque is held until the next: half a period late
+found = identify_log(log, torque_delay=0.001)  # a row's torque is held until the next: half a period late
 for name, reported in found.parameters.items():
     estimate = reported.estimate
     print(f"{name:18s} {estimate.value:10.4g}   95 %: {estimate.lower:.4g} to {estimate.upper:.4g} {found.units[name]}")
