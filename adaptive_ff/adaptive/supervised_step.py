@@ -49,7 +49,7 @@ from adaptive_ff.adaptive.step import (
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.trust import TrustState, caution, initial_trust, soft_bound, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, missing_share, unexplained
-from adaptive_ff.adaptive.watching import holding_friction, plan_rests, unobserved_error, watch
+from adaptive_ff.adaptive.watching import BRIDGED, holding_friction, plan_rests, unobserved_error, watch
 from adaptive_ff.model.bounds import INERTIA, OFFSET
 from controllers import (
     ESTIMATES,
@@ -175,7 +175,8 @@ def step_supervised(
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     shown = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = shown + inputs.correction - inputs.velocity
-    balance = weigh(state, shown, inputs.dt) if math.isfinite(checked.velocity) else state.balance
+    weighs = math.isfinite(checked.velocity) and inputs.dt < BRIDGED * block.period  # of a gap no torque is known
+    balance = weigh(state, shown, inputs.dt) if weighs else state.balance
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), clear)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place

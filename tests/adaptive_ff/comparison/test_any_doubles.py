@@ -98,8 +98,12 @@ def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
 @example(bursts=HALF_TOLD)
 @example(bursts=COMING)
 @example(bursts=[("next_reference", 102, 3, [9.6e-283]), ("realised_torque", 169, 1, [1.2e294])])
+@example(bursts=[("dt", 110, 20, [-1.0, -1.0, 1.8, -1.0])])
 def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
-    """Examples: what a joint does while its plan stands still for 2 s, or is not known ahead, looks like bristles."""
+    """Examples: what a joint does while its plan stands still for 2 s, or is not known ahead, looks like bristles.
+
+    The last one has periods of 1.8 s, over which the torque of a moment is none; no friction was trusted after it.
+    """
     case = learnt(name)
     error, finite = case.go_on(replaced(bursts))
     assert finite
