@@ -112,19 +112,20 @@ def advance_colour(state: Colour, error: float, tells: bool, length: int, durati
     measured, squared, variance = state.measured, state.squared, state.variance
     if not tells:
         return Colour(0.0, 0, 0.0, 0.0, 0.0, 0, measured, squared, variance)
-    known = measured > SETTLING * WINDOW
     total, samples, time = state.total + error, state.samples + 1, state.time + duration
-    if samples < length:
-        variance = min(squared, variance * (1.0 + duration / RISE)) if known else variance
-        return Colour(total, samples, time, state.last, state.before, state.means, measured, squared, variance)
-    mean = total / samples
-    if state.means >= 2:
-        difference = mean - 2.0 * state.last + state.before
-        squared += time / (WINDOW + time) * (difference * difference / SECOND_DIFFERENCE - squared)
-        measured += time
+    last, before, means = state.last, state.before, state.means
+    if samples >= length:
+        mean = total / samples
+        if means >= 2:
+            difference = mean - 2.0 * last + before
+            squared += time / (WINDOW + time) * (difference * difference / SECOND_DIFFERENCE - squared)
+            measured += time
+        last, before, means = mean, last, min(2, means + 1)
+        total, samples, time = 0.0, 0, 0.0
     if measured > SETTLING * WINDOW:  # the first minimum is the first mean
+        known = state.measured > SETTLING * WINDOW
         variance = min(squared, variance * (1.0 + duration / RISE)) if known else squared
-    return Colour(0.0, 0, 0.0, mean, state.last, min(2, state.means + 1), measured, squared, variance)
+    return Colour(total, samples, time, last, before, means, measured, squared, variance)
 
 
 @register_jitable

@@ -256,12 +256,11 @@ def observe(
         effect = advance_effect(
             effect, now, response.velocity, correction, noise.variance, peak, state.gain, known.believed, duration
         )
-    if not (held or stands):
-        coloured = is_coloured(colour, noise, length, feedback.proportional, known.friction)
-        variance = likely_variance(noise)
-        effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
     if not held:
         variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
+        if not stands:
+            coloured = is_coloured(colour, noise, length, feedback.proportional, known.friction)
+            effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
         turned = seen * state.reference < 0.0
         own = beside_correction(now, correction)
         effect = look_for_ringing(effect, own, variance, peak, state.gain, turned, known.falls, time_constant, duration)

@@ -101,10 +101,7 @@ def warn(errors: Console, cautions: Sequence[str]) -> None:
 
 def warn_of_skips(errors: Console, skipped: Sequence[Any], file: str) -> None:
     """Print which pieces of a log were skipped, where it was cut, and why, but no more than people read."""
-    said = []
-    for skip in skipped[:LONGEST_LIST]:
-        said.append(f"{_place(skip)}: {skip.reason}")
-    warn(errors, said)
+    warn(errors, [f"{_place(skip)}: {skip.reason}" for skip in skipped[:LONGEST_LIST]])
     if len(skipped) > LONGEST_LIST:
         warn(errors, [f"skipped: {len(skipped) - LONGEST_LIST} more, listed in {file}"])
 
