@@ -73,6 +73,12 @@ LEAST_TRUST = 0.02
 STRONG = 100.0
 """Torque over the largest one so far that answers to no motion of the joint: it tells nothing of its friction."""
 
+THROWN = 10.0
+"""Integral over that torque, from which on the feedback brings a joint back that something has thrown off its plan.
+
+What that takes over a second may be more than the friction of the whole memory of the balance.
+"""
+
 TAKEN_UP = 0.25
 """Share of the time for which a joint must slide until learning begins, after which it surely moves."""
 
@@ -132,7 +138,8 @@ def weigh(state: SupervisedState, plan: float, duration: float) -> Balance:
     """Return the balance of torques after a period (s), for the plan as it is measured (rad/s)."""
     friction = state.trust.frictions[0]
     needed = state.feedback.commands[0] - state.known_torques[0] - (state.model_torques[0] - friction)
-    if abs(needed) > STRONG * state.estimator.levels.torque:
+    usual = state.estimator.levels.torque
+    if abs(needed) > STRONG * usual or abs(state.feedback.integral) > THROWN * usual:
         return state.balance
     return advance_balance(state.balance, plan, needed, friction, duration)
 

@@ -99,10 +99,13 @@ def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
 @example(bursts=COMING)
 @example(bursts=[("next_reference", 102, 3, [9.6e-283]), ("realised_torque", 169, 1, [1.2e294])])
 @example(bursts=[("dt", 110, 20, [-1.0, -1.0, 1.8, -1.0])])
+@example(bursts=[("feedforward", 87, 200, [0.0, 3600.0, math.nan, math.nan])])
 def test_thirty_seconds_after_bad_inputs_it_tracks_as_undisturbed(name, bursts):
     """Examples: what a joint does while its plan stands still for 2 s, or is not known ahead, looks like bristles.
 
-    The last one has periods of 1.8 s, over which the torque of a moment is none; no friction was trusted after it.
+    The last but one has periods of 1.8 s, over which the torque of a moment is none; no friction was trusted after it.
+    The last one has a torque that is held while it is not known, and throws the joint when it ends: what brings it back
+    was taken for friction that it lacks.
     """
     case = learnt(name)
     error, finite = case.go_on(replaced(bursts))
