@@ -23,6 +23,7 @@ from adaptive_ff.files import write_json
 from adaptive_ff.identify.families import BASE, GRAVITY, LAG, SATURATIONS, Terms
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.reported import VAGUE
+from adaptive_ff.identify.result import Reported
 from adaptive_ff.logs.log import Log
 from benchmarks.wide import wide_console
 
@@ -35,6 +36,10 @@ FINE = 5000.0
 """Rate at which friction is filtered by its lag, Hz, at least."""
 
 NAMES = ("inertia", "coulomb", "viscous")
+
+SLOW = ("stiction", "stribeck_velocity")
+"""Parameters that are judged where the model has them and the truth is known."""
+
 LONG = 30.0
 """Duration from which on the width of an interval is judged, s."""
 
@@ -235,21 +240,25 @@ def examine(case: Case, **asked: Any) -> dict[str, Any]:
     result["terms"] = list(found.selection.chosen.terms)
     result["map"] = found.position_map is not None
     result["bandwidth"] = found.bandwidth
-    for name in NAMES:
-        reported = found.parameters[name]
-        value, _, lower, upper = reported.estimate
-        true = case.truth[name]
-        result[name] = {
-            "true": true,
-            "value": value,
-            "covers": bool(lower <= true <= upper),
-            "half_width": 0.5 * (upper - lower) / true,
-            "error": value / true - 1.0,
-            "vague": 0.5 * (upper - lower) / abs(value),
-            "apart": reported.identifiable,
-            "flagged": bool(reported.confounded) or not reported.identifiable,
-        }
+    for name in (*NAMES, *SLOW):
+        if name in NAMES or (name in case.truth and name in found.parameters and found.parameters[name].used):
+            result[name] = _beside_truth(found.parameters[name], case.truth[name])
     return result
+
+
+def _beside_truth(reported: Reported, true: float) -> dict[str, Any]:
+    """Return what is said of a parameter, beside its true value."""
+    value, _, lower, upper = reported.estimate
+    return {
+        "true": true,
+        "value": value,
+        "covers": bool(lower <= true <= upper),
+        "half_width": 0.5 * (upper - lower) / true,
+        "error": value / true - 1.0,
+        "vague": 0.5 * (upper - lower) / abs(value),
+        "apart": reported.identifiable,
+        "flagged": bool(reported.confounded) or not reported.identifiable,
+    }
 
 
 def main(

@@ -8,6 +8,7 @@ of the Coulomb friction. Friction has no lag in any.
 """
 
 from pathlib import Path
+from statistics import median
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ import typer
 
 from adaptive_ff.files import write_json
 from adaptive_ff.logs.log import Log
-from benchmarks.coverage import Case, coverage_table, examine
+from benchmarks.coverage import SLOW, Case, coverage_table, examine
 from benchmarks.other_joints import draw, drive, loop_gains
 from benchmarks.robot.in_turn import CORES, Workers, run_seeds
 from benchmarks.wide import wide_console
@@ -42,6 +43,7 @@ def driven_case(seed: int) -> tuple[Case, float, str]:
     motion = {"velocity": run.measured} if tachometer else {"position": run.readings}
     log = Log(f"joint {seed}", run.times, torque, **motion)
     truth = {"inertia": joint.inertia, "coulomb": joint.coulomb, "viscous": joint.viscous, "friction_lag": 0.0}
+    truth |= {"stiction": joint.stiction, "stribeck_velocity": joint.stribeck_velocity}
     counts = 0.5 * float(np.abs(plan).max()) * loop.period / loop.resolution
     kind = "coarse encoder" if counts < COARSE and not tachometer else "cogging" if joint.cogging > 0.0 else "other"
     return Case(log, truth, float(run.times[-1]), True, (), noise), 0.5 * loop.period, kind
@@ -67,6 +69,14 @@ def main(
         found = [result for result in results if result["kind"] == kind and result["refused"] is None]
         held = [sum(result[name]["covers"] for result in found) for name in ("inertia", "coulomb", "viscous")]
         console.print(f"{kind}: inertia, Coulomb and viscous friction held in {held} of {len(found)}", highlight=False)
+    for name in SLOW:
+        found = [result[name] for result in results if name in result]
+        if found:
+            console.print(
+                f"{name.replace('_', ' ')}, where the model has one: held in {sum(one['covers'] for one in found)} of "
+                f"{len(found)}, median half width {100.0 * median(one['half_width'] for one in found):.0f} %",
+                highlight=False,
+            )
     if json is not None:
         write_json(json, {"logs": results})
 

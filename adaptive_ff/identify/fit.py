@@ -16,7 +16,7 @@ import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
 from adaptive_ff.identify.discrepancy import discrepancy_covariance, state_functions
-from adaptive_ff.identify.families import LAG
+from adaptive_ff.identify.families import LAG, SQUARE_STICTION, STICTION
 from adaptive_ff.identify.regressors import BENT, Problem, design, measured_torque
 from adaptive_ff.logs.derivatives import Array
 
@@ -77,7 +77,15 @@ class Fitted(NamedTuple):
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names that ``estimate`` knows."""
-        return (*self.regression.names, *(("stiction",) if "stiction_excess" in self.terms else ()))
+        names = self.regression.names
+        added = ("stiction", BENT[STICTION]) if self._stiction[0] in names else ()
+        return tuple(dict.fromkeys((*names, *added)))
+
+    @property
+    def _stiction(self) -> tuple[str, str]:
+        """Terms of the stiction above Coulomb friction, and of the speed at which that has fallen to its 1/e."""
+        term = SQUARE_STICTION if SQUARE_STICTION in self.terms else STICTION
+        return term, BENT[term]
 
     @property
     def squares(self) -> float:
@@ -89,13 +97,14 @@ class Fitted(NamedTuple):
         return float(self.collinearities[self.regression.names.index(name)])
 
     def estimate(self, name: str) -> Estimate:
-        """Return a parameter with its interval; ``stiction`` is ``coulomb`` and ``stiction_excess``."""
+        """Return a parameter with its interval; ``stiction`` is Coulomb friction and what is above it."""
+        excess, bend = self._stiction
         if name == "stiction":
-            places = [self.regression.names.index(part) for part in ("coulomb", "stiction_excess")]
+            places = [self.regression.names.index(part) for part in ("coulomb", excess)]
             variance = float(np.sum(self.regression.covariance[np.ix_(places, places)]))
-            return self.regression.interval(
-                self.values["coulomb"] + self.values["stiction_excess"], math.sqrt(variance)
-            )
+            return self.regression.interval(self.values["coulomb"] + self.values[excess], math.sqrt(variance))
+        if name == BENT[STICTION]:
+            name = bend
         found = self.regression.estimate(name)
         if name not in BENT.values():
             return found

@@ -3,7 +3,7 @@
 import math
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, STICTION, is_mapped
+from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, SQUARE_STICTION, STICTION, is_mapped
 from adaptive_ff.identify.fit import Fitted
 from adaptive_ff.identify.map_words import mapped_word
 from adaptive_ff.identify.regressors import BENT
@@ -93,7 +93,10 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
     found: dict[str, None] = {}
     for other in selection.alike[1:]:
         if name in other.parameters and abs(other.estimate(name).value - estimate.value) > 0.5 * bound:
-            found.update(dict.fromkeys(sorted({*own.terms} ^ {*other.terms})))
+            unlike = {*own.terms} ^ {*other.terms}
+            if SQUARE_STICTION in unlike:
+                unlike.discard(STICTION)  # one shape instead of the other
+            found.update(dict.fromkeys(sorted(unlike)))
     for other in _without(selection, name):
         found.update(dict.fromkeys(_moved(own, other)))
     found.update(dict.fromkeys([*_tied(own, name), *_bent(selection, name)]))

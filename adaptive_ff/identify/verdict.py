@@ -22,6 +22,7 @@ from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.unattributed import unattributed
 from adaptive_ff.identify.units import ROTARY
 from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.sanity import in_degrees
 
 WELL, POORLY = 0.1, 0.4
 """Relative errors of the torque up to which the model is said to explain it, and from which it is said not to."""
@@ -35,9 +36,6 @@ to move the joint, some per cent."""
 
 UNSUITED = 0.5
 """Relative error from which a model does not suit, so that its parameters are none of the joint."""
-
-FASTEST = 100.0
-"""Speed, rad/s, from which degrees are suspected."""
 
 
 def check_plausible(found: LogIdentification, log: Log) -> None:
@@ -81,12 +79,7 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
         if estimate.upper < 0.0:
             said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
     peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
-    if peak > FASTEST and found.units["velocity"] == ROTARY["velocity"]:
-        speeds = ("", "pi/180") if log.position is not None else (", or in revolutions per minute", "pi/180", "pi/30")
-        said.append(
-            f"the joint reaches {peak:.3g} rad/s: is the motion in degrees{speeds[0]}? Then "
-            f"{log.scaling('motion', *speeds[1:])}"
-        )
+    said += in_degrees(log, peak, linear=found.units["velocity"] != ROTARY["velocity"])
     if vague := unattributed(found):
         said.append(vague)
     error = found.fit.relative_error

@@ -22,6 +22,9 @@ SLOWEST = 1.0
 FASTEST = 1e-5
 """Shortest sample time, s, of a log of a joint: 100 kHz, above the rate of current loops."""
 
+FASTEST_JOINT = 100.0
+"""Speed, rad/s, from which degrees are suspected."""
+
 WRAP_WITHIN = 0.05
 """Relative difference of a jump from a turn up to which it counts as a wrap."""
 
@@ -46,6 +49,18 @@ class Sound(NamedTuple):
     log: Log
     said: list[str]
     jumps: list[Skipped]
+
+
+def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
+    """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is."""
+    if linear or speed <= FASTEST_JOINT:
+        return []
+    unit, factors = "", ["pi/180"]
+    if log.position is None:
+        unit, factors = ", or in revolutions per minute", ["pi/180", "pi/30"]
+    return [
+        f"the joint reaches {speed:.3g} rad/s: is the motion in degrees{unit}? Then {log.scaling('motion', *factors)}"
+    ]
 
 
 def look_through(log: Log, *, linear: bool = False) -> Sound:

@@ -15,6 +15,7 @@ from scipy import signal
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import Array, lowpass
 from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.sanity import in_degrees
 from adaptive_ff.replay.fixed import MOST
 from adaptive_ff.replay.parts import REFERENCE_POSITION, REFERENCE_VELOCITY, has_reference, reference_velocity
 from adaptive_ff.replay.settings import FARTHEST
@@ -24,6 +25,12 @@ SAMPLES = 2.0
 
 EXPLAINED = 0.5
 """Share of the squared tracking error (of the velocity, but for a constant factor) that the time must explain."""
+
+FOLLOWED = 0.5
+"""Share of the squared velocity that the reference must explain, but for a constant factor."""
+
+FOREIGN = 2.0
+"""Motion over its reference, or the other way round, from which on they are in different units."""
 
 
 def motion_lead(log: Log, pieces: list[Piece], period: float, band: float) -> float:
@@ -43,22 +50,69 @@ def motion_lead(log: Log, pieces: list[Piece], period: float, band: float) -> fl
     band : float
         Band that both velocities are filtered to, without delay, Hz.
     """
-    longest = max(pieces, key=lambda piece: piece.size)
-    piece = Piece(longest.start, min(longest.stop, longest.start + MOST))
-    reach = min(round(FARTHEST / period), piece.size // 4)
-    if not has_reference(log) or reach < 1:
+    if not has_reference(log):
         return 0.0
-    part = slice(piece.start, piece.stop)
-    plan = lowpass(reference_velocity(log, piece, piece.start, piece.stop, period, band), (band,), period)
-    motion = lowpass(log.motion[part] - log.motion[piece.start], (band,), period)
-    if log.position is not None:
-        motion = np.gradient(motion, log.time[part])
-    else:
-        motion += log.motion[piece.start]
+    plan, motion = _plan_and_motion(log, pieces, period, band)
+    reach = min(round(FARTHEST / period), plan.size // 4)
+    if reach < 1:
+        return 0.0
     samples, explained = nearest_minimum(unlike(plan, motion, reach))
     if abs(samples) < SAMPLES or explained < EXPLAINED:
         return 0.0
     return samples * period
+
+
+def _plan_and_motion(log: Log, pieces: list[Piece], period: float, band: float) -> tuple[Array, Array]:
+    """Return reference velocity and measured velocity in a band (Hz) over the longest piece of a log, rad/s."""
+    longest = max(pieces, key=lambda piece: piece.size)
+    piece = Piece(longest.start, min(longest.stop, longest.start + MOST))
+    part = slice(piece.start, piece.stop)
+    plan = lowpass(reference_velocity(log, piece, piece.start, piece.stop, period, band), (band,), period)
+    motion = lowpass(log.motion[part] - log.motion[piece.start], (band,), period)
+    if log.position is not None:
+        return plan, np.gradient(motion, log.time[part])
+    return plan, motion + log.motion[piece.start]
+
+
+def doubts(log: Log, pieces: list[Piece], period: float, band: float, *, linear: bool) -> list[str]:
+    """Return a sentence where the motion seems to be in other units, or has little to do with the recorded reference.
+
+    Parameters
+    ----------
+    log : Log
+        The log; its reference as it was followed.
+    pieces : list of Piece
+        Its pieces without defect; the longest is used.
+    period : float
+        Sample time, s.
+    band : float
+        Band that both velocities are filtered to, without delay, Hz.
+    linear : bool
+        Whether the joint is a linear axis.
+    """
+    plan, motion = _plan_and_motion(log, pieces, period, band)
+    said = [f"{one[0].upper()}{one[1:]}." for one in in_degrees(log, float(np.max(np.abs(motion))), linear=linear)]
+    return [*said, *(_not_followed(plan, motion) if has_reference(log) else [])]
+
+
+def _not_followed(plan: Array, motion: Array) -> list[str]:
+    """Return a sentence where a measured velocity has little to do with a reference (rad/s), or is in other units."""
+    along, planned, moved = float(plan @ motion), float(plan @ plan), float(motion @ motion)
+    if planned == 0.0 or moved == 0.0:
+        return [f"{'The reference' if planned == 0.0 else 'The joint'} does not move in the longest piece of the log."]
+    if along**2 < FOLLOWED * planned * moved:
+        return [
+            f"The joint did not follow the recorded reference, which has {100.0 * along**2 / (planned * moved):.0f} % "
+            "of the motion in it: it may be another quantity or of another joint, and what is fed forward from it says "
+            "nothing of the machine."
+        ]
+    times = along / planned
+    if 1.0 / FOREIGN < times < FOREIGN:
+        return []
+    return [
+        f"The measured velocity is {times:.3g} times the recorded reference: one of them is in other units, or has the "
+        "other sign."
+    ]
 
 
 def unlike(plan: Array, motion: Array, reach: int) -> Array:

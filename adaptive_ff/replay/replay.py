@@ -12,7 +12,7 @@ from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
 from adaptive_ff.model.identifying import has_gravity
 from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
 from adaptive_ff.replay.fixed import fit_fixed
-from adaptive_ff.replay.following import SAMPLES, as_followed, motion_lead
+from adaptive_ff.replay.following import SAMPLES, as_followed, doubts, motion_lead
 from adaptive_ff.replay.further_torque import FurtherTorque
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.parts import (
@@ -140,6 +140,7 @@ def replay_log(
     if FIXED in runners:
         runners[FIXED].further = further
     log = as_followed(log, pieces, settings.motion_lead)
+    notes += doubts(log, pieces, period, reference_band, linear=linear)
     tape = Tape(log, runners, period, judged)
     used = sum(piece.size for piece in pieces)
     _run_tape(tape, split_log(log, pieces, settings, reference_band, part), used, progress)

@@ -58,15 +58,15 @@ def plot_identification(found: LogIdentification, folder: str | Path | None = No
     Returns
     -------
     dict of Figure
-        ``torque``: torque over time, measured and identified, with what is held out; ``friction``: friction and
-        residual over the velocity; ``lag``: what each friction lag would leave unexplained; ``friction_map``: friction
-        and force over position, where the model has a map of them.
+        ``identified_torque``: torque over time, measured and identified, with what is held out; ``friction``: friction
+        and residual over the velocity; ``lag``: what each friction lag would leave unexplained; ``identified_map``:
+        friction and force over position, where the model has a map of them.
     """
     with rc_context(STYLE):
-        figures = {"torque": _torque(found), "friction": _friction(found), "lag": _lag(found)}
+        figures = {"identified_torque": _torque(found), "friction": _friction(found), "lag": _lag(found)}
         learnt = draw_identified_map(found)
         if learnt is not None:
-            figures["friction_map"] = learnt
+            figures["identified_map"] = learnt
         stamp(figures.values(), found.name)
         write_into(figures, folder)
     return figures

@@ -6,6 +6,7 @@ import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
+from adaptive_ff.identify.families import SQUARE_STICTION
 from adaptive_ff.identify.result import LogIdentification
 
 FEWEST = 9
@@ -13,6 +14,9 @@ FEWEST = 9
 
 ALWAYS = ("friction_lag", "stiction")
 """Parameters that are shown even where the model does without them."""
+
+SHORT = {SQUARE_STICTION: "the shape of stiction"}
+"""Words of terms whose names do not say what they stand for."""
 
 
 def parameters_table(found: LogIdentification) -> Table:
@@ -30,7 +34,7 @@ def parameters_table(found: LogIdentification) -> Table:
             continue
         remark = "" if reported.is_known else "not apart from zero" if used else "not identifiable"
         if confounded:
-            remark = f"confounded with {', '.join(name.replace('_', ' ') for name in confounded)}"
+            remark = f"confounded with {', '.join(SHORT.get(name, name.replace('_', ' ')) for name in confounded)}"
         ends = (f"{end:.4g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
         style = None if identifiable else "dim"
         table.add_row(f"{name}, {found.units[name]}", f"{estimate.value:.4g}", *ends, remark, style=style)

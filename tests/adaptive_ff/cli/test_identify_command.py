@@ -10,7 +10,7 @@ from synthetic_logs import JOINT, make_log, motion, write_log
 from adaptive_ff import compare, load_scenario
 from adaptive_ff.files import write_csv
 
-FILES = {"identification.json", "scenario.toml", "reference.csv", "torque.png", "friction.png", "lag.png"}
+FILES = {"identification.json", "scenario.toml", "reference.csv", "identified_torque.png", "friction.png", "lag.png"}
 
 
 @pytest.fixture(scope="module")
@@ -256,7 +256,7 @@ def test_friction_over_a_turn_of_the_motor_is_told_drawn_and_learnt_anew_in_the_
     write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "torque": torque})
     outcome = run_command_line("identify", tmp_path / "log.csv", "--gear-ratio", "15", "--out", tmp_path / "out")
     assert (outcome.status, outcome.messages) == (0, []), outcome
-    assert set(content_of(tmp_path / "out")) == FILES | {"friction_map.png"}
+    assert set(content_of(tmp_path / "out")) == FILES | {"identified_map.png"}
     assert "Friction and force over position" in outcome.out
     assert "Friction depends on position: it rises by 20 % at 0.10" in outcome.out
     scenario = load_scenario(tmp_path / "out" / "scenario.toml")

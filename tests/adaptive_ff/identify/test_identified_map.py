@@ -57,7 +57,7 @@ def test_it_is_drawn_with_a_band_that_holds_the_truth(known_period):
     half = 0.5 * (learnt.friction.upper - learnt.friction.lower)
     assert np.all(np.abs(learnt.friction.value - truth) < 2.0 * half)
     assert 0.0 < np.min(half) <= np.max(half) < 0.02
-    assert list(known_period.plot()) == ["torque", "friction", "lag", "friction_map"]
+    assert list(known_period.plot()) == ["identified_torque", "friction", "lag", "identified_map"]
 
 
 def test_it_is_told_and_saved(known_period):

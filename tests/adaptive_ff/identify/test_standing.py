@@ -77,7 +77,8 @@ def stopping_log(lag=0.0, seed=101, inertia=2.0, coulomb=5.0, viscous=3.0, noise
 def test_what_a_joint_holds_at_rest_does_not_reach_what_is_regressed_beside_it(seed):
     found = identify_log(stopping_log(seed=seed), held_out=0.0)
     assert LAG not in found.selection.chosen.terms
-    for name, true in {"inertia": 2.0, "coulomb": 5.0, "viscous": 3.0}.items():
+    truth = {"inertia": 2.0, "coulomb": 5.0, "viscous": 3.0, "stiction": 7.0, "stribeck_velocity": 0.3}
+    for name, true in truth.items():
         assert found.value(name) == pytest.approx(true, rel=5e-3), name
 
 
@@ -131,6 +132,7 @@ def test_intervals_hold_friction_whichever_shape_its_stiction_has(shape):
     found = identify_log(Log("log", time, torque + 0.02 * random.standard_normal(time.size), position=position))
     assert STICTION in found.selection.chosen.terms
     assert SQUARE_STICTION not in found.parameters
-    for name, true in {"inertia": 2.0, "coulomb": 5.0, "viscous": 3.0}.items():
+    truth = {"inertia": 2.0, "coulomb": 5.0, "viscous": 3.0, "stiction": 7.0, "stribeck_velocity": 0.3}
+    for name, true in truth.items():
         _, _, lower, upper = found.parameters[name].estimate
         assert lower - 1e-3 * true <= true <= upper + 1e-3 * true, name

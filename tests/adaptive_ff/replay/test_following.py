@@ -10,10 +10,11 @@ from synthetic_logs import make_log, motion
 from adaptive_ff import InputError, TorqueModel
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.log import Log
-from adaptive_ff.replay.following import as_followed, motion_lead
+from adaptive_ff.replay.following import as_followed, doubts, motion_lead
 from adaptive_ff.replay.replay import replay_log
 
 PERIOD, BAND = 0.002, 20.0
+PLAN = motion(PERIOD * np.arange(8000))[1]
 MODEL = TorqueModel(2.0, 3.0, 3.0, 4.0, 0.0, 0.05, 1.0, -0.5)
 
 
@@ -50,6 +51,35 @@ def test_what_is_no_delay_is_none():
     assert lead_of(replace(late, velocity=late.velocity + other)) == 0.0
     unlike = np.random.default_rng(111).standard_normal(late.time.size)
     assert lead_of(replace(late, velocity=unlike)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("extra", "factor", "linear", "said"),
+    [
+        ({}, 1.0, False, []),
+        ({}, 300.0, False, ["is the motion in degrees?"]),
+        ({}, 300.0, True, []),
+        ({"reference_velocity": 1.4}, 1.0, False, []),  # a gear's ratio may be known badly
+        ({"reference_velocity": 57.3}, 1.0, False, ["is 0.0175 times the recorded reference: one of them is in other"]),
+        ({"reference_velocity": -1.0}, 1.0, False, ["is -1 times the recorded reference"]),
+        ({"reference_velocity": 0.0}, 1.0, False, ["The reference does not move in the longest piece"]),
+        ({"reference_velocity": 1.0}, 0.0, False, ["The joint does not move in the longest piece"]),
+    ],
+)
+def test_units_that_are_unlike_are_pointed_out(extra, factor, linear, said):
+    log = led_log(0.0)
+    log = replace(log, position=factor * log.position, extra={name: k * PLAN for name, k in extra.items()})
+    found = doubts(log, [Piece(0, log.time.size)], PERIOD, BAND, linear=linear)
+    assert len(found) == len(said)
+    assert all(words in sentence for words, sentence in zip(said, found, strict=True))
+
+
+def test_a_reference_that_the_motion_did_not_follow_is_pointed_out():
+    log = make_log(duration=20.0, noise=0.05)
+    other = replace(log, extra={"reference_velocity": np.sin(3.0 * log.time)})
+    assert any("did not follow the recorded reference" in note for note in replay_log(other, inertia=2.0).notes)
+    own = replace(log, extra={"reference_velocity": motion(log.time)[1]})
+    assert not any("did not follow" in note for note in replay_log(own, inertia=2.0).notes)
 
 
 def test_of_a_repeating_motion_the_nearest_time_is_meant():

@@ -8,7 +8,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.report import identification_plots
 
-NAMES = ["torque", "friction", "lag"]
+NAMES = ["identified_torque", "friction", "lag"]
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def test_pictures_are_written(found, tmp_path):
 
 
 def test_torque_is_shown_measured_and_identified_with_times_that_ascend(found, figures):
-    whole, near, left = figures["torque"].axes
+    whole, near, left = figures["identified_torque"].axes
     pieces = [*found.rows, *found.held_out]
     lines = lines_of(whole)
     assert len(lines) == 2 * len(pieces)
