@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.foresight import Foresight, advance_foresight, continued_share, initial_foresight
+from adaptive_ff.adaptive.foresight import Foresight, advance_foresight, initial_foresight
 from controllers import Guard, Inputs, acts_on_plan, with_next_reference, without_coming_plan
 
 TOO_FAST = 10.0
@@ -128,7 +128,8 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
         if state.feedback.samples > 0 and abs(inputs.acting_reference - before.coming) > ASIDE * possible:
             aside = CONSISTENT
     slope = reference - before.reference if state.feedforward.started else 0.0
-    foresight = advance_foresight(before.foresight, slope, inputs.dt)
+    following = math.nan if leapt else inputs.next_reference
+    foresight = advance_foresight(before.foresight, reference, following, slope, inputs.dt)
     if doubted or leapt:
         return Doubt(speed, reference, FORGOTTEN / block.estimator.form.pole, True, leapt, coming, aside, foresight)
     return Doubt(speed, reference, max(0.0, before.left - inputs.dt), False, False, coming, aside, foresight)
@@ -142,9 +143,8 @@ def believed_plan(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Input
     Where the next sample is not known, the plan goes on as far as it has before: one that has leapt, and is believed
     from now on, stands; extrapolated in full, it would leap once more.
     """
-    share = 1.0 if math.isfinite(inputs.next_reference) else continued_share(doubt.foresight)
-    if share < 1.0:
-        inputs = with_next_reference(inputs, inputs.reference + share * doubt.foresight.slope)
+    if not math.isfinite(inputs.next_reference):
+        inputs = with_next_reference(inputs, doubt.foresight.coming)
     possible = possible_speed(block, state)
     far = leaps(inputs.acting_reference, possible) or leaps(inputs.next_acting_reference, possible)
     return without_coming_plan(inputs) if far or doubt.leapt or doubt.aside > 0 else inputs

@@ -14,6 +14,7 @@ On the built-in joint and moves of trapezoids that were held for five samples th
 PI's accuracy with the slope continued, at 1.03 to 1.20 now.
 """
 
+import math
 from typing import NamedTuple
 
 from numba.extending import register_jitable
@@ -37,29 +38,47 @@ class Foresight(NamedTuple):
         Last change from one sample to the next, rad/s.
     product, square : float
         Means of the product of two changes in a row, and of the square of one, rad^2/s^2.
+    coming : float
+        Plan that is foreseen for the next sample, rad/s.
     """
 
     slope: float
     product: float
     square: float
+    coming: float
 
 
 def initial_foresight() -> Foresight:
     """Return the state before a plan has changed."""
-    return Foresight(0.0, 0.0, 0.0)
+    return Foresight(0.0, 0.0, 0.0, 0.0)
 
 
 @register_jitable
-def advance_foresight(state: Foresight, slope: float, duration: float) -> Foresight:
-    """Take a change of the plan (rad/s) over a period (s) into account."""
+def advance_foresight(state: Foresight, reference: float, following: float, slope: float, duration: float) -> Foresight:
+    """Take a sample into account.
+
+    Parameters
+    ----------
+    state : Foresight
+        The state.
+    reference, following : float
+        Plan now and at the next sample, rad/s; the latter not a number where it is not known.
+    slope : float
+        Change of the plan since the last sample, rad/s.
+    duration : float
+        Length of the period, s.
+    """
     weight = duration / (MEAN + duration)
     product = state.product + weight * (slope * state.slope - state.product)
     square = state.square + weight * (slope * slope - state.square)
-    return Foresight(slope, product, square)
+    coming = following
+    if not math.isfinite(following):
+        coming = reference + continued_share(product, square) * slope
+    return Foresight(slope, product, square, coming)
 
 
 @register_jitable
-def continued_share(state: Foresight) -> float:
-    """Return the share of the slope that is continued."""
-    likeness = state.product / (state.square + NONE)
+def continued_share(product: float, square: float) -> float:
+    """Return the share of the slope that is continued, from the means (rad^2/s^2)."""
+    likeness = product / (square + NONE)
     return min(1.0, max(0.0, (likeness - UNLIKE) / (ALIKE - UNLIKE)))

@@ -50,7 +50,7 @@ from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, likely_variance, noise_known
 from adaptive_ff.adaptive.observer_effect import advance_effect, demand_help, look_for_ringing
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
-from adaptive_ff.adaptive.ringing import beside_correction
+from adaptive_ff.adaptive.ringing import beside_correction, far_error
 from controllers import PIParameters, remember
 
 WINDOW = 0.3
@@ -131,6 +131,8 @@ class Circumstances(NamedTuple):
         Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
     friction : float
         Friction beside which noise counts, N m.
+    unforeseen : float
+        What of the plan now was not foreseen at the last sample, rad/s.
     """
 
     held: bool
@@ -139,12 +141,19 @@ class Circumstances(NamedTuple):
     falls: bool
     believed: bool
     friction: float
+    unforeseen: float
 
 
 @register_jitable
 def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
     """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
-    return seen + (plan - seen) * duration / (duration + lag)
+    return seen + (plan - seen) * shown_share(lag, duration)
+
+
+@register_jitable
+def shown_share(lag: float, duration: float) -> float:
+    """Return the share of a change that a velocity with a lag (s) shows after a period (s)."""
+    return duration / (duration + lag)
 
 
 @register_jitable
@@ -226,7 +235,9 @@ def observe(
     if observer.velocity_lag > 0.0:
         seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
-    change = (velocity - state.velocity) - (seen - state.reference)
+    # of a change that was not foreseen no inertia torque was fed
+    unforeseen = state.unforeseen + shown_share(observer.velocity_lag, duration) * (known.unforeseen - state.unforeseen)
+    change = (velocity - state.velocity) - (seen - state.reference - unforeseen)
     residual = lacking - inertia * change / duration
     now = seen + correction - velocity
     sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
@@ -263,7 +274,10 @@ def observe(
             effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
         turned = seen * state.reference < 0.0
         own = beside_correction(now, correction)
-        effect = look_for_ringing(effect, own, variance, peak, state.gain, turned, known.falls, time_constant, duration)
+        far = far_error(known.friction, feedback.proportional, correction)
+        effect = look_for_ringing(
+            effect, own, variance, peak, far, state.gain, turned, known.falls, time_constant, duration
+        )
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(
@@ -285,6 +299,7 @@ def observe(
         state.let_go or stuck > CLAMPED or away > GONE,
         effect,
         colour,
+        unforeseen,
     )
 
 
@@ -402,6 +417,7 @@ def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[Observe
             False,
             state.effect,
             state.colour,
+            state.unforeseen,
         ),
         state.gain * integral,
     )
@@ -458,6 +474,7 @@ def hand_over_to_observer(
             state.let_go,
             state.effect,
             state.colour,
+            state.unforeseen,
         ),
         leaves,
     )

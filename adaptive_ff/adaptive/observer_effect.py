@@ -282,6 +282,7 @@ def look_for_ringing(
     error: float,
     variance: float,
     peak: float,
+    far: float,
     gain: float,
     turned: bool,
     falls: bool,
@@ -296,6 +297,8 @@ def look_for_ringing(
         The state.
     error, variance, peak, gain, duration : float
         As of :func:`advance_effect`.
+    far : float
+        Error that no joint makes by itself, rad/s.
     turned : bool
         Whether the plan has changed its sign, with which half cycles begin anew.
     falls : bool
@@ -305,11 +308,11 @@ def look_for_ringing(
     """
     used = gain > IN_USE * state.share
     ringing = without_half_cycles(state.ringing.blamed) if turned else state.ringing
-    ringing = advance_ringing(ringing, error, variance, time_constant, duration)
+    ringing = advance_ringing(ringing, error, variance, far, time_constant, duration)
     share, ceiling = state.share, state.ceiling
     if falls and ringing.blamed:
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
-    elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak):
+    elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak, far):
         share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
     return ObserverEffect(
         state.error_squared,

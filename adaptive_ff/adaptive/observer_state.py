@@ -73,6 +73,8 @@ class ObserverState(NamedTuple):
         Whether the observer helps.
     colour : Colour
         What of the noise changes slowly.
+    unforeseen : float
+        Change of ``reference`` that was not foreseen when the torque of the period was fed forward, rad/s.
     """
 
     disturbance: float
@@ -93,6 +95,7 @@ class ObserverState(NamedTuple):
     let_go: bool
     effect: ObserverEffect
     colour: Colour
+    unforeseen: float
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
@@ -100,7 +103,7 @@ def initial_observer(feedback: PIParameters) -> ObserverState:
     line, response, noise = delay_line(feedback.delay), initial_loop_response(feedback), initial_noise()
     effect, colour = initial_effect(), initial_colour()
     return ObserverState(
-        0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False, effect, colour
+        0.0, 1.0, 0.0, 0.0, 0.0, line, 0.0, response, 0.0, noise, 0.0, 0.0, 0.0, 0.0, 0.0, False, effect, colour, 0.0
     )
 
 
@@ -126,4 +129,5 @@ def start_observer(state: ObserverState, reference: float, velocity: float) -> O
         state.let_go,
         state.effect,
         state.colour,
+        0.0,
     )

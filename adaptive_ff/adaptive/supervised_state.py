@@ -100,6 +100,8 @@ class SupervisedState(NamedTuple):
         Friction that the torque along the plan tells of, and that of the model.
     lacking : float
         Mean torque beyond what was fed forward while no velocity is believed, N m.
+    moved : float
+        Largest torque beyond what is known with which the joint has followed its plan of late, N m.
     """
 
     feedback: PIState
@@ -124,3 +126,4 @@ class SupervisedState(NamedTuple):
     seen: SeenVelocity
     balance: Balance
     lacking: float
+    moved: float

@@ -96,6 +96,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_seen_velocity(),
         initial_balance(),
         0.0,
+        0.0,
     )
 
 
@@ -178,7 +179,7 @@ def step_supervised(
     clear = doubt.left <= 0.0 and not drive.unproven
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
-    observer, trust, lacking = watch(block, state, inputs, clear, unfit, seen.missing)
+    observer, trust, lacking, moved = watch(block, state, inputs, clear, unfit, seen.missing)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     shown = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = shown + inputs.correction - inputs.velocity
@@ -224,7 +225,7 @@ def step_supervised(
     feedback = hand_over(block.feedback, state.feedback, leaves)
     unseen = unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests)
     # a plan that leaps may be true: the feedback follows it, what is fed and learnt does not
-    compared = with_reference(checked, (checked.reference if doubt.leapt else shown) + unseen)
+    compared = with_reference(checked, (checked.reference if doubt.doubted else shown) + unseen)
     fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
     output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
     tuned, learnt = max(share, LEAST_TRUST), fed.estimator
@@ -259,6 +260,7 @@ def step_supervised(
         seen,
         balance,
         lacking,
+        moved,
     )
 
 

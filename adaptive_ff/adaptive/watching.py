@@ -11,7 +11,9 @@ from numba.extending import register_jitable
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED
 from adaptive_ff.adaptive.drive_limit import is_believed
+from adaptive_ff.adaptive.noise_level import likely_variance
 from adaptive_ff.adaptive.observer import (
+    CLEAR,
     Circumstances,
     bridged_torque,
     error_beyond_noise,
@@ -47,6 +49,12 @@ With a whole one, one of 400 drawn joints has a window of 1.5 times PI's.
 FULL_TRUST = 0.95
 """Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
 
+
+FOLLOWS, FAST = 0.5, 0.1
+"""Error over the plan up to which a joint follows it, and least speed of a plan that tells, over its largest one."""
+
+FADES = 60.0
+"""Time constant with which a torque with which the joint has followed is forgotten, s."""
 
 BRIDGED = 10.5
 """Longest time without a measurement that the observer bridges, in periods."""
@@ -90,24 +98,41 @@ def holding_friction(state: SupervisedState) -> float:
 
 
 @register_jitable
+def moved_torque(moved: float, torque: float, inputs: Inputs, peak: float, variance: float, duration: float) -> float:
+    """Return the largest torque with which the joint has followed its plan, N m, after a period (s).
+
+    A plan that is slow beside its largest speed (rad/s) or the noise (rad^2/s^2) tells nothing.
+    """
+    plan = abs(inputs.reference)
+    if plan < FAST * peak or plan * plan < CLEAR * variance:
+        return moved
+    if abs(inputs.reference + inputs.correction - inputs.velocity) > FOLLOWS * plan:
+        return moved
+    return max(math.exp(-duration / FADES) * moved, abs(torque))
+
+
+@register_jitable
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
-) -> tuple[ObserverState, TrustState, float]:
-    """Return observer, trust and what is lacking after the period that has ended, with a model unfit to a share.
+) -> tuple[ObserverState, TrustState, float, float]:
+    """Return observer, trust, what is lacking and what has moved the joint (N m) after the period that has ended.
 
-    ``clear`` tells whether it may be learnt from, ``missing`` whether the velocity is taken for not measured.
+    ``unfit`` is the share to which the model is, ``clear`` tells whether it may be learnt from, ``missing`` whether the
+    velocity is taken for not measured.
     """
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
     valid = math.isfinite(inputs.velocity) and not missing
     started = state.feedback.samples > state.feedback.rejected
-    gap, lacking = state.seen.gap + inputs.dt, state.lacking
+    gap, lacking, moved = state.seen.gap + inputs.dt, state.lacking, state.moved
     if started and not state.doubt.doubted and gap < BRIDGED * block.period:
         torque = acting_torque(inputs, asked_torque(feedback, state.feedback), 0.0)
         lacking = bridged_torque(lacking, torque - delayed(observer.fed, feedback.delay), gap, inputs.dt)
         if valid:
-            # with adaptation off a new load is not among what moved the joint
-            tried = state.enabled and levels.learnt >= block.estimator.memory
-            strained = tried and strains(torque - delayed(state.known_torques, feedback.delay), levels.torque)
+            asked = torque - delayed(state.known_torques, feedback.delay)
+            # before anything is known, and with adaptation off, a new load is not among what was learnt
+            tried = levels.learnt > 0.0 or block.estimator.given
+            strained = tried and strains(asked, max(levels.torque, moved))
+            moved = moved_torque(moved, asked, inputs, state.trust.peak, likely_variance(observer.noise), gap)
             known = Circumstances(
                 may_stick(state, inputs.reference),
                 state.trust.peak,
@@ -115,6 +140,7 @@ def watch(
                 falls_by_itself(block, state),
                 is_believed(state.drive),
                 holding_friction(state),
+                inputs.reference - state.doubt.foresight.coming,
             )
             observer = observe(
                 block.observer,
@@ -146,7 +172,7 @@ def watch(
         valid and fed and clear and blames,
         inputs.dt,
     )
-    return observer, trust, 0.0 if valid else lacking
+    return observer, trust, 0.0 if valid else lacking, moved
 
 
 @register_jitable

@@ -1,6 +1,7 @@
 """A plan that is not known ahead: it is continued as far as it has gone on before."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -17,9 +18,9 @@ PERIOD = 0.01
 def shares(plan):
     """Share of the slope that is continued after each sample."""
     state, found = initial_foresight(), []
-    for slope in np.diff(plan):
-        state = advance_foresight(state, slope, PERIOD)
-        found.append(continued_share(state))
+    for reference, slope in zip(plan[1:], np.diff(plan), strict=True):
+        state = advance_foresight(state, reference, math.nan, slope, PERIOD)
+        found.append(continued_share(state.product, state.square))
     return np.array(found)
 
 
@@ -43,7 +44,18 @@ def test_one_that_is_held_is_not(samples):
 
 def test_a_plan_that_stands_is_continued_as_it_stands():
     assert np.all(shares(np.full(100, 0.3)) == 0.0)
-    assert continued_share(initial_foresight()) == 0.0
+    assert continued_share(initial_foresight().product, initial_foresight().square) == 0.0
+
+
+def test_what_comes_is_what_is_told_or_the_plan_as_far_as_it_goes_on():
+    state = initial_foresight()
+    for k in range(200):
+        state = advance_foresight(state, 0.01 * k, math.nan, 0.01, PERIOD)
+        if k > 10:
+            assert state.coming == pytest.approx(0.01 * (k + 1))
+    assert advance_foresight(state, 2.0, 5.0, 0.01, PERIOD).coming == 5.0
+    leapt = advance_foresight(state, 0.0, math.nan, -2.0, PERIOD)
+    assert leapt.coming == 0.0  # one that has leapt stands
 
 
 def errors(controller, plan, seed):

@@ -32,10 +32,12 @@ INERTIA = SCENARIO.feedback.inertia
 OBSERVER = ObserverParameters(20.0, INERTIA, 0.0, PERIOD)
 
 
-def after(observer, state, torque, reference, correction, velocity, held, peak, strained, duration=PERIOD):
+def after(
+    observer, state, torque, reference, correction, velocity, held, peak, strained, duration=PERIOD, unforeseen=0.0
+):
     """State after a period over which the drive gave a torque."""
     lacking = torque - state.fed[0]
-    known = Circumstances(held, peak, strained, falls=False, believed=True, friction=0.0)
+    known = Circumstances(held, peak, strained, falls=False, believed=True, friction=0.0, unforeseen=unforeseen)
     return observe(observer, state, FEEDBACK, lacking, INERTIA, reference, correction, velocity, duration, known)
 
 
@@ -71,6 +73,20 @@ def test_torque_that_accelerates_the_joint_is_no_disturbance():
     torques = 10.0 * np.random.default_rng(1).standard_normal(50)
     velocities = np.concatenate([[0.0], np.cumsum(torques) * PERIOD / INERTIA])
     assert all(abs(state.disturbance) < 1e-9 for state in observed(torques, velocities, np.zeros(51)))
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.03])
+def test_a_leap_of_the_plan_that_was_not_foreseen_is_no_disturbance(lag):
+    """No inertia torque was fed for it, so the joint need not have made it."""
+    observer = OBSERVER._replace(velocity_lag=lag)
+    for foreseen in (False, True):
+        state = start_observer(initial_observer(FEEDBACK), 0.3, 0.3)
+        for k in range(20):
+            leap = 0.0 if foreseen or k > 0 else -0.3
+            state = after(observer, state, 0.0, 0.0, 0.0, 0.3, False, 1.0, False, unforeseen=leap)
+            if not foreseen:
+                assert state.disturbance == pytest.approx(0.0, abs=1e-9)
+        assert foreseen == (abs(state.disturbance) > 1.0)
 
 
 def test_what_was_fed_forward_is_not_observed():
@@ -158,7 +174,7 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     )
     white, noise = 0.002 * np.random.default_rng(5).standard_normal(20000), 0.0
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
-    known = Circumstances(False, 1.0, False, False, True, 0.0)
+    known = Circumstances(False, 1.0, False, False, True, 0.0, 0.0)
     for value in white:
         noise += 0.8 * (value - noise)
         state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, 0.001, known)

@@ -1,11 +1,21 @@
 """Ringing: what of an error is taken for it, and what an observer that is let go brings."""
 
+import math
+
 import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.observer_effect import advance_effect, initial_effect, look_for_ringing
-from adaptive_ff.adaptive.ringing import MOST, TOGETHER, advance_ringing, beside_correction, initial_ringing, rings
+from adaptive_ff.adaptive.ringing import (
+    MOST,
+    TOGETHER,
+    advance_ringing,
+    beside_correction,
+    far_error,
+    initial_ringing,
+    rings,
+)
 from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
@@ -19,12 +29,12 @@ TIME = PERIOD * np.arange(100)
 SINE = np.sin(2.0 * np.pi * 9.0 * TIME)
 
 
-def first_rings(error, *, variance=0.0, peak=PEAK):
+def first_rings(error, *, variance=0.0, peak=PEAK, far=math.inf):
     """Return when an error is taken for ringing, s, or None."""
     state = initial_ringing()
     for index, value in enumerate(error):
-        state = advance_ringing(state, value, variance, TIME_CONSTANT, PERIOD)
-        if rings(state, variance, peak):
+        state = advance_ringing(state, value, variance, far, TIME_CONSTANT, PERIOD)
+        if rings(state, variance, peak, far):
             return index * PERIOD
     return None
 
@@ -61,6 +71,21 @@ def test_another_error_is_none(error):
     assert first_rings(PEAK * error) is None
 
 
+def test_two_long_half_cycles_whose_errors_no_joint_makes_by_itself_are_ringing():
+    """A torque that may rise only slowly: each half cycle lasts as long as it takes to turn the friction round."""
+    slow = np.sin(2.0 * np.pi * 2.0 * TIME)
+    assert first_rings(PEAK * slow) is None
+    assert first_rings(PEAK * slow, far=0.9 * PEAK) == pytest.approx(0.5, abs=1.5 * PERIOD)
+    assert first_rings(PEAK * slow, far=1.1 * PEAK) is None
+    assert first_rings(PEAK * np.sin(2.0 * np.pi * 1.0 * TIME), far=0.9 * PEAK) is None  # longer than it takes
+    assert first_rings(PEAK * slow * np.where(TIME < 0.25, 0.5, 1.0), far=0.9 * PEAK) == pytest.approx(0.75, abs=0.03)
+
+
+def test_how_far_no_joint_comes_by_itself():
+    assert far_error(100.0, 1000.0, 0.0) == pytest.approx(0.075)
+    assert far_error(100.0, 1000.0, 1e-9) == math.inf  # where an outer loop asks for it, it may be that
+
+
 def test_neither_is_noise_nor_what_is_within_it():
     assert first_rings(0.5 * PEAK * SINE, variance=(0.1 * PEAK) ** 2) is None
     noise = np.random.default_rng(101).normal(0.0, PEAK, 100_000)
@@ -76,7 +101,9 @@ def effect_after(error, *, gain=1.0, turns=False, falls=False, begin=None):
     effect = initial_effect() if begin is None else begin
     for index, value in enumerate(error):
         turned = turns and index % 10 == 0
-        effect = look_for_ringing(effect, value, 0.0, PEAK, gain * effect.share, turned, falls, TIME_CONSTANT, PERIOD)
+        effect = look_for_ringing(
+            effect, value, 0.0, PEAK, math.inf, gain * effect.share, turned, falls, TIME_CONSTANT, PERIOD
+        )
     return effect
 
 

@@ -12,6 +12,7 @@ from tests.helpers.driven_joint import NOISE, PERIOD, drive, noise_at, plan, ref
 
 GAINS = pi_gains(20.0, 10.0)
 TRUE = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
+MODELS = {"with a model": {"model": TRUE}}
 
 
 def make(parameters=WITH_OFFSET, **options):
@@ -248,6 +249,66 @@ def test_a_brake_that_is_not_told_throws_the_joint_no_further_than_pi_does(clamp
     assert thrown["adaptive"] < (1.2 if limit == math.inf else 1.4) * thrown["pi"]
     assert torque["adaptive"] < 1.2 * torque["pi"]
     assert tracking["adaptive"] < tracking["pi"]
+
+
+@pytest.mark.parametrize("case", ["not adapting", "a second old", "with a model"])
+def test_nor_does_one_that_holds_before_or_after_it_learns(case):
+    """It was let go of after 2 s only: the torque grew to 40 times that of PI."""
+    begin, torque, thrown = {"not adapting": 12.0, "a second old": 1.0, "with a model": 0.0}[case], {}, {}
+    for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make(**MODELS.get(case, {})))):
+        joint = reference_joint()
+        if begin > 0.0:
+            drive(controller, joint, 0.0, begin)
+        if case == "not adapting" and name == "adaptive":
+            controller.enabled = False
+        held = drive(controller, joint, begin, begin + 1.5, limit=math.inf, clamped=lambda time: True)
+        after = drive(controller, joint, begin + 1.5, begin + 11.5, limit=math.inf)
+        torque[name], thrown[name] = np.max(np.abs(held.torque)), np.max(np.abs(after.error))
+    assert torque["adaptive"] < 1.2 * torque["pi"]
+    assert thrown["adaptive"] < 1.2 * thrown["pi"]
+
+
+def test_with_adaptation_off_a_load_far_larger_than_what_was_learnt_is_no_brake():
+    controller, joint = make(), reference_joint()
+    drive(controller, joint, 0.0, 12.0)
+    controller.enabled = False
+
+    def load(time, position):
+        return 800.0
+
+    late = drive(controller, joint, 12.0, 40.0, load=load, limit=math.inf)
+    alone = drive(PI(*GAINS, PERIOD), reference_joint(), 12.0, 40.0, load=load, limit=math.inf)
+    assert controller.state.observer.stuck < CLAMPED
+    assert rms(late.error[late.time > 20.0]) < rms(alone.error[alone.time > 20.0])
+
+
+@pytest.mark.parametrize("told", [False, True], ids=["untold", "next sample told"])
+@pytest.mark.parametrize("stop", [14.3, 15.7])
+def test_a_stop_that_was_not_announced_throws_the_joint_no_further_than_pi_does(told, stop):
+    """The leap was taken for a disturbance, which was held at rest: it threw the joint back at 0.4 of its speed."""
+    behind, error = {}, {}
+    for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
+        joint = reference_joint()
+        drive(controller, joint, 0.0, stop)
+        speed, velocities = joint.state.velocity, []
+        for k in range(300):
+            given = {"next_reference": 0.0} if told else {}
+            torque = controller.step(0.0, joint.state.velocity + noise_at(stop + k * PERIOD), **given)
+            joint.step(min(max(torque, -400.0), 400.0), PERIOD)
+            velocities.append(joint.state.velocity / speed)
+        behind[name], error[name] = -min(velocities), rms(np.array(velocities))
+    assert behind["adaptive"] < behind["pi"] + 0.05
+    assert error["adaptive"] < 1.05 * error["pi"]
+
+
+def test_a_call_that_comes_late_answers_to_the_plan_of_now():
+    """The plan is another one after 0.3 s, the joint has followed it, and the time is told: nothing is to be done."""
+    torques = {}
+    for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
+        for k in range(200):
+            controller.step(0.001 * k, 0.001 * k, next_reference=0.001 * (k + 1))
+        torques[name] = controller.step(0.1, 0.1, next_reference=0.1, dt=0.3)
+    assert torques["adaptive"] == pytest.approx(torques["pi"], abs=1.0)
 
 
 def test_a_known_torque_far_larger_than_friction_is_no_brake():
