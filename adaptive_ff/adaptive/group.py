@@ -280,6 +280,16 @@ class JointGroup:
         """Number of measurements of each joint that were not finite and so were skipped."""
         return {name: controller.rejected for name, controller in self.joints.items()}
 
+    @property
+    def faults(self) -> dict[str, int]:
+        """Number of samples at which another input of each joint was not plausible and so was not used."""
+        return {name: controller.faults for name, controller in self.joints.items()}
+
+    @property
+    def fault(self) -> dict[str, bool]:
+        """Whether the measurement of each joint has been lost for so long that its torque fades to zero."""
+        return {name: controller.fault for name, controller in self.joints.items()}
+
     def diagnose(self) -> "dict[str, Diagnosis]":
         """Return what has been identified of each joint and how uncertain it is."""
         return {name: controller.diagnose() for name, controller in self.joints.items()}

@@ -147,7 +147,7 @@ class Circumstances(NamedTuple):
 @register_jitable
 def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
     """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
-    return seen + (plan - seen) * shown_share(lag, duration)
+    return seen + (plan - seen) * duration / (duration + lag)
 
 
 @register_jitable

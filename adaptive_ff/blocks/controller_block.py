@@ -29,7 +29,8 @@ def controller_block(
     Parameters
     ----------
     controller : Controller
-        ``PI``, ``AdaptiveController`` or any other controller of the package; its present state is the default one.
+        ``PI``, ``AdaptiveController`` or any other controller of the package; its present state is the default one:
+        a state of zeros, from which python-control starts by default, stands for it.
     name : str, optional
         Name of the system.
     inputs : sequence of str, optional
@@ -63,11 +64,13 @@ def controller_block(
             "state is explicit"
         )
     _check_inputs(inputs)
+    begin = state_vector(controller.state)
     worker, template, estimates = copy.deepcopy(controller), copy.deepcopy(controller.state), controller.estimate_names
 
     def advance(x: Vector, u: Vector) -> float:
         """Do one step of the worker from a state; return the torque, N m."""
-        worker.state = rebuilt(template, x)
+        # python-control starts at zeros where no state is given, which is none of a controller that has a sample behind
+        worker.state = rebuilt(template, x if np.any(x) else begin)
         return worker.step(**dict(zip(inputs, np.asarray(u, dtype=np.float64).tolist(), strict=True)))
 
     def update(t: float, x: Vector, u: Vector, params: Any) -> Vector:
@@ -88,7 +91,7 @@ def controller_block(
         states=state_names(template),
         dt=controller.period,
     )
-    system.initial_state = state_vector(template)
+    system.initial_state = begin
     return system
 
 

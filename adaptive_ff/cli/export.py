@@ -45,12 +45,12 @@ def export_command(
 
 
 def _from_scenario(scenario: Path | None, name: str, state: Path | None, content: dict[str, Any] | None) -> Any:
-    from adaptive_ff.comparison.registry import make_controller
+    from adaptive_ff.comparison.registry import make_for_machine
     from adaptive_ff.scenario.scenario import load_scenario
 
     loaded, source = load_scenario(scenario), scenario or "built-in scenario"
     try:
-        made = make_controller(loaded, name)
+        made = make_for_machine(loaded, name)
     except ValueError as error:
         raise InputError(f"{source}: {error}") from error
     if content is not None:

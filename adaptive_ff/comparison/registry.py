@@ -272,6 +272,17 @@ def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None)
     return in_own_loop(scenario, CONTROLLERS[name])
 
 
+def make_for_machine(scenario: Scenario, name: str) -> Any:
+    """Make a controller of the package as it is to run on a machine: the adaptive one is told the limit of the drive.
+
+    In a comparison the simulated drive reports what it gave; a machine may not.
+    """
+    loop = loop_of(scenario, name, None)
+    if name == "adaptive":
+        return make_adaptive(loop, torque_limit=loop.actuator.torque_limit)
+    return CONTROLLERS[name](loop)
+
+
 def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:
     """Make a controller for a scenario.
 

@@ -88,6 +88,7 @@ int main(void)
 {{
     static {prefix}_Controller controller;
     {real} velocity = {zero};
+    {real} given = {zero};
     {prefix}_init(&controller);
     for (int k = 0; k < 500; k++) {{
         const double time = k * (double){upper}_PERIOD;
@@ -95,12 +96,14 @@ int main(void)
         inputs.reference = ({real})(0.2 * sin(time));
         inputs.next_reference = ({real})(0.2 * sin(time + (double){upper}_PERIOD));
         inputs.velocity = velocity; /* from the encoder; NAN where the reading failed */
+        inputs.realised_torque = given; /* in the last period: of a drive that may saturate */
         {prefix}_Output output;
         if ({prefix}_step(&controller, &inputs, &output) != {upper}_OK) {{
             return 1; /* an input was not finite: keep the last torque, or brake */
         }}
         /* output.torque goes to the drive for the coming period */
-        velocity += {upper}_PERIOD * output.torque / ({real}){inertia};
+        given = output.torque;
+        velocity += {upper}_PERIOD * given / ({real}){inertia};
         if (k % 100 == 99) {{
             printf("%5.2f s: %8.4f of %8.4f rad/s\\n", time, (double)velocity, (double)inputs.reference);
         }}

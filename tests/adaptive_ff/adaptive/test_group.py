@@ -67,6 +67,8 @@ def test_measurements_lost_in_one_joint_do_not_touch_another():
     torques, others = run(whole), run(hurt, torn)
     np.testing.assert_array_equal(others[:, 1], torques[:, 1])
     assert hurt.rejected == {"shoulder": 100, "elbow": 0}
+    assert hurt.faults == {"shoulder": 0, "elbow": 0}
+    assert hurt.fault == {"shoulder": False, "elbow": False}
     assert np.all(np.isfinite(others))
     del plan, position
 

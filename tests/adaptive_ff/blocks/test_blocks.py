@@ -56,6 +56,15 @@ def test_interconnected_blocks_give_the_series_of_simulate(name):
     assert controller.state_to_json() == before
 
 
+def test_without_a_state_it_starts_in_that_of_the_controller():
+    """python-control starts at zeros, with which the inertia was zero."""
+    controller, plan = make_controller(SCENARIO, "adaptive"), np.array([0.1, 0.2, 0.3, 0.4])
+    block = controller_block(controller, inputs=("reference", "velocity"))
+    signals = np.array([plan, np.zeros(4)])
+    found = control.input_output_response(block, SCENARIO.sampling.period * np.arange(4), signals)
+    assert found.outputs[0] == pytest.approx([controller.step(reference, 0.0) for reference in plan])
+
+
 def test_evaluating_a_learning_block_twice_changes_nothing():
     controller = make_controller(SCENARIO, "adaptive")
     for k in range(200):  # until it learns
