@@ -139,6 +139,20 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
 
+def bridged(time: Array, mask: NDArray[np.bool_], step: float) -> list[tuple[int, int]]:
+    """Return start and stop of the runs of true values that may be left out without a gap of the clock.
+
+    The clock has some median step, s. A run at an end of the log leaves no gap, whatever its length.
+    """
+    stretches = []
+    for start, stop in runs(mask):
+        is_inside = start > 0 and stop < time.size
+        with np.errstate(invalid="ignore", over="ignore"):
+            if not is_inside or 0.0 < time[stop] - time[start - 1] <= GAP * step:
+                stretches.append((start, stop))
+    return stretches
+
+
 def check_varies(name: str, values: Array, pieces: Sequence[Piece], meaning: str) -> None:
     """Refuse a series that is the same all over.
 

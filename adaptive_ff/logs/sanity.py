@@ -15,6 +15,7 @@ from adaptive_ff.logs.clock import with_clear_clock
 from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
 from adaptive_ff.logs.held_rows import without_held_rows
 from adaptive_ff.logs.log import Array, Log
+from adaptive_ff.logs.outliers import without_outliers
 
 SLOWEST = 1.0
 """Sample time, s, from which the time is taken to be in milliseconds, microseconds or nanoseconds."""
@@ -38,8 +39,8 @@ class Sound(NamedTuple):
     Attributes
     ----------
     log : Log
-        The log, wraps undone, without rows that have the time of the row before or hold their motion; see
-        :mod:`adaptive_ff.logs.clock` and :mod:`adaptive_ff.logs.held_rows`.
+        The log, wraps undone, without rows that have the time of the row before, hold their motion or are far off;
+        see :mod:`adaptive_ff.logs.clock`, :mod:`adaptive_ff.logs.held_rows` and :mod:`adaptive_ff.logs.outliers`.
     said : list of str
         What was done or is probably wrong, a sentence each.
     jumps : list of Skipped
@@ -79,8 +80,14 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
         The sample time is a second or more.
     """
     log, said = with_clear_clock(log)
+    log, wrapped = _unwrapped(log, linear=linear)
+    log, off = without_outliers(log)
+    rows = log.time.size
     log, held = without_held_rows(log)
-    said += held
+    if log.time.size < rows:  # a value that was held for several rows is one now
+        log, again = without_outliers(log)
+        held += again
+    said += [*wrapped, *off, *held]
     step = median_step(log)
     if step >= SLOWEST:
         raise InputError(
@@ -92,16 +99,20 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
         said.append(_pauses_sentence(log.time, pauses))
     jumps: list[Skipped] = []
     if log.position is not None:
-        position = log.position
-        if not linear:
-            position, wraps = without_wraps(position)
-            if wraps:
-                said.append(f"the position wraps {_times(wraps)} by a turn; that is undone")
-        jumps = [jump for jump in find_jumps(position) if jump.start not in pauses]
+        jumps = [jump for jump in find_jumps(log.position) if jump.start not in pauses]
         if jumps:
             said.append(f"the position jumps {_times(len(jumps))} within one sample; the log is cut there")
-        log = replace(log, position=position)
     return Sound(log, said, jumps)
+
+
+def _unwrapped(log: Log, *, linear: bool) -> tuple[Log, list[str]]:
+    """Return a log whose position does not wrap, and what was done."""
+    if log.position is None or linear:
+        return log, []
+    position, wraps = without_wraps(log.position)
+    if not wraps:
+        return log, []
+    return replace(log, position=position), [f"the position wraps {_times(wraps)} by a turn; that is undone"]
 
 
 def _other_clock(log: Log, step: float) -> str:
@@ -145,7 +156,7 @@ def without_wraps(position: Array) -> tuple[Array, int]:
 
 
 def find_jumps(position: Array) -> list[Skipped]:
-    """Return the places before which a position jumps within one sample."""
+    """Return the places before which a position jumps within one sample; of a jump there and back, both."""
     with np.errstate(invalid="ignore"):
         steps = np.abs(np.diff(position))
     if steps.size < 3:
@@ -153,7 +164,7 @@ def find_jumps(position: Array) -> list[Skipped]:
     usual = _usual_step(steps)
     with np.errstate(invalid="ignore"):
         large = steps > JUMP * usual if usual > 0.0 else np.zeros(steps.size, dtype=np.bool_)
-    places = [start + 1 for start, stop in runs(large) if stop - start <= 2]
+    places = [place + 1 for start, stop in runs(large) if stop - start <= 2 for place in range(start, stop)]
     return [
         Skipped(place, place, f"the position jumps by {float(position[place] - position[place - 1]):.3g}")
         for place in places

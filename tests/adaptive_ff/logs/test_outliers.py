@@ -1,0 +1,133 @@
+"""Rows that are far off and back at once are left out; what a machine really does is not."""
+
+import numpy as np
+import pytest
+from synthetic_logs import JOINT, make_log
+
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.outliers import without_outliers
+from adaptive_ff.replay.replay import replay_log
+
+TIME = 0.002 * np.arange(10000)
+
+
+def glitched(log, **glitches):
+    """A log with values added to its series: rows and what is added, by series."""
+    series = {"torque": log.torque.copy(), "position": log.position.copy()}
+    for name, (rows, added) in glitches.items():
+        series[name][rows] += added
+    return Log("log", log.time, **series)
+
+
+@pytest.mark.parametrize(
+    ("glitches", "said"),
+    [
+        (
+            {"position": ([5000], 3.3)},
+            "1 row left out: the position is far off there, and back within 3 rows, first at 10",
+        ),
+        ({"position": ([5000, 5001, 5002], -3.3)}, "3 rows left out: the position is far off"),
+        ({"position": ([1000, 1004, 9000], [0.5, 0.5, -0.5])}, "3 rows left out: the position is far off"),
+        (
+            {"torque": ([5000], 3276.7)},
+            "1 row left out: the torque is far off there, and back within 3 rows, first at 10",
+        ),
+        ({"torque": ([2000, 2001, 8000], [900.0, -800.0, 900.0])}, "3 rows left out: the torque is far off"),
+    ],
+)
+def test_glitch_is_left_out_and_the_joint_is_identified_as_without_it(glitches, said):
+    found = identify_log(glitched(make_log(noise=0.05), **glitches))
+    assert len(found.cautions) == 1
+    assert found.cautions[0].startswith(said)
+    assert found.skipped == []
+    for name, true in JOINT.items():
+        assert found.value(name) == pytest.approx(true, rel=0.03)
+
+
+def test_time_and_value_of_the_first_glitch_are_said():
+    log = glitched(make_log(), torque=([4000, 6000], 500.0))
+    kept, said = without_outliers(log)
+    assert kept.time.size == 14998
+    assert said[0].endswith(f"first at 8 s, where it is {log.torque[4000]:.3g}")
+
+
+def test_replay_leaves_the_glitch_out_too():
+    log = make_log(noise=0.05, duration=10.0)
+    sound, found = (replay_log(one) for one in (log, glitched(log, position=([2000], 3.3))))
+    assert "1 row left out: the position is far off there" in " ".join(found.notes)
+    assert (found.skipped, found.used) == ([], sound.used - 1)
+    assert found.left["adaptive"].whole == pytest.approx(sound.left["adaptive"].whole, rel=0.02)
+
+
+def test_glitch_of_a_position_that_is_held_is_found_among_its_new_values():
+    log = make_log(duration=20.0)
+    position = np.repeat(log.position[::5], 5)
+    position[5000:5005] += 3.3
+    found = identify_log(Log("log", log.time, log.torque, position=position))
+    assert any(caution.startswith("1 row left out: the position is far off") for caution in found.cautions)
+    assert found.value("inertia") == pytest.approx(2.0, rel=0.05)
+
+
+def test_jump_there_and_back_that_takes_longer_is_cut_on_both_sides():
+    log = glitched(make_log(noise=0.05), position=(slice(5000, 5010), 3.3))
+    found = identify_log(log)
+    assert "the position jumps 2 times within one sample; the log is cut there" in found.cautions
+    assert [skip[:2] for skip in found.skipped] == [(5000, 5000), (5000, 5010), (5010, 5010)]
+    assert found.value("inertia") == pytest.approx(2.0, rel=0.03)
+
+
+def test_glitch_in_a_gap_that_cannot_be_bridged_is_kept():
+    log = glitched(make_log(), position=([5000], 3.3))
+    kept = np.ones(log.time.size, dtype=np.bool_)
+    kept[4996:5000] = kept[5001:5004] = False
+    assert without_outliers(log.part(kept))[1] == []
+
+
+def loop_with_jumping_reference(period):
+    """A joint of 0.5 kg m^2 under a fast velocity loop, whose reference jumps: real peaks of two or three rows."""
+    time = period * np.arange(round(40.0 / period))
+    reference = np.sign(np.sin(0.1 * np.pi * time)) * (time % 20.0 > 3.0)
+    velocity, torque, velocities = 0.0, np.empty(time.size), np.empty(time.size)
+    for k in range(time.size):
+        torque[k] = np.clip(0.5 * 0.63 / period * (reference[k] - velocity) + 3.0 * np.sign(reference[k]), -60.0, 60.0)
+        velocities[k] = velocity
+        for _ in range(20):
+            velocity += 0.05 * period * (torque[k] - 3.0 * np.tanh(velocity / 0.02)) / 0.5
+    return Log("log", time, torque, position=np.cumsum(velocities) * period)
+
+
+def switched_torque(rows):
+    torque = np.repeat(np.random.default_rng(7).choice([-8.0, 8.0], 10000 // rows), rows)
+    return Log("log", TIME[: torque.size], torque, position=np.cumsum(np.cumsum(torque)) * 8e-6)
+
+
+def rest_and_moves(resolution):
+    """A joint that mostly rests, and moves for two of ten seconds; its encoder shivers by a count."""
+    speed = np.where(TIME % 10.0 < 2.0, np.sin(np.pi * TIME) * 0.5, 0.0)
+    counts = np.random.default_rng(8).choice([0, 0, 0, 1], TIME.size)
+    position = (np.floor(np.cumsum(speed) * 0.002 / resolution) + counts) * resolution
+    return Log("log", TIME, 3.0 * np.sign(speed) + 0.1 * np.gradient(speed, 0.002), position=position)
+
+
+@pytest.mark.parametrize(
+    "log",
+    [
+        make_log(),
+        make_log(noise=0.5),
+        make_log(noise=0.5, as_position=False),
+        make_log(period=0.01),
+        loop_with_jumping_reference(0.01),
+        loop_with_jumping_reference(0.002),
+        switched_torque(1),
+        switched_torque(2),
+        switched_torque(50),
+        rest_and_moves(2.0 * np.pi / 400),
+        rest_and_moves(2.0 * np.pi / 65536),
+    ],
+    ids=lambda log: f"{log.time.size} rows",
+)
+def test_what_a_machine_does_is_not_touched(log):
+    kept, said = without_outliers(log)
+    assert said == []
+    assert kept is log
