@@ -11,6 +11,7 @@ from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth, wide_c
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
 from adaptive_ff.logs.derivatives import REACH
 from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.missing_values import lacking_column
 from adaptive_ff.logs.sanity import look_through
 
 FEWEST_SAMPLES = 50
@@ -72,12 +73,14 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
         few = counted(log.time.size, "sample")
         raise InputError(f"{log.name}: the log has {few}; there must be at least {FEWEST_SAMPLES}")
     _check_sizes(log, median_step(log))
-    log, said, jumps = look_through(log, linear=linear)
+    given = log
+    log, said, jumps = look_through(given, linear=linear)
     period = median_step(log)
     smallest = 4 * REACH
     pieces, skipped = usable_pieces(log, smallest, jumps)
     if not pieces:
-        raise InputError(f"{log.name}: no piece of {smallest} samples is without defect; {_worst(skipped)}")
+        worst = _worst(skipped) + lacking_column(given)
+        raise InputError(f"{log.name}: no piece of {smallest} samples is without defect; {worst}")
     is_position = log.position is not None
     what = "position" if is_position else "velocity"
     check_varies(f"{log.name}: the {what}", log.motion, pieces, "it must move to be identified")

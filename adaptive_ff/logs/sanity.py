@@ -15,6 +15,7 @@ from adaptive_ff.logs.clock import with_clear_clock
 from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
 from adaptive_ff.logs.held_rows import without_held_rows
 from adaptive_ff.logs.log import Array, Log
+from adaptive_ff.logs.missing_values import without_missing_values
 from adaptive_ff.logs.outliers import without_outliers
 
 SLOWEST = 1.0
@@ -39,8 +40,9 @@ class Sound(NamedTuple):
     Attributes
     ----------
     log : Log
-        The log, wraps undone, without rows that have the time of the row before, hold their motion or are far off;
-        see :mod:`adaptive_ff.logs.clock`, :mod:`adaptive_ff.logs.held_rows` and :mod:`adaptive_ff.logs.outliers`.
+        The log, wraps undone, without rows that have the time of the row before, lack a value, hold their motion or
+        are far off; see :mod:`adaptive_ff.logs.clock`, :mod:`adaptive_ff.logs.missing_values`,
+        :mod:`adaptive_ff.logs.held_rows` and :mod:`adaptive_ff.logs.outliers`.
     said : list of str
         What was done or is probably wrong, a sentence each.
     jumps : list of Skipped
@@ -80,6 +82,7 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
         The sample time is a second or more.
     """
     log, said = with_clear_clock(log)
+    log, missing = without_missing_values(log)
     log, wrapped = _unwrapped(log, linear=linear)
     log, off = without_outliers(log)
     rows = log.time.size
@@ -87,7 +90,7 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
     if log.time.size < rows:  # a value that was held for several rows is one now
         log, again = without_outliers(log)
         held += again
-    said += [*wrapped, *off, *held]
+    said += [*missing, *wrapped, *off, *held]
     step = median_step(log)
     if step >= SLOWEST:
         raise InputError(

@@ -7,6 +7,7 @@ from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log, check_log
+from adaptive_ff.logs.missing_values import lacking_column
 from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
 from adaptive_ff.model.identifying import has_gravity
@@ -103,10 +104,11 @@ def replay_log(
     check_log("log", log)
     check_names(given)
     _check_arguments(log, band, given.get("motion_lead"))
-    log, said, jumps = look_through(log, linear=linear)
+    given_log = log
+    log, said, jumps = look_through(given_log, linear=linear)
     pieces, skipped = usable_pieces(log, SHORTEST, jumps)
     if not pieces:
-        raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect")
+        raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect{lacking_column(given_log)}")
     period = _sample_time(log)
     saved = None
     if state is not None:
