@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.logs.clipping import clipped_torque
 from adaptive_ff.logs.clock import with_clear_clock
 from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
 from adaptive_ff.logs.held_rows import without_held_rows
@@ -83,6 +84,7 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
     """
     log, said = with_clear_clock(log)
     log, missing = without_missing_values(log)
+    said += clipped_torque(log.torque)
     log, wrapped = _unwrapped(log, linear=linear)
     log, off = without_outliers(log)
     rows = log.time.size
