@@ -18,6 +18,7 @@ from adaptive_ff.logs.held_rows import without_held_rows
 from adaptive_ff.logs.log import Array, Log
 from adaptive_ff.logs.missing_values import without_missing_values
 from adaptive_ff.logs.outliers import without_outliers
+from adaptive_ff.logs.sample_rate import with_one_rate
 
 SLOWEST = 1.0
 """Sample time, s, from which the time is taken to be in milliseconds, microseconds or nanoseconds."""
@@ -99,9 +100,12 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
             f"{log.name}: the sample time is {step:.4g} s; it must be less than {SLOWEST:g} s: "
             f"{_other_clock(log, step)}"
         )
+    log, rates, ends = with_one_rate(log, step)
     pauses = find_pauses(log.time, step)
-    if pauses.size:
-        said.append(_pauses_sentence(log.time, pauses))
+    paused = pauses[~np.isin(log.time[pauses - 1], ends)]
+    said += rates
+    if paused.size:
+        said.append(_pauses_sentence(log.time, paused))
     jumps: list[Skipped] = []
     if log.position is not None:
         jumps = [jump for jump in find_jumps(log.position) if jump.start not in pauses]
