@@ -55,8 +55,9 @@ def check_plausible(found: LogIdentification, log: Log) -> None:
             f"{name} {values[name]:.3g} {found.units[name]}" for name in ("inertia", "coulomb", "viscous")
         )
         if found.fit.relative_error > NOTHING:
+            explained = 100.0 * max(0.0, 1.0 - found.fit.relative_error)
             raise InputError(
-                f"{found.name}: the motion explains {100.0 * (1.0 - found.fit.relative_error):.0f} % of the torque: it "
+                f"{found.name}: the motion explains {explained:.0f} % of the torque: it "
                 "is not that of the drive, or the drive does not move this joint; name its column with --torque"
             )
         raise InputError(

@@ -6,6 +6,7 @@ import warnings
 from array import array
 from collections.abc import Collection, Iterator
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
@@ -41,6 +42,8 @@ class Layout(NamedTuple):
         Lines before the first row of numbers.
     units : tuple of str
         Words in a row of units below the header; empty without one.
+    is_headed : bool
+        Whether the names are those of a header, beyond which there must be no cell.
     """
 
     names: list[str]
@@ -48,6 +51,7 @@ class Layout(NamedTuple):
     comma: bool
     skipped: int
     units: tuple[str, ...] = ()
+    is_headed: bool = False
 
 
 def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str, NDArray[np.float64]]]:
@@ -68,6 +72,11 @@ def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str
         All columns.
     columns : dict of ndarray
         The wanted ones among them.
+
+    Raises
+    ------
+    InputError
+        A name is there twice, a row of numbers has more cells than the header has names, or a quote is not closed.
     """
     layout = _layout(path)
     names = [name for name in wanted if name in layout.names]
@@ -188,7 +197,7 @@ def _layout(path: Path, *, has_header: bool = False) -> Layout:
     comma = separator != "," and any(_is_comma_number(cell) for row in rows for cell in row)
     if has_header or not all(math.isfinite(_number(cell, comma)) for cell in first):
         units = tuple(rows[0]) if not has_header and _are_units(rows, comma) else ()
-        return Layout(first, separator, comma, ends[1] if units else ends[0], units)
+        return Layout(first, separator, comma, ends[1] if units else ends[0], units, is_headed=True)
     from_comment = [cell.strip() for cell in _cells(last_comment, _separator(last_comment))]
     names = from_comment if len(from_comment) == len(first) else [str(place) for place in range(len(first))]
     return Layout(names, separator, comma, skipped)
@@ -227,15 +236,51 @@ def _read_quickly(path: Path, layout: Layout, places: list[int]) -> NDArray[np.f
         try:
             with warnings.catch_warnings(action="ignore"):  # a file without rows is refused later
                 return np.loadtxt(
-                    stream,
+                    _checked_lines(path, stream, layout),
                     comments=COMMENT,
                     delimiter=layout.separator or None,
                     usecols=places,
                     ndmin=2,
-                    skiprows=layout.skipped,
                 )
+        except InputError:
+            raise
         except ValueError:
             return None
+
+
+def _checked_lines(path: Path, stream: TextIO, layout: Layout) -> Iterator[str]:
+    """Return the lines below the header, of which none has more cells than the header."""
+    for _ in range(layout.skipped):
+        next(stream)
+    separator, most = layout.separator, len(layout.names) - 1
+    for place, line in enumerate(stream):
+        if (line.count(separator) if separator else len(line.split(None, most + 1)) - 1) > most:
+            row = _cells(line.partition(COMMENT)[0], separator)
+            if _is_too_wide(layout, row):
+                raise InputError(f"{path}: {_too_wide(layout, _row_number(path, layout, place), row)}")
+        yield line
+
+
+def _row_number(path: Path, layout: Layout, place: int) -> int:
+    """Return the number, from one, of the row in a line so many lines below the header."""
+    with path.open(newline="", encoding="utf-8-sig") as stream:
+        lines = islice(stream, layout.skipped, layout.skipped + place + 1)
+        return sum(not (line.isspace() or line.lstrip().startswith(COMMENT)) for line in lines)
+
+
+def _is_too_wide(layout: Layout, row: list[str]) -> bool:
+    """Tell whether a row has a cell beyond those of the header, and a number: a last line of words is none."""
+    if not layout.is_headed or not any(cell.strip() for cell in row[len(layout.names) :]):
+        return False
+    return any(math.isfinite(_number(cell, layout.comma)) for cell in row)
+
+
+def _too_wide(layout: Layout, number: int, row: list[str]) -> str:
+    width = max(place for place, cell in enumerate(row, 1) if cell.strip())
+    return (
+        f"the header has {counted(len(layout.names), 'name')}, but row {number} has {width} cells: a column has no "
+        "name (of numbers of rows, say), or commas stand for decimal points and between columns as well"
+    )
 
 
 def _read_cells(path: Path, layout: Layout, places: list[int]) -> NDArray[np.float64]:
@@ -248,6 +293,8 @@ def _read_cells(path: Path, layout: Layout, places: list[int]) -> NDArray[np.flo
             if any("\n" in cell for cell in row):
                 line = number + layout.skipped
                 raise InputError(f"{path}: a quote that begins in or after line {line} is not closed in that line")
+            if _is_too_wide(layout, row):
+                raise InputError(f"{path}: {_too_wide(layout, number, row)}")
             for place in places:
                 cell = row[place] if place < len(row) else ""
                 values.append(_number(cell, layout.comma, clock))

@@ -55,6 +55,49 @@ def test_quote_in_a_row_of_numbers_joins_no_lines(tmp_path):
     assert read_table(path, [])[0] == ["t", "q"]
 
 
+@pytest.mark.parametrize(
+    ("text", "row", "cells"),
+    [
+        ("t,q,u\n1,0.0,1.5,-2\n2,0.1,1.25,30\n", 1, 4),  # numbers of rows, as R writes them
+        ('"t","q","u"\n"1",0.0,1.5,-2\n"2",0.1,1.25,30\n', 1, 4),
+        ("t,q,u\n0,0,0\n\n# pause\n0,002,1,5,-2,25\n", 2, 6),  # decimal commas
+        ("t q u\n0.0 1.5 -2\n2026-10-03 0.1 1.25 30\n", 2, 4),
+        ("t;q;u\n0,0;1,5;-2\n0,1;1,25;3e1;7\n", 2, 4),
+        ("t,q,u\n0.0,lost,-2\n0.1,1.25,30,7\n", 2, 4),
+    ],
+)
+def test_row_with_more_cells_than_the_header_is_refused(text, row, cells, tmp_path):
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=f"the header has 3 names, but row {row} has {cells} cells: a column has no "):
+        read_table(tmp_path / "log.csv", ["t", "q", "u"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,q,u\n0.0,1.5,-2,\n0.1,1.25,30,\n",
+        "t,q,u\n0.0,1.5,-2, ,\n0.1,1.25,30\n",
+        "t\tq\tu\n0,0\t1,5\t-2\t\n0,1\t1,25\t30\t\n",
+        "t,q,u\n0.0,1.5,-2 # at rest, cold, new\n0.1,1.25,30\n",
+        "t,q,u,v\n0.0,1.5,-2\n0.1,1.25,30\n",
+        't,q,u\n"0.0","1.5","-2"\n"0.1","1.25","30"\n',
+        't;q;u\n"0,0";"1,5";"-2"\n"0,1";"1,25";"30"\n',
+    ],
+)
+def test_row_that_ends_with_separators_or_a_comment_is_read(text, tmp_path):
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    _, columns = read_table(tmp_path / "log.csv", ["t", "q", "u"])
+    assert [columns[name].tolist() for name in "tqu"] == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
+
+
+def test_last_line_of_words_and_rows_without_a_header_may_be_longer(tmp_path):
+    (tmp_path / "log.csv").write_text("t,q\n0.0,1.5\nended, by hand, at noon\n", encoding="utf-8")
+    with pytest.warns(UserWarning, match="is no number"):
+        assert read_table(tmp_path / "log.csv", ["t"])[1]["t"][0] == 0.0
+    (tmp_path / "log.csv").write_text("0.0,1.5\n0.1,1.25,30\n", encoding="utf-8")
+    assert read_table(tmp_path / "log.csv", ["1"])[1]["1"].tolist() == [1.5, 1.25]
+
+
 def test_columns_without_a_header_are_named_by_their_number(tmp_path):
     (tmp_path / "log.txt").write_text("0.0 1.5 -2\n0.1 1.25 30\n", encoding="utf-8")
     log = read_log(tmp_path / "log.txt", time="0", position="1", torque="2")
