@@ -53,11 +53,21 @@ def reported(selection: Selection) -> dict[str, Reported]:
 def _added(selection: Selection, term: str, name: str) -> Reported | None:
     """Return a parameter that a term brings; where the model does without it, the estimate beside the model."""
     if term in selection.chosen.terms:
-        return Reported(_interval(selection, name), True, True, _confounded(selection, name))
+        confounded = _confounded(selection, name)
+        if name == BENT.get(term) and _vanishes(selection, term):
+            confounded = tuple(dict.fromkeys((term, *confounded)))  # of a term that may not be there, it is none
+        return Reported(_interval(selection, name), True, True, confounded)
     fitted: Fitted | None = selection.tried.get(term)
     if fitted is None or name not in fitted.parameters:
         return None
     return Reported(fitted.estimate(name), False, False, ())
+
+
+def _vanishes(selection: Selection, term: str) -> bool:
+    """Tell whether the interval of a term of the model holds zero."""
+    is_reported = term in selection.chosen.parameters
+    estimate = selection.interval(term) if is_reported else selection.chosen.estimate(term)
+    return bool(estimate.lower <= 0.0)
 
 
 def _interval(selection: Selection, name: str) -> Estimate:
