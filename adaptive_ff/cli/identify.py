@@ -106,7 +106,7 @@ def identify_command(
             load_friction=load_friction,
         )
         refused = _write_scenario(found, stage)
-        figures, shown = found.plot(None), _shown(found, columns, refused)
+        figures, shown = found.plot(None), _shown(found, columns, refused, out)
         write_figures(figures, stage, drawn)
         if report:
             scenario = {} if refused else {SCENARIO: (stage / SCENARIO).read_text(encoding="utf-8")}
@@ -137,17 +137,39 @@ def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     return None
 
 
-def _shown(found: "LogIdentification", columns: dict[str, str], refused: str | None) -> "list[Table | str]":
+def _shown(found: "LogIdentification", columns: dict[str, str], refused: str | None, out: Path) -> "list[Table | str]":
     from adaptive_ff.report.parameter_tables import map_table, parameters_table
 
-    unwritten = [] if refused is None else [f"No scenario is written: {refused}"]
+    unwritten = [] if refused is None else [f"No scenario is written: {refused}{_left_behind(out)}"]
     tables = [table for table in (parameters_table(found), map_table(found)) if table is not None]
     return [*tables, columns_taken(columns), *found.verdict, *unwritten]
 
 
+def _left_behind(out: Path) -> str:
+    """Say that a scenario which is there already is none of this log; it stays, as it may have been edited."""
+    there = [name for name in (SCENARIO, REFERENCE) if (out / name).exists()]
+    if not there:
+        return ""
+    verb = "is" if len(there) == 1 else "are"
+    return f". The {' and '.join(there)} in {out} {verb} of an earlier log, not of this one"
+
+
+def _of_current(found: "LogIdentification") -> list[str]:
+    """Warn that a scenario is in amperes where compare and simulate read newtons."""
+    from adaptive_ff.identify.units import is_of_current
+
+    if not is_of_current(found.units):
+        return []
+    units = f"A and {found.units['inertia']}"
+    return [
+        f"the torque of the log is a current, so {SCENARIO} has {units} where it says N m and kg m²; for these give "
+        "--torque-constant, in N m/A (N/A)"
+    ]
+
+
 def _print(found: "LogIdentification", shown: "list[Table | str]", out: Path, refused: str | None) -> None:
     errors = error_console()
-    warn(errors, found.cautions)
+    warn(errors, [*found.cautions, *([] if refused else _of_current(found))])
     warn_of_skips(errors, found.skipped, "identification.json")
     console = Printer()
     console.show(shown)

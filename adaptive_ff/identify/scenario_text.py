@@ -10,6 +10,7 @@ from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
 from adaptive_ff.identify.unattributed import unattributed
+from adaptive_ff.identify.units import is_of_current
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
@@ -86,6 +87,11 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         "The simulated joint is the same in both directions and has no offset of the torque"
         + (f"; left out of the log: {' and '.join(left)}." if left else "."),
     ]
+    if is_of_current(found.units):
+        mass = found.units["inertia"].replace("²", "^2")
+        head.append(
+            f"The torque of the log is a current: read A for N m and {mass} for kg m^2, or give a torque constant."
+        )
     joint = {
         "inertia": _rounded(inertia),
         "coulomb": _rounded(coulomb),

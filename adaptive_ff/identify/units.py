@@ -41,6 +41,11 @@ def of_current(units: Mapping[str, str]) -> dict[str, str]:
     return {name: _of_current(unit) for name, unit in units.items()}
 
 
+def is_of_current(units: Mapping[str, str]) -> bool:
+    """Tell whether the torque, or force, of some units is a current."""
+    return units["torque"] == "A"
+
+
 def _of_current(unit: str) -> str:
     if unit in MASS_IN_AMPERES:
         return MASS_IN_AMPERES[unit]

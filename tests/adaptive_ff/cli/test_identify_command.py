@@ -13,6 +13,12 @@ from adaptive_ff.files import write_csv
 FILES = {"identification.json", "scenario.toml", "reference.csv", "identified_torque.png", "friction.png", "lag.png"}
 
 
+CURRENT = (
+    "warning: the torque of the log is a current, so scenario.toml has A and A s²/rad where it says N m and kg m²; for "
+    "these give --torque-constant, in N m/A (N/A)"
+)
+
+
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     folder = tmp_path_factory.mktemp("identify")
@@ -25,6 +31,7 @@ def result(tmp_path_factory):
 def test_all_files_are_written(result):
     folder, _ = result
     assert set(content_of(folder / "out")) == FILES
+    assert "current" not in (folder / "out" / "scenario.toml").read_text(encoding="utf-8")
     for name in FILES:
         if name.endswith(".png"):
             assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
@@ -111,7 +118,10 @@ def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_sc
     log = make_log(noise=0.05)
     write_csv(tmp_path / "log.csv", {"time": log.time, "q": np.degrees(log.position), "current": log.torque})
     scaled = ["--scale", "q=pi/180", "--out", tmp_path / "out"]
-    assert run_command_line("identify", tmp_path / "log.csv", *scaled).status == 0
+    outcome = run_command_line("identify", tmp_path / "log.csv", *scaled)
+    assert (outcome.status, outcome.warnings) == (0, [CURRENT])
+    scenario = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
+    assert "# The torque of the log is a current: read A for N m and A s^2/rad for kg m^2, or give" in scenario
     found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert found["inertia"]["unit"] == "A s²/rad"
@@ -127,9 +137,8 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
     said = " ".join(outcome.err.split())
     assert "the column lage seems to be in degrees, but is taken as radians: give --scale lage=pi/180" in said
     assert "the column strom seems to be in mA, but is taken as A: give --scale strom=1e-3" in said
-    assert (
-        run_command_line("identify", path, *columns, "--scale", "lage=pi/180", "--scale", "strom=1e-3").warnings == []
-    )
+    outcome = run_command_line("identify", path, *columns, "--scale", "lage=pi/180", "--scale", "strom=1e-3")
+    assert outcome.warnings == [CURRENT]
     found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert found["inertia"]["unit"] == "A s²/rad"
@@ -203,7 +212,14 @@ def test_joint_whose_inertia_is_not_told_gets_no_scenario(tmp_path):
     assert found["coulomb"]["identifiable"]
     assert set(content_of(tmp_path / "out")) == FILES - {"scenario.toml", "reference.csv"}
     assert "No scenario is written" in outcome.out
+    assert "of an earlier log" not in outcome.out
     assert found["scenario"] is None
+    earlier = tmp_path / "out" / "scenario.toml"
+    earlier.write_text("# edited by hand\n", encoding="utf-8")
+    outcome = run_command_line("identify", tmp_path / "log.csv", "--out", tmp_path / "out")
+    said = f"so there is no scenario. The scenario.toml in {tmp_path / 'out'} is of an earlier log, not of this one"
+    assert said in " ".join(outcome.out.split())
+    assert earlier.read_text(encoding="utf-8") == "# edited by hand\n"
 
 
 REFUSALS = [
