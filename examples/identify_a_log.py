@@ -18,5 +18,5 @@ found = identify_log(log, torque_delay=0.001)  # a row's torque is held until th
 for name, reported in found.parameters.items():
     estimate = reported.estimate
     print(f"{name:18s} {estimate.value:10.4g}   95 %: {estimate.lower:.4g} to {estimate.upper:.4g} {found.units[name]}")
-for sentence in found.verdict:
+for sentence in [*found.verdict, *found.cautions]:  # cautions: what was left out of the log, or is wrong with it
     print(sentence)

@@ -22,11 +22,12 @@ from adaptive_ff.cli.options import (
     Scale,
     Time,
     Torque,
+    TorqueDelay,
     known_periods,
     picture_formats,
 )
 from adaptive_ff.cli.places import places
-from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
+from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
 
 if TYPE_CHECKING:
     from adaptive_ff.identify.score import Score
@@ -41,6 +42,7 @@ def score_command(
     torque: Torque = None,
     known_torque: KnownTorque = None,
     scale: Scale = None,
+    torque_delay: TorqueDelay = None,
     position_period: PositionPeriod = None,
     gear_ratio: GearRatio = None,
     position_hats: PositionHats = 0,
@@ -72,6 +74,7 @@ def score_command(
             score = score_log(
                 *logs,
                 linear=linear,
+                torque_delay=torque_delay or 0.0,
                 position_periods=known_periods(position_period, gear_ratio),
                 position_hats=position_hats,
                 progress=lambda share: progress.update(task, completed=share),
@@ -82,6 +85,7 @@ def score_command(
             write_report(stage / NAME, f"Model of {train}, simulated on {test}", shown, figures)
         for file in (stage / "score.json", *beside.values()):
             write_result(file, {**score.to_dict(), "columns": columns})
+    warn(errors, score.cautions)
     console = Printer()
     console.show(shown)
     console.say(f"score.json and its picture are in {out}")

@@ -361,12 +361,18 @@ def _moves_both_ways(problem: Problem) -> bool:
 
 
 def _check_arguments(held_out: float, torque_delay: float, confidence: float) -> None:
-    check_numbers(held_out=held_out, torque_delay=torque_delay)
+    check_numbers(held_out=held_out)
     if not 0.0 <= held_out < 1.0:
         raise InputError(f"held_out = {held_out:g} is not allowed: it must be zero or more, and less than one")
+    check_delay(torque_delay)
+    check_confidence(confidence)
+
+
+def check_delay(torque_delay: float) -> None:
+    """Raise ``InputError`` for a delay of the torque, s, that no drive has."""
+    check_numbers(torque_delay=torque_delay)
     if not abs(torque_delay) <= LONGEST_DELAY:
         raise InputError(
             f"torque_delay = {torque_delay:g} s is not allowed: it must be from {-LONGEST_DELAY:g} to "
             f"{LONGEST_DELAY:g} s"
         )
-    check_confidence(confidence)

@@ -16,7 +16,7 @@ one of fewest parameters within a standard error of the best one, on paired diff
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,13 +27,13 @@ from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters, coefficient
 from adaptive_ff.adaptive.map_settings import map_parameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.filtering import uniform
-from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.identification import check_delay, identify_log
 from adaptive_ff.identify.map_columns import MapAsked, check_asked, check_periods
 from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
 from adaptive_ff.identify.open_loop_fit import fit_path
 from adaptive_ff.identify.open_loop_mean import Validated, held_out_squares, mean_of_all
 from adaptive_ff.identify.open_loop_slopes import Training
-from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.preparation import Prepared, prepare
 from adaptive_ff.logs.derivatives import Array, lowpass
 from adaptive_ff.logs.log import Log, check_log
 
@@ -121,6 +121,8 @@ class Score:
         The other log.
     linear : bool
         Whether it is a linear axis.
+    cautions : list of str
+        What was done about the logs, or is probably wrong with them, a sentence each.
     """
 
     trained: str
@@ -135,6 +137,7 @@ class Score:
     measured: Array
     simulated: Array
     linear: bool
+    cautions: list[str] = field(default_factory=list)
 
     @property
     def chosen(self) -> Choice:
@@ -146,6 +149,7 @@ class Score:
         figures = ("trained", "tested", "rms", "fit", "windows", "training_rms")
         result: dict[str, Any] = {name: getattr(self, name) for name in figures}
         result["unit"] = "m" if self.linear else "rad"
+        result["warnings"] = self.cautions
         result["model"] = self.model.to_dict()
         result["choices"] = [choice._asdict() for choice in self.choices]
         return result
@@ -162,6 +166,7 @@ def score_log(
     test: Log,
     *,
     linear: bool = False,
+    torque_delay: float = 0.0,
     position_periods: Sequence[float] = (),
     position_hats: int = 0,
     progress: Callable[[float], None] | None = None,
@@ -174,6 +179,9 @@ def score_log(
         Logs of the same joint, with positions.
     linear : bool, optional
         Whether it is a linear axis, in m and N.
+    torque_delay : float, optional
+        Time after its stamp at which a torque acts, s, in both logs: half a sample time where the stamp is that of the
+        command and the torque is held until the next. Between samples it is taken on straight lines.
     position_periods : sequence of float, optional
         Known periods, rad (m), over which friction may vary with position.
     position_hats : int, optional
@@ -186,15 +194,17 @@ def score_log(
     Raises
     ------
     InputError
-        A log has no position, a defect, or does not determine a joint.
+        A log has no position, a defect, or does not determine a joint, or an argument is out of range.
     """
     check_log("train", train)
     check_log("test", test)
+    check_delay(torque_delay)
     asked = MapAsked(tuple(position_periods), position_hats)
     check_asked(asked, train)
-    records = [_record(log, linear=linear) for log in (train, test)]
+    prepared = [_prepared(log, linear=linear) for log in (train, test)]
+    records = [_record(one, torque_delay) for one in prepared]
     check_periods(asked, train.name, float(np.min(records[0].position)), float(np.max(records[0].position)))
-    found = identify_log(train, held_out=0.0, linear=linear, model="offset")
+    found = identify_log(train, held_out=0.0, torque_delay=torque_delay, linear=linear, model="offset")
     start = np.array([*(found.selection.chosen.values[name] for name in FIRST[:3]), 0.0])
     offset = found.selection.chosen.values.get("offset", 0.0)
     structures = [
@@ -210,7 +220,8 @@ def score_log(
     means = sorted((_mean(members, records[0]) for members in made.values()), key=lambda one: one[0].error)
     choices = [choice for choice, _ in means]
     model = means[choices.index(choose_mean(choices))][1]
-    return _judge(train, test, model, choices, records, linear=linear)
+    said = [f"{one.log.name}: {sentence}" for one in prepared for sentence in one.said]
+    return replace(_judge(train, test, model, choices, records, linear=linear), cautions=list(dict.fromkeys(said)))
 
 
 def _validated(begin: OpenLoopModel, record: Record, *, by_direction: bool) -> list[Validated]:
@@ -291,15 +302,23 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _record(log: Log, *, linear: bool) -> Record:
-    """Return a log on a uniform grid, with velocities to start from."""
+def _prepared(log: Log, *, linear: bool) -> Prepared:
+    """Return a log that can be simulated from end to end."""
     if log.position is None:
         raise InputError(f"{log.name}: a score takes a position, which is what the simulation is compared with")
     prepared = prepare(log, linear=linear)
     if len(prepared.pieces) != 1 or prepared.skipped:
         reason = prepared.skipped[0].reason if prepared.skipped else "it has several pieces"
         raise InputError(f"{log.name}: an open-loop simulation takes a log without defect; {reason}")
-    _, position, torque = uniform(log, prepared.pieces[0], prepared.period)
+    return prepared
+
+
+def _record(prepared: Prepared, torque_delay: float) -> Record:
+    """Return a log on a uniform grid, with velocities to start from; the delay of the torque in s."""
+    log = prepared.log
+    time, position, torque = uniform(log, prepared.pieces[0], prepared.period)
+    if torque_delay != 0.0:
+        torque = np.interp(time - torque_delay, time, torque)
     fewest, longest = 2 * SETTLING * BLOCKS, WINDOW / (SETTLING + 1)
     if position.size < fewest or prepared.period > longest:
         raise InputError(

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from command_line import content_of, run_command_line
+from command_line import content_of, refusal, run_command_line
 from synthetic_logs import write_log
 
 from adaptive_ff.identify.open_loop_slopes import follow_with_slopes
@@ -36,3 +36,10 @@ def test_the_copy_is_the_same_and_names_the_columns(result):
 
 def test_what_numba_compiles_is_known_to_be_compiled(result):
     assert is_cached(follow_with_slopes)
+
+
+def test_the_delay_of_the_torque_is_taken(result):
+    folder, _ = result
+    logs = folder / "train.csv", folder / "test.csv"
+    said = refusal("score", *logs, "--torque-delay", "2", "--out", folder / "other")
+    assert "torque_delay = 2 s is not allowed: it must be from -1 to 1 s" in said

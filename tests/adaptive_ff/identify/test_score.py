@@ -187,6 +187,34 @@ def test_change_of_the_last_digits_changes_the_result_little(monkeypatch):
         assert other.chosen.error == pytest.approx(found.chosen.error, rel=0.03)
 
 
+def test_torque_that_acts_late_is_simulated_so(monkeypatch):
+    monkeypatch.setattr(score, "KNOTS", (1,))
+    late = 5  # rows
+    train, test = (_delayed(_log(0.0, seed), late) for seed in (101, 102))
+    told, untold = (score_log(train, test, torque_delay=delay) for delay in (late * PERIOD, 0.0))
+    assert told.rms < 0.2 * untold.rms
+    assert told.model.inertia == pytest.approx(0.5, rel=0.01)
+
+
+def test_what_was_done_about_a_log_is_said(monkeypatch):
+    monkeypatch.setattr(score, "KNOTS", (1,))
+    train, test = _log(0.0, 101), _log(0.0, 102)
+    test.torque[2000] = np.nan
+    found = score_log(train, test)
+    assert found.cautions == found.to_dict()["warnings"] == ["log: 1 row left out: no finite number in the torque"]
+
+
+@pytest.mark.parametrize("delay", [np.nan, np.inf, 1.5])
+def test_delay_that_no_drive_has_is_refused(delay):
+    with pytest.raises(InputError, match=r"torque_delay = .* s is not allowed: it must be from -1 to 1 s"):
+        score_log(_log(0.0, 101), _log(0.0, 102), torque_delay=delay)
+
+
+def _delayed(log, rows):
+    """The log of a machine whose torque acts so many rows after its stamp."""
+    return Log(log.name, log.time[:-rows], log.torque[rows:], position=log.position[:-rows])
+
+
 def _unseen(model, record, block):
     return model.errors(record, np.array([2500 * block]), 2500)[0, 20:]
 
