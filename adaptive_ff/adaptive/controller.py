@@ -458,6 +458,11 @@ class AdaptiveController(AdaptiveBase):
         return float(self.state.observer.gain)
 
     @property
+    def torque_limit(self) -> float:
+        """Limit of the drive that it was told, N m; to change it, make another one and hand it ``state_to_json()``."""
+        return float(self.parameters.command.torque_limit)
+
+    @property
     def observed_torque(self) -> float:
         """Torque that the feedforward lacks, as observed, N m."""
         return float(self.state.observer.disturbance)

@@ -186,6 +186,9 @@ def test_torque_limit_does_what_clipping_and_reporting_by_hand_does(delay):
             joint.step(clipped[-1], PERIOD / 5)
     np.testing.assert_allclose(own.torque, torques, atol=1e-9)
     assert np.max(np.abs(own.torque)) == limit
+    assert controller.torque_limit == limit
+    with pytest.raises(AttributeError):  # a limit that is set later would do nothing
+        controller.torque_limit = 50.0
 
 
 def test_inverse_dynamics_with_inertia_is_fed_once_and_the_inertia_is_identified():
@@ -299,6 +302,22 @@ def test_a_stop_that_was_not_announced_throws_the_joint_no_further_than_pi_does(
         behind[name], error[name] = -min(velocities), rms(np.array(velocities))
     assert behind["adaptive"] < behind["pi"] + 0.05
     assert error["adaptive"] < 1.05 * error["pi"]
+
+
+def test_stepped_set_points_are_tracked_no_worse_than_by_pi():
+    """Nothing of them is known ahead; of every other one the joint comes to a stop."""
+    generator = np.random.default_rng(101)
+    steps = np.where(np.arange(40) % 2 == 0, generator.uniform(-0.4, 0.4, 40), 0.0)
+    leaping, errors = np.repeat(steps, 100), {}
+    for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
+        joint, found, noise = reference_joint(), [], NOISE * np.random.default_rng(101).standard_normal(leaping.size)
+        for reference, wrong in zip(leaping, noise, strict=True):
+            found.append(reference - joint.state.velocity)
+            joint.step(controller.step(reference, joint.state.velocity + wrong), PERIOD)
+        errors[name] = np.array(found)
+    windows = [(rms(errors["adaptive"][k : k + 500]), rms(errors["pi"][k : k + 500])) for k in range(0, 4000, 500)]
+    assert all(own < 1.1 * base for own, base in windows)
+    assert rms(errors["adaptive"][2000:]) < rms(errors["pi"][2000:]) / 0.95
 
 
 def test_a_call_that_comes_late_answers_to_the_plan_of_now():
