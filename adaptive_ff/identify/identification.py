@@ -229,15 +229,17 @@ def _without_stops(
 ) -> tuple[Prepared, Problem, Selection]:
     """Leave out the rows in which a joint stands while it reverses; short stops only where it does not creep there."""
     might_creep = any(not jumps_at_reversal(other.terms) for other in selection.validated)
-    fewest = _rows(problem)
+    again, compared = selection, _rows(problem)
     for dwells in (True, False) if might_creep else (False,):
         sticking = prepared._replace(rest=prepared.rest._replace(sticks=True, dwells=dwells))
         sliding = regression_problem(sticking, fitting, torque_delay)
-        if FEWEST_ROWS <= _rows(sliding) != fewest and _rows(sliding) < _rows(problem):
-            again = select(sliding)
-            if not dwells or jumps_at_reversal(again.chosen.terms):  # else it creeps, which tells of its friction
-                return sticking, sliding, again
-            fewest = _rows(sliding)
+        rows = _rows(sliding)
+        if not FEWEST_ROWS <= rows < _rows(problem):
+            continue
+        if rows != compared:  # else every stop is one that the sign tells, and the models are those of these rows
+            again, compared = select(sliding), rows
+        if not dwells or jumps_at_reversal(again.chosen.terms):  # else it creeps, which tells of its friction
+            return sticking, sliding, again
     return prepared, problem, selection
 
 
