@@ -55,6 +55,8 @@ class Fitted(NamedTuple):
         Variances of the regression over those without the other columns, known as variance inflation factors
         (D. Marquardt, "Generalized inverses, ridge regression, biased linear estimation, and nonlinear estimation",
         Technometrics 12, 1970).
+    shown : float
+        Largest share of the stiction above Coulomb friction that any row shows; one without stiction.
     """
 
     terms: tuple[str, ...]
@@ -63,6 +65,7 @@ class Fitted(NamedTuple):
     inflation: Array
     correction: Array
     collinearities: Array
+    shown: float
 
     @property
     def searched(self) -> dict[str, float]:
@@ -176,7 +179,14 @@ def fit_terms(
         inflation,
         regression.values - solved,
         alone * np.sum(np.square(full), axis=0),
+        _shown_stiction(matrix, linear),
     )
+
+
+def _shown_stiction(matrix: Array, linear: Sequence[str]) -> float:
+    """Return the largest share of a stiction above Coulomb friction in the rows of a design; one without stiction."""
+    places = [linear.index(term) for term in (STICTION, SQUARE_STICTION) if term in linear]
+    return float(np.max(np.abs(matrix[:, places]))) if places else 1.0
 
 
 def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquaresFit) -> LeastSquaresFit:

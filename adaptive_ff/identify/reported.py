@@ -1,6 +1,7 @@
 """Parameters of the report: which are identifiable, which are part of the model, and which are confounded."""
 
 import math
+import sys
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, SQUARE_STICTION, STICTION, is_mapped
@@ -24,6 +25,9 @@ VAGUE = 0.25
 
 TIED = 0.95
 """Correlation of two estimates from which they count as tied to each other."""
+
+SLOW = math.exp(-1.0)
+"""Share of the stiction above Coulomb friction that a log shows where the joint is as slow as the Stribeck velocity."""
 
 UNTIED = math.sqrt(1.0 - TIED**2)
 """What knowing one of them leaves of the interval of the other."""
@@ -72,10 +76,26 @@ def _vanishes(selection: Selection, term: str) -> bool:
 
 def _interval(selection: Selection, name: str) -> Estimate:
     """Return a parameter of the model with an interval over all models that are alike, those without it, too."""
-    estimate = selection.interval(name)
+    estimate = _as_far_as_slow(selection, name)
     if not _without(selection, name):
         return estimate
     return estimate._replace(lower=min(estimate.lower, 0.0), upper=max(estimate.upper, 0.0))
+
+
+def _as_far_as_slow(selection: Selection, name: str) -> Estimate:
+    """Return a parameter with an interval over all models; that of a stiction begins at the friction that was seen.
+
+    Where the joint is nowhere as slow as the Stribeck velocity, the rest of the stiction is what its shape makes of
+    the begin of the rise: a friction that rises no further has a stiction of what was seen, and a Stribeck velocity of
+    the slowest speed.
+    """
+    estimate, shown = selection.interval(name), selection.chosen.shown
+    if shown < SLOW and name == "stiction":
+        seen = selection.interval("coulomb").lower + shown * selection.chosen.values[STICTION]
+        return estimate._replace(lower=min(estimate.lower, seen))
+    if shown < SLOW and name == BENT[STICTION]:
+        return estimate._replace(upper=max(estimate.upper, -math.log(max(shown, sys.float_info.min)) * estimate.upper))
+    return estimate
 
 
 def _without(selection: Selection, name: str) -> list[Fitted]:
@@ -96,9 +116,10 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
     These are terms that some of the models have, between which the log does not decide, and others have not.
     """
     estimate = _interval(selection, name)
-    if 0.5 * (estimate.upper - estimate.lower) < VAGUE * abs(estimate.value):
+    own, sides = selection.chosen, (estimate.value - estimate.lower, estimate.upper - estimate.value)
+    extrapolated = name in ("stiction", BENT[STICTION]) and own.shown < SLOW
+    if (max(sides) if extrapolated else 0.5 * sum(sides)) < VAGUE * abs(estimate.value):
         return ()
-    own = selection.chosen
     bound = 0.5 * (own.estimate(name).upper - own.estimate(name).lower)
     found: dict[str, None] = {}
     for other in selection.alike[1:]:
@@ -110,6 +131,8 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
     for other in _without(selection, name):
         found.update(dict.fromkeys(_moved(own, other)))
     found.update(dict.fromkeys([*_tied(own, name), *_bent(selection, name)]))
+    if extrapolated:
+        found[SQUARE_STICTION] = None
     terms = (mapped_word(term) if is_mapped(term) else term for term in found if term != name)
     return tuple(dict.fromkeys(terms))
 
