@@ -266,6 +266,17 @@ def condition(
     )
 
 
+def moving_torque(log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest, torque_delay: float) -> Array:
+    """Return the torque of a piece while the joint moves, in the band, with a delay; see ``condition``.
+
+    It is all of a piece that is regressed and depends on the delay.
+    """
+    _, motion, torque = uniform(log, piece, period)
+    fast = wide_velocity(motion, rest.corner, period, is_position=log.position is not None)
+    band = band_of_motion(fast, bandwidth, period, rest)
+    return band.filtered(transferred(torque, lambda s: np.exp(-torque_delay * s), period))
+
+
 def _motion(measured: Array, wide: Array, band: Band, *, is_position: bool) -> tuple[Array, Array]:
     """Return velocity and acceleration in the band, of a motion as it was measured and behind the wide filter."""
     smooth = lowpass(measured, (band.corner, band.bandwidth), band.period) if band.stops == 0 else wide

@@ -12,10 +12,11 @@ from adaptive_ff.estimation.confidence import check_confidence
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
-from adaptive_ff.identify.families import AUTO, is_mapped, jumps_at_reversal
+from adaptive_ff.identify.families import AUTO, LAG, is_mapped, jumps_at_reversal
 from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
 from adaptive_ff.identify.held_out_error import error_with_other_load, has_changed, is_larger
+from adaptive_ff.identify.held_torque import fit_if_held, held_words
 from adaptive_ff.identify.identified_map import identified_map
 from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, check_periods, with_map
 from adaptive_ff.identify.map_selection import select_map
@@ -146,6 +147,9 @@ def identify_log(
         if rippled is not None:
             problem, selection, basis = rippled
             asked = basis.asked
+    later = fit_if_held(problem, prepared, fitting, selection) if torque_delay == 0.0 else None
+    if LAG in selection.chosen.terms:  # which a held torque does as well, where there is such a fit
+        selection = selection._replace(held=later)
     other, unseen, name = prepared, holding, "the end of the log"
     if validation is not None:
         check_asked(asked, validation)
@@ -166,7 +170,8 @@ def identify_log(
     if found.validation is not None and is_larger(found.fit, found.validation):
         found = replace(found, **_reasons(found, problem, held, of_log=validation is not None))
     check_plausible(found, log)
-    return replace(found, verdict=verdict(found), cautions=[*prepared.said, *cautions(found, log)])
+    said = [*prepared.said, *cautions(found, log), *held_words(found, later)]
+    return replace(found, verdict=verdict(found), cautions=said)
 
 
 class Used(NamedTuple):

@@ -102,7 +102,7 @@ def _without(selection: Selection, name: str) -> list[Fitted]:
     """Return the models that are alike and have a parameter of the chosen one as zero."""
     if name not in NEUTRAL or name not in selection.chosen.parameters:
         return []
-    return [other for other in selection.alike if name not in other.parameters]
+    return [other for other in selection.allowed if name not in other.parameters]
 
 
 def _is_apart(estimate: Estimate, name: str) -> bool:
@@ -122,7 +122,7 @@ def _confounded(selection: Selection, name: str) -> tuple[str, ...]:
         return ()
     bound = 0.5 * (own.estimate(name).upper - own.estimate(name).lower)
     found: dict[str, None] = {}
-    for other in selection.alike[1:]:
+    for other in selection.allowed[1:]:
         if name in other.parameters and abs(other.estimate(name).value - estimate.value) > 0.5 * bound:
             unlike = {*own.terms} ^ {*other.terms}
             if SQUARE_STICTION in unlike:

@@ -62,6 +62,9 @@ class Selection(NamedTuple):
         The products behind them.
     varied : Fitted or None
         The model whose friction a map varies, where one was asked for.
+    held : Fitted or None
+        The model without its lag, fitted to a torque that is held, where that explains as much: intervals are taken
+        over it, too, see :mod:`adaptive_ff.identify.held_torque`.
     """
 
     chosen: Fitted
@@ -74,16 +77,22 @@ class Selection(NamedTuple):
     profiles: dict[Terms, list[Profile]]
     grid: Grid
     varied: Fitted | None = None
+    held: Fitted | None = None
+
+    @property
+    def allowed(self) -> list[Fitted]:
+        """All fits that intervals are taken over, the chosen one first."""
+        return self.alike if self.held is None else [*self.alike, self.held]
 
     def interval(self, name: str) -> Estimate:
-        """Return a parameter of the chosen model; its interval covers those of all models that are alike."""
+        """Return a parameter of the chosen model; its interval covers those of all models that are allowed."""
         estimate = self.chosen.estimate(name)
-        ends = [self.ends(fitted, name) for fitted in self.alike if name in fitted.parameters]
+        ends = [self.ends(fitted, name) for fitted in self.allowed if name in fitted.parameters]
         lower, upper = min(low for low, _ in ends), max(high for _, high in ends)
         return Estimate(estimate.value, estimate.standard_error, lower, upper)
 
     def ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
-        """Return the ends of the interval of one of the models that are alike."""
+        """Return the ends of the interval of one of the models that are allowed."""
         profiles = self.profiles.get(fitted.terms)
         if profiles is None or name not in profiles[0].values or any(name not in one.values for one in profiles):
             return fitted.estimate(name)[2:]

@@ -1,0 +1,88 @@
+"""Whether the torque of a log acts later than its stamp says, as one that a drive holds until the next sample does.
+
+A torque that is stamped when it is commanded, and held for a period, acts half a period later in the mean. Taken as one
+that acts at its stamp it puts ``J delay`` times the jerk into the balance. Where a joint stands at its reversals, so
+that only friction that rises with the speed shows a lag, a lag of ``sqrt(J delay / sigma)`` does the same, and makes
+inertia too large by ``sigma`` times that: of a joint of 0.5 kg m^2 and 1.5 N m s/rad by 5 % for a delay of 1 ms, with
+an interval of a tenth of that. So the chosen terms are fitted once more, without their lag, to the torque half a period
+later; nothing else of the rows depends on it. Where that does as well as a lag, intervals are taken over it, too.
+"""
+
+import math
+import sys
+
+import numpy as np
+
+from adaptive_ff.identify.families import LAG
+from adaptive_ff.identify.filtering import moving_torque
+from adaptive_ff.identify.fit import Fitted, fit_terms
+from adaptive_ff.identify.grid import BLOCKS
+from adaptive_ff.identify.preparation import Prepared
+from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.logs.defects import Piece
+
+DEVIATIONS, LESS = 3.0, 0.05
+"""Standard errors of the difference between both fits, over blocks of rows, and share of the squares, by which a torque
+must fit better as one that is held; in the place of a friction lag it need not fit worse, with a parameter less."""
+
+
+def fit_if_held(problem: Problem, prepared: Prepared, pieces: list[Piece], selection: Selection) -> Fitted | None:
+    """Return the fit to a torque that is held, where it seems to be and friction does not seem to lead; else None.
+
+    Parameters
+    ----------
+    problem : Problem
+        The rows, of the torque at its stamps.
+    prepared : Prepared
+        The log that they come from.
+    pieces : list of Piece
+        Its pieces, in the order of the problem's.
+    selection : Selection
+        What was chosen.
+    """
+    chosen = selection.chosen
+    if selection.lead > prepared.period:
+        return None
+    later = fit_later(problem, prepared, pieces, chosen, 0.5 * prepared.period)
+    if later is None:
+        return None
+    less, deviation = gain(chosen, later)
+    return later if less > (0.0 if LAG in chosen.terms else max(DEVIATIONS * deviation, LESS)) else None
+
+
+def held_words(found: LogIdentification, later: Fitted | None) -> list[str]:
+    """Say that the torque seems to be held, where it does: one sentence or none."""
+    if later is None:
+        return []
+    chosen = found.selection.chosen
+    held, stamped = (f"{fitted.values['inertia']:.4g}" for fitted in (later, chosen))
+    return [
+        "the torque seems to act half a sample time after its stamp, as one that the drive holds until the next: so "
+        f"taken, the same terms {'without a lag ' if LAG in chosen.terms else ''}leave "
+        f"{100.0 * gain(chosen, later)[0]:.2g} % less of the squares, with an inertia of {held} instead of {stamped} "
+        f"{found.units['inertia']}; if the drive holds it, give --torque-delay {0.5 * found.period:.4g}"
+    ]
+
+
+def fit_later(problem: Problem, prepared: Prepared, pieces: list[Piece], chosen: Fitted, delay: float) -> Fitted | None:
+    """Return the fit of the terms of a model but its lag to the torque so many s later; None where there is none."""
+    log, band, period, rest = prepared.log, prepared.bandwidth, prepared.period, prepared.rest
+    made = [
+        rows._replace(moving_torque=moving_torque(log, piece, band, period, rest, delay))
+        for piece, rows in zip(pieces, problem.pieces, strict=True)
+    ]
+    terms = tuple(term for term in chosen.terms if term != LAG)
+    try:
+        return fit_terms(problem._replace(pieces=made), terms, chosen.regression.confidence, start=chosen.values)
+    except ValueError:
+        return None
+
+
+def gain(chosen: Fitted, later: Fitted) -> tuple[float, float]:
+    """Return which share of its squares a model leaves less as fitted to a later torque, and the standard error."""
+    less = np.square(chosen.regression.residuals) - np.square(later.regression.residuals)
+    blocks = np.array([float(np.sum(block)) for block in np.array_split(less, BLOCKS)])
+    blocks /= max(chosen.squares, sys.float_info.min)
+    return float(np.sum(blocks)), math.sqrt(BLOCKS * float(np.var(blocks, ddof=1)))

@@ -1,0 +1,42 @@
+"""A torque that the drive holds, taken as one at its stamp: where it looks like a lag, the report says so."""
+
+import pytest
+from dry_joint import dry_joint_log
+from synthetic_logs import make_log
+
+from adaptive_ff.identify.families import LAG
+from adaptive_ff.identify.identification import identify_log
+
+
+def said(found):
+    return [caution for caution in found.cautions if "half a sample time" in caution]
+
+
+@pytest.mark.parametrize("seed", [204, 205])
+def test_a_held_torque_that_looks_like_a_lag_is_named_and_inertia_held(seed):
+    """Inertia came out 6 to 9 % too large, with intervals that did not hold it."""
+    log, joint = dry_joint_log(seed, inertia=0.5, noise=0.001)
+    found = identify_log(log, held_out=0.0)
+    (caution,) = said(found)
+    assert "--torque-delay 0.001" in caution
+    assert "without a lag" in caution
+    inertia, lag = (found.parameters[name] for name in ("inertia", LAG))
+    assert inertia.estimate.lower < 1.003 * joint["inertia"] < inertia.estimate.upper
+    assert inertia.estimate.value > 1.04 * joint["inertia"]
+    assert lag.estimate.lower <= 0.0
+    assert lag.confounded
+
+
+def test_a_held_torque_is_noticed_without_a_lag_too():
+    log, _ = dry_joint_log(202, inertia=0.5, noise=0.001)
+    found = identify_log(log, held_out=0.0)
+    assert LAG not in found.selection.chosen.terms
+    (caution,) = said(found)
+    assert "without a lag" not in caution
+    assert found.selection.held is None
+    assert said(identify_log(log, held_out=0.0, torque_delay=0.001)) == []
+
+
+@pytest.mark.parametrize("noise", [0.005, 0.1])
+def test_a_torque_at_its_stamp_is_not_taken_for_a_held_one(noise):
+    assert said(identify_log(make_log(noise=noise), held_out=0.0)) == []
