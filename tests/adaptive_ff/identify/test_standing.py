@@ -77,8 +77,7 @@ def stopping_log(lag=0.0, seed=101, inertia=2.0, coulomb=5.0, viscous=3.0, noise
 def test_what_a_joint_holds_at_rest_does_not_reach_what_is_regressed_beside_it(seed):
     found = identify_log(stopping_log(seed=seed), held_out=0.0)
     assert LAG not in found.selection.chosen.terms
-    truth = {"inertia": 2.0, "coulomb": 5.0, "viscous": 3.0, "stiction": 7.0, "stribeck_velocity": 0.3}
-    for name, true in truth.items():
+    for name, true in {"inertia": 2.0, "coulomb": 5.0, "viscous": 3.0}.items():
         assert found.value(name) == pytest.approx(true, rel=5e-3), name
 
 
