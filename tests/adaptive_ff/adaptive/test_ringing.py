@@ -71,18 +71,20 @@ def test_another_error_is_none(error):
     assert first_rings(PEAK * error) is None
 
 
-def test_two_long_half_cycles_whose_errors_no_joint_makes_by_itself_are_ringing():
+def test_long_half_cycles_whose_errors_no_joint_makes_by_itself_are_ringing():
     """A torque that may rise only slowly: each half cycle lasts as long as it takes to turn the friction round."""
     slow = np.sin(2.0 * np.pi * 2.0 * TIME)
     assert first_rings(PEAK * slow) is None
-    assert first_rings(PEAK * slow, far=0.9 * PEAK) == pytest.approx(0.5, abs=1.5 * PERIOD)
+    assert first_rings(PEAK * slow, far=0.9 * PEAK) == pytest.approx(0.75, abs=1.5 * PERIOD)
+    small = 0.9 * TOGETHER / MOST * PEAK  # beside the plan
+    assert first_rings(small * slow) is None
+    assert first_rings(small * slow, far=0.9 * small) is not None
     assert first_rings(PEAK * slow, far=1.1 * PEAK) is None
     assert first_rings(PEAK * np.sin(2.0 * np.pi * 1.0 * TIME), far=0.9 * PEAK) is None  # longer than it takes
-    assert first_rings(PEAK * slow * np.where(TIME < 0.25, 0.5, 1.0), far=0.9 * PEAK) == pytest.approx(0.75, abs=0.03)
 
 
 def test_how_far_no_joint_comes_by_itself():
-    assert far_error(100.0, 1000.0, 0.0) == pytest.approx(0.075)
+    assert far_error(100.0, 1000.0, 0.0) == pytest.approx(0.1)
     assert far_error(100.0, 1000.0, 1e-9) == math.inf  # where an outer loop asks for it, it may be that
 
 
