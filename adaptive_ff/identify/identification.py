@@ -170,8 +170,9 @@ def identify_log(
     if found.validation is not None and is_larger(found.fit, found.validation):
         found = replace(found, **_reasons(found, problem, held, of_log=validation is not None))
     check_plausible(found, log)
-    said = [*prepared.said, *cautions(found, log), *held_words(found, later)]
-    return replace(found, verdict=verdict(found), cautions=said)
+    said = [] if validation is None else [f"{name}: {sentence}" for sentence in other.said]
+    said += [*cautions(found, log), *held_words(found, later)]
+    return replace(found, verdict=verdict(found), cautions=[*prepared.said, *said])
 
 
 class Used(NamedTuple):

@@ -60,6 +60,12 @@ def test_replay_leaves_the_glitch_out_too():
     assert found.left["adaptive"].whole == pytest.approx(sound.left["adaptive"].whole, rel=0.02)
 
 
+def test_what_is_left_out_of_a_log_to_validate_on_is_said_with_its_name():
+    other = glitched(make_log(noise=0.05, seed=102), position=([5000], 3.3))
+    found = identify_log(make_log(noise=0.05), validation=Log("other", other.time, other.torque, other.position))
+    assert [caution[:53] for caution in found.cautions] == ["other: 1 row left out: the position is far off there,"]
+
+
 def test_glitch_of_a_position_that_is_held_is_found_among_its_new_values():
     log = make_log(duration=20.0)
     position = np.repeat(log.position[::5], 5)
