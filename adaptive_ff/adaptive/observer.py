@@ -132,7 +132,7 @@ class Circumstances(NamedTuple):
     friction : float
         Friction beside which noise counts, N m.
     unforeseen : float
-        What of the plan now was not foreseen at the last sample, rad/s.
+        What of the plan was not foreseen when the torque of the period was fed forward, rad/s.
     """
 
     held: bool
@@ -274,7 +274,7 @@ def observe(
             effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
         turned = seen * state.reference < 0.0
         own = beside_correction(now, correction)
-        far = far_error(known.friction, feedback.proportional, correction)
+        far = far_error(max(known.friction, math.sqrt(squared)), feedback.proportional, correction)
         effect = look_for_ringing(
             effect, own, variance, peak, far, state.gain, turned, known.falls, time_constant, duration
         )

@@ -298,7 +298,7 @@ def look_for_ringing(
     error, variance, peak, gain, duration : float
         As of :func:`advance_effect`.
     far : float
-        Error that no joint makes by itself, rad/s.
+        Error that neither friction nor a load makes, rad/s.
     turned : bool
         Whether the plan has changed its sign, with which half cycles begin anew.
     falls : bool
@@ -312,7 +312,7 @@ def look_for_ringing(
     share, ceiling = state.share, state.ceiling
     if falls and ringing.blamed:
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
-    elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak, far):
+    elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak):
         share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
     return ObserverEffect(
         state.error_squared,

@@ -11,10 +11,10 @@ the noise. Of ``n`` such half cycles in a row, all in one motion,
 
     n >= 2,    n A > 0.56 of the plan's largest speed
 
-are taken for ringing: two with 0.28 of it, and eight at most with 0.07; so are longer
-ones whose errors no joint makes by itself. A loop with a lag rings with 0.4 and more of it
-at a start; what reversals leave behind is less and dies out, and the error of a slow loop that turns with the plan is
-of several motions.
+are taken for ringing: two with 0.28 of it, and eight at most with 0.07. Longer ones count where their errors are more
+than friction and what is observed make of the gain. A loop with a lag rings with 0.4 and more of the plan's speed at
+a start; what reversals leave behind is less and dies out, and the error of a slow loop that turns with the plan is of
+several motions.
 
 Their lengths need not be alike: where friction drives the joint one way, every other half cycle is two or three times
 as long. While only those counted whose length was within 1.7 times that of the last, a drive that lags by 30 ms had a
@@ -53,8 +53,8 @@ how they break away: they settle 1 to 4 % worse.
 """
 
 FAR, LONGEST_FAR = 1.0, 25.0
-"""A half cycle whose error is more than the friction at breakaway makes of the proportional gain, times the first,
-counts up to so many time constants, whatever the largest speed of the plan.
+"""A half cycle whose error is more than friction at breakaway, or the torque that is observed (in the mean square),
+makes of the proportional gain, times the first, counts up to so many time constants.
 
 No joint that only sticks and slips comes so far: with three times as much stiction as Coulomb friction that share is
 two thirds. A torque that rises by at most 1500 N m/s takes a tenth of a second to turn the friction round; of 16
@@ -139,12 +139,12 @@ def advance_ringing(
 
 
 @register_jitable
-def far_error(friction: float, proportional: float, correction: float) -> float:
-    """Return an error (rad/s) that no joint by itself makes, for a friction at breakaway (N m) and a gain (N m s/rad).
+def far_error(torque: float, proportional: float, correction: float) -> float:
+    """Return an error (rad/s) that neither friction at breakaway nor a load makes, for the larger (N m) and the gain.
 
     There is none with an outer loop: where a joint breaks loose, what that asks for is as large.
     """
-    return FAR * friction / proportional if correction == 0.0 else math.inf
+    return FAR * torque / proportional if correction == 0.0 else math.inf
 
 
 @register_jitable
@@ -164,12 +164,11 @@ def beside_correction(error: float, correction: float) -> float:
 
 
 @register_jitable
-def rings(state: Ringing, variance: float, peak: float, far: float) -> bool:
-    """Tell whether the loop rings, for a variance (rad^2/s^2), the plan's largest speed and a far error (rad/s)."""
+def rings(state: Ringing, variance: float, peak: float) -> bool:
+    """Tell whether the loop rings, for a variance of the noise (rad^2/s^2) and the plan's largest speed (rad/s)."""
     squared = state.last_extreme * state.last_extreme
     together = min(state.sustained, MOST) * state.last_extreme
-    loud = together > TOGETHER * peak or state.last_extreme > far
-    return state.sustained >= FEWEST and loud and squared > LOUD * variance
+    return state.sustained >= FEWEST and together > TOGETHER * peak and squared > LOUD * variance
 
 
 @register_jitable

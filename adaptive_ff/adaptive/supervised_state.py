@@ -55,6 +55,21 @@ class SupervisedParameters(NamedTuple):
     observer: ObserverParameters
 
 
+class Bridge(NamedTuple):
+    """What there was since a velocity was believed; nothing where the last one is.
+
+    Attributes
+    ----------
+    lacking : float
+        Mean torque beyond what was fed forward, N m.
+    unforeseen : float
+        Change of the plan that was not foreseen, rad/s.
+    """
+
+    lacking: float
+    unforeseen: float
+
+
 class SupervisedState(NamedTuple):
     """State of the supervised controller: that of the one without supervision, the observer's and the trust.
 
@@ -98,8 +113,8 @@ class SupervisedState(NamedTuple):
         What is remembered of measured velocities.
     balance : Balance
         Friction that the torque along the plan tells of, and that of the model.
-    lacking : float
-        Mean torque beyond what was fed forward while no velocity is believed, N m.
+    bridge : Bridge
+        What there was since a velocity was believed.
     moved : float
         Largest torque beyond what is known with which the joint has followed its plan of late, N m.
     """
@@ -125,5 +140,5 @@ class SupervisedState(NamedTuple):
     drive: DriveLimit
     seen: SeenVelocity
     balance: Balance
-    lacking: float
+    bridge: Bridge
     moved: float

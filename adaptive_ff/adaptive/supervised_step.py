@@ -46,7 +46,7 @@ from adaptive_ff.adaptive.step import (
     learn_and_feed_in_place,
     write_adaptive,
 )
-from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
+from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.trust import TrustState, caution, initial_trust, soft_bound, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, missing_share, unexplained
 from adaptive_ff.adaptive.watching import BRIDGED, holding_friction, plan_rests, unobserved_error, watch
@@ -95,7 +95,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_drive_limit(model_given=block.estimator.given),
         initial_seen_velocity(),
         initial_balance(),
-        0.0,
+        Bridge(0.0, 0.0),
         0.0,
     )
 
@@ -179,7 +179,7 @@ def step_supervised(
     clear = doubt.left <= 0.0 and not drive.unproven
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
-    observer, trust, lacking, moved = watch(block, state, inputs, clear, unfit, seen.missing)
+    observer, trust, bridge, moved = watch(block, state, inputs, clear, unfit, seen.missing)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     shown = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = shown + inputs.correction - inputs.velocity
@@ -259,7 +259,7 @@ def step_supervised(
         drive,
         seen,
         balance,
-        lacking,
+        bridge,
         moved,
     )
 

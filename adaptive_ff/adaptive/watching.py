@@ -23,7 +23,7 @@ from adaptive_ff.adaptive.observer import (
     strains,
 )
 from adaptive_ff.adaptive.observer_state import ObserverState, start_observer
-from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
+from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.trust import TrustState, advance_trust
 from adaptive_ff.adaptive.unexplained import breakaway
 from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
@@ -114,8 +114,8 @@ def moved_torque(moved: float, torque: float, inputs: Inputs, peak: float, varia
 @register_jitable
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
-) -> tuple[ObserverState, TrustState, float, float]:
-    """Return observer, trust, what is lacking and what has moved the joint (N m) after the period that has ended.
+) -> tuple[ObserverState, TrustState, Bridge, float]:
+    """Return observer, trust, what is bridged and what has moved the joint (N m) after the period that has ended.
 
     ``unfit`` is the share to which the model is, ``clear`` tells whether it may be learnt from, ``missing`` whether the
     velocity is taken for not measured.
@@ -123,7 +123,8 @@ def watch(
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
     valid = math.isfinite(inputs.velocity) and not missing
     started = state.feedback.samples > state.feedback.rejected
-    gap, lacking, moved = state.seen.gap + inputs.dt, state.lacking, state.moved
+    gap, moved, lacking = state.seen.gap + inputs.dt, state.moved, state.bridge.lacking
+    unforeseen = state.bridge.unforeseen + inputs.reference - state.doubt.foresight.coming
     if started and not state.doubt.doubted and gap < BRIDGED * block.period:
         torque = acting_torque(inputs, asked_torque(feedback, state.feedback), 0.0)
         lacking = bridged_torque(lacking, torque - delayed(observer.fed, feedback.delay), gap, inputs.dt)
@@ -140,7 +141,7 @@ def watch(
                 falls_by_itself(block, state),
                 is_believed(state.drive),
                 holding_friction(state),
-                inputs.reference - state.doubt.foresight.coming,
+                unforeseen,
             )
             observer = observe(
                 block.observer,
@@ -172,7 +173,8 @@ def watch(
         valid and fed and clear and blames,
         inputs.dt,
     )
-    return observer, trust, 0.0 if valid else lacking, moved
+    bridge = Bridge(0.0, 0.0) if valid else Bridge(lacking, unforeseen)
+    return observer, trust, bridge, moved
 
 
 @register_jitable

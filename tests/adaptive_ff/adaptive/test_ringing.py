@@ -34,7 +34,7 @@ def first_rings(error, *, variance=0.0, peak=PEAK, far=math.inf):
     state = initial_ringing()
     for index, value in enumerate(error):
         state = advance_ringing(state, value, variance, far, TIME_CONSTANT, PERIOD)
-        if rings(state, variance, peak, far):
+        if rings(state, variance, peak):
             return index * PERIOD
     return None
 
@@ -71,19 +71,16 @@ def test_another_error_is_none(error):
     assert first_rings(PEAK * error) is None
 
 
-def test_long_half_cycles_whose_errors_no_joint_makes_by_itself_are_ringing():
+def test_longer_half_cycles_count_where_neither_friction_nor_a_load_makes_such_errors():
     """A torque that may rise only slowly: each half cycle lasts as long as it takes to turn the friction round."""
     slow = np.sin(2.0 * np.pi * 2.0 * TIME)
     assert first_rings(PEAK * slow) is None
     assert first_rings(PEAK * slow, far=0.9 * PEAK) == pytest.approx(0.75, abs=1.5 * PERIOD)
-    small = 0.9 * TOGETHER / MOST * PEAK  # beside the plan
-    assert first_rings(small * slow) is None
-    assert first_rings(small * slow, far=0.9 * small) is not None
     assert first_rings(PEAK * slow, far=1.1 * PEAK) is None
     assert first_rings(PEAK * np.sin(2.0 * np.pi * 1.0 * TIME), far=0.9 * PEAK) is None  # longer than it takes
 
 
-def test_how_far_no_joint_comes_by_itself():
+def test_how_far_friction_and_loads_bring_a_joint():
     assert far_error(100.0, 1000.0, 0.0) == pytest.approx(0.1)
     assert far_error(100.0, 1000.0, 1e-9) == math.inf  # where an outer loop asks for it, it may be that
 

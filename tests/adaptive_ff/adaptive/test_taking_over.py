@@ -340,3 +340,33 @@ def test_a_known_torque_far_larger_than_friction_is_no_brake():
     for k in range(10):
         drive(controller, joint, 2.0 * k, 2.0 * k + 2.0, load=known, feedforward=known)
         assert controller.state.observer.stuck < CLAMPED
+
+
+@pytest.mark.parametrize(("frequency", "size"), [(25.0, 30.0), (9.0, 100.0)])
+def test_a_load_that_comes_and_goes_on_a_joint_of_little_friction_is_no_ringing(frequency, size):
+    """Where such errors were measured by the friction alone, the observer was let go of for good."""
+
+    def load(time, position):
+        return size * math.sin(frequency * time)
+
+    errors, smooth = {}, {"coulomb": 6.0, "stiction": 9.0, "viscous": 8.0}
+    for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
+        driven = drive(controller, reference_joint(**smooth), 0.0, 25.0, load=load)
+        errors[name] = rms(driven.error[driven.time > 5.0])
+    assert errors["adaptive"] < 0.7 * errors["pi"]
+    assert not controller.state.observer.effect.ringing.blamed
+
+
+def test_a_plan_that_leaps_where_a_velocity_is_lost_is_no_disturbance_either():
+    """What was not foreseen is summed up until a velocity is believed again."""
+    torques = {}
+    for name, controller in (("pi", PI(*GAINS, PERIOD)), ("adaptive", make())):
+        joint = reference_joint()
+        drive(controller, joint, 0.0, 14.3)
+        found = []
+        for k in range(100):
+            velocity = math.nan if k < 2 else joint.state.velocity + noise_at(14.3 + k * PERIOD)
+            found.append(controller.step(-0.3, velocity))
+            joint.step(found[-1], PERIOD)
+        torques[name] = np.max(np.abs(found))
+    assert torques["adaptive"] < 1.2 * torques["pi"]
