@@ -240,6 +240,7 @@ def examine(case: Case, **asked: Any) -> dict[str, Any]:
     result["terms"] = list(found.selection.chosen.terms)
     result["map"] = found.position_map is not None
     result["bandwidth"] = found.bandwidth
+    result["held"] = any("half a sample time after its stamp" in caution for caution in found.cautions)
     for name in (*NAMES, *SLOW):
         if name in NAMES or (name in case.truth and name in found.parameters and found.parameters[name].used):
             result[name] = _beside_truth(found.parameters[name], case.truth[name])
@@ -276,6 +277,8 @@ def main(
     console = wide_console()
     console.print(coverage_table(results))
     console.print(flag_sentence(results))
+    held = sum(result["refused"] is None and result["held"] for result in results)
+    console.print(f"A torque is said to be held in {held} of {logs} logs; it is in none.")
     if any(asked.values()):
         maps = sum(result["refused"] is None and result["map"] for result in results)
         console.print(f"A map is chosen in {maps} of {logs} logs, none of which has one.")

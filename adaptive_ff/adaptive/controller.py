@@ -33,6 +33,7 @@ from adaptive_ff.adaptive.state_check import (
     check_held_friction,
     check_held_integral,
     check_outer_loop,
+    check_plan_known,
     check_ringing,
     check_seen_velocity,
     check_share,
@@ -435,6 +436,9 @@ class AdaptiveController(AdaptiveBase):
         counted = (noise.usual, effect.used_expected, colour.samples, colour.time, colour.means, colour.measured)
         if min(noise.measured, observer.stuck, observer.away, *squares, *counted) < 0.0:
             raise ValueError("state.observer is not allowed: mean squares, counts and times must be zero or more")
+        check_plan_known(state)
+        if not 0.0 <= state.moved <= self._largest_torque():
+            raise ValueError(f"state.moved = {state.moved} is not allowed: at most {self._largest_torque():g} N m")
         check_seen_velocity(state.seen)
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)

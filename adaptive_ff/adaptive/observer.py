@@ -40,10 +40,10 @@ the PI loop respect and the observer would not. By default it is at most 65 rad/
 """
 
 import math
-from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.adaptive.circumstances import Circumstances
 from adaptive_ff.adaptive.colour import advance_colour, is_coloured, mean_length
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import advance_loop_response
@@ -81,13 +81,6 @@ With 0.6 s, 12 of 116 drawn joints whose friction falls by more than 15 gains se
 at 0.69; with 2 s 10 as without it, the worst at 0.85 (seeds 101, 201 and 301).
 """
 
-HELD = 3.0
-"""Torque at which a joint still sticks, over the largest one with which it has moved, from which a brake holds it.
-
-Not less: at 1.5 friction that triples is taken for a brake, and the first 5 s after it leave 0.39 of the error of PI,
-not 0.24.
-"""
-
 AWAY = 3.0
 """Error, in largest speeds of the plan, beyond which a joint has run away from it ..."""
 
@@ -114,36 +107,6 @@ costs 0.8 of PI's error in its first second, not 0.5.
 """
 
 
-class Circumstances(NamedTuple):
-    """What is known of a joint in a period beside its motion.
-
-    Attributes
-    ----------
-    held : bool
-        Whether the disturbance is held.
-    peak : float
-        Largest speed of the plan of late, rad/s.
-    strained : bool
-        Whether the drive gives far more torque than has ever moved the joint, see :func:`strains`.
-    falls : bool
-        Whether the identified friction falls so steeply that the joint rings by itself.
-    believed : bool
-        Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
-    friction : float
-        Friction beside which noise counts, N m.
-    unforeseen : float
-        What of the plan was not foreseen when the torque of the period was fed forward, rad/s.
-    """
-
-    held: bool
-    peak: float
-    strained: bool
-    falls: bool
-    believed: bool
-    friction: float
-    unforeseen: float
-
-
 @register_jitable
 def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
     """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
@@ -161,12 +124,6 @@ def runs_away(noise: NoiseState, error: float, peak: float) -> bool:
     """Tell whether an error (rad/s) is out of all proportion to the largest speed of the plan (rad/s)."""
     square = error * error
     return noise_known(noise) and square > AWAY * AWAY * peak * peak + BEYOND * BEYOND * noise.variance
-
-
-@register_jitable
-def strains(torque: float, moved: float) -> bool:
-    """Tell whether a torque is far larger than any with which the joint has moved, both less what is known, N m."""
-    return abs(torque) > HELD * moved
 
 
 @register_jitable

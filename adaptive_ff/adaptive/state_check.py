@@ -22,6 +22,7 @@ from adaptive_ff.adaptive.held_integral import HeldIntegral
 from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
 from adaptive_ff.adaptive.ringing import Ringing
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.supervised_state import SupervisedState
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -180,6 +181,24 @@ def check_seen_velocity(seen: SeenVelocity) -> None:
     counted = (seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps, seen.multiples, seen.ratio, seen.decays)
     if min(seen.gap, *counted) < 0:
         raise ValueError("state.seen is not allowed: times, changes and counts must be zero or more")
+
+
+def check_plan_known(state: SupervisedState) -> None:
+    """Raise ``ValueError`` where what is known of the plan, or was seen of it, is no velocity."""
+    foresight, observer = state.doubt.foresight, state.observer
+    velocities = {
+        "doubt.foresight.coming": foresight.coming,
+        "doubt.foresight.slope": foresight.slope,
+        "observer.reference": observer.reference,
+        "observer.velocity": observer.velocity,
+        "observer.unforeseen": observer.unforeseen,
+        "bridge.unforeseen": state.bridge.unforeseen,
+    }
+    for name, velocity in velocities.items():
+        if abs(velocity) > 2.0 * LARGEST_VELOCITY:  # a change goes from one end to the other
+            raise ValueError(f"state.{name} = {velocity} is not allowed: at most {2.0 * LARGEST_VELOCITY:g} rad/s")
+    if foresight.square < 0.0:
+        raise ValueError(f"state.doubt.foresight.square = {foresight.square} is not allowed: it must be zero or more")
 
 
 def check_ringing(ringing: Ringing) -> None:

@@ -10,17 +10,16 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import UNDECIDED
+from adaptive_ff.adaptive.circumstances import Circumstances, strains
 from adaptive_ff.adaptive.drive_limit import is_believed
 from adaptive_ff.adaptive.noise_level import likely_variance
 from adaptive_ff.adaptive.observer import (
     CLEAR,
-    Circumstances,
     bridged_torque,
     error_beyond_noise,
     observe,
     observed_inertia,
     saturated,
-    strains,
 )
 from adaptive_ff.adaptive.observer_state import ObserverState, start_observer
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState

@@ -29,8 +29,9 @@ def controller_block(
     Parameters
     ----------
     controller : Controller
-        ``PI``, ``AdaptiveController`` or any other controller of the package; its present state is the default one:
-        a state of zeros, from which python-control starts by default, stands for it.
+        ``PI``, ``AdaptiveController`` or any other controller of the package. Hand its present state over as
+        ``initial_state``: python-control starts at zeros by default, which are a new ``PI``. Where zeros are no state
+        (of all controllers that learn), they stand for the present one.
     name : str, optional
         Name of the system.
     inputs : sequence of str, optional
@@ -64,13 +65,15 @@ def controller_block(
             "state is explicit"
         )
     _check_inputs(inputs)
-    begin = state_vector(controller.state)
+    new = copy.deepcopy(controller)
+    new.reset()
+    # python-control starts at zeros where it is given no state; of a controller that learns they are none
+    begin, replaces_zeros = state_vector(controller.state), bool(np.any(state_vector(new.state)))
     worker, template, estimates = copy.deepcopy(controller), copy.deepcopy(controller.state), controller.estimate_names
 
     def advance(x: Vector, u: Vector) -> float:
         """Do one step of the worker from a state; return the torque, N m."""
-        # python-control starts at zeros where no state is given, which is none of a controller that has a sample behind
-        worker.state = rebuilt(template, x if np.any(x) else begin)
+        worker.state = rebuilt(template, begin if replaces_zeros and not np.any(x) else x)
         return worker.step(**dict(zip(inputs, np.asarray(u, dtype=np.float64).tolist(), strict=True)))
 
     def update(t: float, x: Vector, u: Vector, params: Any) -> Vector:
@@ -91,7 +94,7 @@ def controller_block(
         states=state_names(template),
         dt=controller.period,
     )
-    system.initial_state = begin
+    system.initial_state = begin.copy()
     return system
 
 

@@ -87,7 +87,7 @@ def commission_command(
                 limits = {"position": position, "velocity": velocity, "acceleration": acceleration, "torque": torque}
                 given, pictures["excitation"] = _recorded(loaded, limits, period, stage, progress)
                 torque_delay = 0.5 * loaded.sampling.period  # the torque of a row is held over the coming period
-            found = identify_log(given, torque_delay=torque_delay or 0.0, linear=linear)
+            found = identify_log(given, torque_delay=torque_delay, linear=linear)
             result, study = _tuned(loaded, found, progress)
             if log is None:
                 gain = gain_on_the_true_joint(loaded, result, study)

@@ -97,7 +97,7 @@ def identify_command(
             bandwidth=bandwidth,
             held_out=held_out,
             validation=other,
-            torque_delay=torque_delay or 0.0,
+            torque_delay=torque_delay,
             linear=linear,
             is_current=is_current,
             model=model,
@@ -160,10 +160,10 @@ def _of_current(found: "LogIdentification") -> list[str]:
 
     if not is_of_current(found.units):
         return []
-    units = f"A and {found.units['inertia']}"
+    constant = "N/A" if found.units["velocity"] == "m/s" else "N m/A"
     return [
-        f"the torque of the log is a current, so {SCENARIO} has {units} where it says N m and kg m²; for these give "
-        "--torque-constant, in N m/A (N/A)"
+        f"the torque of the log is a current, so {SCENARIO} has A and {found.units['inertia']} where it says N m and "
+        f"kg m²; for these give --torque-constant, in {constant}"
     ]
 
 

@@ -61,7 +61,7 @@ def identify_log(
     bandwidth: float | None = None,
     held_out: float = HELD_OUT,
     validation: Log | None = None,
-    torque_delay: float = 0.0,
+    torque_delay: float | None = None,
     linear: bool = False,
     is_current: bool = False,
     model: str = AUTO,
@@ -89,7 +89,8 @@ def identify_log(
         Another log of the joint to validate on; nothing of the first is then held out.
     torque_delay : float, optional
         Time after its stamp at which a torque acts, s: half a sample time where the stamp is that of the command and
-        the torque is held until the next. It is no friction lag, but looks like one.
+        the torque is held until the next. It is no friction lag, but looks like one. Where it is not known it is taken
+        for zero, and a torque that seems to be held is told in ``cautions``.
     linear : bool, optional
         Whether the joint is a linear axis, in m and N: the report then names these units.
     is_current : bool, optional
@@ -125,6 +126,7 @@ def identify_log(
     check_log("log", log)
     if validation is not None:
         check_log("validation", validation)
+    told, torque_delay = torque_delay is not None, torque_delay or 0.0
     _check_arguments(held_out, torque_delay, confidence)
     linear, is_current = checked_switch("linear", linear), checked_switch("is_current", is_current)
     check_kind("position_periods", position_periods, Iterable, "a sequence of periods")
@@ -147,7 +149,7 @@ def identify_log(
         if rippled is not None:
             problem, selection, basis = rippled
             asked = basis.asked
-    later = fit_if_held(problem, prepared, fitting, selection) if torque_delay == 0.0 else None
+    later = None if told else fit_if_held(problem, prepared, fitting, selection)
     if LAG in selection.chosen.terms:  # which a held torque does as well, where there is such a fit
         selection = selection._replace(held=later)
     other, unseen, name = prepared, holding, "the end of the log"

@@ -93,7 +93,7 @@ class Selection(NamedTuple):
 
     def ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
         """Return the ends of the interval of one of the models that are allowed."""
-        profiles = self.profiles.get(fitted.terms)
+        profiles = None if fitted is self.held else self.profiles.get(fitted.terms)  # of the torque at its stamps
         if profiles is None or name not in profiles[0].values or any(name not in one.values for one in profiles):
             return fitted.estimate(name)[2:]
         return profile_interval(self.grid, profiles, fitted, name, self.chosen.regression.confidence)

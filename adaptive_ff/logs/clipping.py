@@ -33,7 +33,8 @@ def clipped_torque(torque: Array) -> list[str]:
         return []
     counts = {end: _stays(known, end) for end in (low, high) if end != 0.0}  # zero is that of a drive that is off
     changes = float(np.mean((known[1:] != known[:-1])[between[1:]]))
-    ends = {end: count for end, count in counts.items() if count > OFTEN * _most_frequent(known[between])}
+    frequent = _most_frequent(known[between])
+    ends = {end: count for end, count in counts.items() if count > OFTEN * frequent}
     share = sum(ends.values()) / known.size
     if share < SHARE or changes < CHANGING:
         return []

@@ -144,13 +144,12 @@ def bridged(time: Array, mask: NDArray[np.bool_], step: float) -> list[tuple[int
 
     The clock has some median step, s. A run at an end of the log leaves no gap, whatever its length.
     """
-    stretches = []
-    for start, stop in runs(mask):
-        is_inside = start > 0 and stop < time.size
-        with np.errstate(invalid="ignore", over="ignore"):
-            if not is_inside or 0.0 < time[stop] - time[start - 1] <= GAP * step:
-                stretches.append((start, stop))
-    return stretches
+    with np.errstate(invalid="ignore", over="ignore"):
+        return [
+            (start, stop)
+            for start, stop in runs(mask)
+            if start == 0 or stop == time.size or 0.0 < time[stop] - time[start - 1] <= GAP * step
+        ]
 
 
 def check_varies(name: str, values: Array, pieces: Sequence[Piece], meaning: str) -> None:

@@ -17,16 +17,16 @@ PLACES = 20_000
 
 USUAL, FELT = 0.9, 3.0
 """Change of velocity that the usual torque does not explain, over that of nearly all other places, from which on a
-torque was felt; the median over all such torques."""
+torque was felt."""
 
 
-def was_felt(
+def were_felt(
     motion: Array, torque: Array, rows: NDArray[np.int64], width: int, *, is_position: bool, range_: tuple[float, float]
-) -> bool:
-    """Tell whether the joint felt the torques that begin in some rows.
+) -> NDArray[np.bool_]:
+    """Tell which of the torques that begin in some rows the joint felt; none where that cannot be told.
 
     The change of the velocity in the midst of ``2 ROWS`` rows is regressed on the sum of the torque over them, the
-    direction and a constant, with the torque within its usual range.
+    direction and a constant, with the torque within its usual range; so a torque of the other sign is as good.
 
     Parameters
     ----------
@@ -43,19 +43,22 @@ def was_felt(
     """
     size, span = motion.size, ROWS + 1 if is_position else ROWS
     usual = np.clip(torque, *range_)
-    rows = rows[(rows >= span) & (rows + width + span <= size)]
+    felt = np.zeros(rows.size, dtype=np.bool_)
+    inside = (rows >= span) & (rows + width + span <= size)
+    rows = rows[inside]
     places = np.arange(span, size - width - span, max(1, size // PLACES))
     if places.size < 4 or not rows.size:
-        return False
+        return felt
     columns, changes = _regressed(motion, usual, places, width, is_position=is_position)
     known = np.isfinite(changes) & np.all(np.isfinite(columns), axis=1)
     if np.count_nonzero(known) < 4:
-        return False
+        return felt
     coefficients = np.linalg.lstsq(columns[known], changes[known])[0]
     unexplained = float(np.quantile(np.abs(changes[known] - columns[known] @ coefficients), USUAL))
     columns, changes = _regressed(motion, usual, rows, width, is_position=is_position)
-    sign = np.sign(torque[rows] - usual[rows])
-    return bool(np.median(sign * (changes - columns @ coefficients)) > FELT * unexplained)
+    along = np.sign(coefficients[0] * (torque[rows] - usual[rows]))
+    felt[inside] = along * (changes - columns @ coefficients) > FELT * unexplained
+    return felt
 
 
 def _regressed(

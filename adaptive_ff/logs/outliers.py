@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.errors import counted
 from adaptive_ff.logs.defects import bridged, median_step
-from adaptive_ff.logs.felt_torque import was_felt
+from adaptive_ff.logs.felt_torque import were_felt
 from adaptive_ff.logs.log import Array, Log
 
 WIDEST = 3
@@ -101,8 +101,9 @@ def find_outliers(values: Array, within: tuple[float, float] | None, log: Log) -
             first = first[_are_off(values, steps, first, width, limit)]
             if within is not None:
                 first = first[_are_outside(values, first, width, within)]
-            if values is log.torque and within is not None and _were_felt(log, first, width, within):
-                continue
+            if values is log.torque and within is not None:
+                is_position = log.position is not None
+                first = first[~were_felt(log.motion, values, first, width, is_position=is_position, range_=within)]
             for start in first:
                 if not (off[start - 1] or off[start + width]):  # else what is between two glitches
                     off[start : start + width] = True
@@ -114,10 +115,6 @@ def _are_outside(values: Array, first: NDArray[np.int64], width: int, within: tu
     rows = values[first[:, np.newaxis] + np.arange(width)]
     outside: NDArray[np.bool_] = np.all((rows < within[0]) | (rows > within[1]), axis=1)
     return outside
-
-
-def _were_felt(log: Log, first: NDArray[np.int64], width: int, within: tuple[float, float]) -> bool:
-    return was_felt(log.motion, log.torque, first, width, is_position=log.position is not None, range_=within)
 
 
 def usual_range(values: Array) -> tuple[float, float]:

@@ -84,10 +84,11 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
         The sample time is a second or more.
     """
     log, said = with_clear_clock(log)
+    log, rates, ends = with_one_rate(log, median_step(log))  # of the clock as it was recorded
     log, missing = without_missing_values(log)
-    said += clipped_torque(log.torque)
     log, wrapped = _unwrapped(log, linear=linear)
     log, off = without_outliers(log)
+    said += clipped_torque(log.torque)  # a torque beyond the limit for a row would hide it
     rows = log.time.size
     log, held = without_held_rows(log)
     if log.time.size < rows:  # a value that was held for several rows is one now
@@ -100,7 +101,6 @@ def look_through(log: Log, *, linear: bool = False) -> Sound:
             f"{log.name}: the sample time is {step:.4g} s; it must be less than {SLOWEST:g} s: "
             f"{_other_clock(log, step)}"
         )
-    log, rates, ends = with_one_rate(log, step)
     pauses = find_pauses(log.time, step)
     paused = pauses[~np.isin(log.time[pauses - 1], ends)]
     said += rates

@@ -1,4 +1,4 @@
-"""A joint with Coulomb friction alone that sticks at its reversals, under a loop whose torque is held for a period."""
+"""A joint that sticks at its reversals without any stiction, under a loop whose torque is held for a period."""
 
 import numpy as np
 

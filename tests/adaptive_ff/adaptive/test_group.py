@@ -245,3 +245,13 @@ def test_one_controller_under_two_names_is_refused():
     one = AdaptiveController(100.0, 1000.0, 0.01, inertia=2.0, stribeck_velocity=0.05)
     with pytest.raises(ValueError, match="one controller stands under two names"):
         JointGroup({"shoulder": one, "elbow": one})
+
+
+def test_what_a_joint_has_lost_or_not_believed_is_told_by_joint():
+    plan, measured, position = signals()
+    group = pair()
+    for k in range(260):
+        feedforward = [0.0, 1e306 if k < 3 else 0.0]
+        group.step(plan[k], [math.nan, measured[k, 1]], position=position[k], feedforward=feedforward)
+    assert group.fault == {"shoulder": True, "elbow": False}
+    assert group.faults == {"shoulder": 0, "elbow": 3}

@@ -9,16 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.circumstances import Circumstances, strains
 from adaptive_ff.adaptive.observer import (
     CLAMPED,
-    Circumstances,
     bridged_torque,
     hand_over_to_observer,
     misfit,
     observe,
     observed_inertia,
     observer_gain,
-    strains,
     take_up,
 )
 from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer, start_observer

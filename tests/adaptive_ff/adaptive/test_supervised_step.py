@@ -1,5 +1,6 @@
 """The supervised controller as a whole: torque without jumps, step by step as in one run, saved and restored."""
 
+import json
 import math
 
 import numpy as np
@@ -79,9 +80,11 @@ def test_falling_gain_does_not_let_the_torque_jump(states):
             state = controller.state
             # without a change of the error, the inertia of the observer, which depends on the noise, does not matter
             observer = state.observer._replace(gain=1.0, disturbance=35.0, velocity=0.2, reference=0.2)
+            foreseen = state.doubt._replace(foresight=state.doubt.foresight._replace(coming=0.2))
             noise = observer.noise._replace(measured=10.0, mean=variance or 0.0, variance=variance or 0.0)
             # without noise the gates are open; a level to begin with that high closes them
-            controller.state = at(state._replace(observer=observer._replace(noise=noise, squared=1e3)), 0.2)
+            observed = state._replace(observer=observer._replace(noise=noise, squared=1e3), doubt=foreseen)
+            controller.state = at(observed, 0.2)
         torques = [controller.step(0.2, 0.2, **STEP) for controller in (first, second)]
         assert second.observer_gain == 0.0
         assert abs(first.state.feedback.integral - second.state.feedback.integral) > 1.0
@@ -245,3 +248,25 @@ def test_slow_motion_after_fast_is_tracked_no_worse_than_by_the_loop_alone(seed)
     course = course_along(np.concatenate([fast, slow]), substeps=10, noise=0.002, seed=seed)
     errors = {name: error_of(course, drive(make(name), course)[0], 90.0) for name in ("pi", "adaptive")}
     assert errors["adaptive"] < errors["pi"] / 0.95
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("moved",), 1e9),
+        (("moved",), -1.0),
+        (("doubt", "foresight", "coming"), 1e9),
+        (("doubt", "foresight", "square"), -1.0),
+        (("observer", "unforeseen"), -1e9),
+        (("bridge", "unforeseen"), 1e9),
+    ],
+)
+def test_a_saved_state_that_no_plan_and_no_torque_can_have_made_is_refused(path, value):
+    controller = make("adaptive")
+    saved = json.loads(controller.state_to_json())
+    place = saved["state"]
+    for name in path[:-1]:
+        place = place[name]
+    place[path[-1]] = value
+    with pytest.raises(ValueError, match=rf"state\.{'.'.join(path)} = "):
+        controller.state_from_json(json.dumps(saved))

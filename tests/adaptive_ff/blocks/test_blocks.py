@@ -65,6 +65,18 @@ def test_without_a_state_it_starts_in_that_of_the_controller():
     assert found.outputs[0] == pytest.approx([controller.step(reference, 0.0) for reference in plan])
 
 
+def test_zeros_are_a_state_of_a_pi_loop_and_are_taken_as_they_are():
+    controller = make_controller(SCENARIO, "pi")
+    for _ in range(50):
+        controller.step(0.1, 0.0)
+    block = controller_block(controller, inputs=("reference", "velocity"))
+    assert block.outfcn(0.0, np.zeros(block.nstates), np.zeros(2), {})[0] == 0.0
+    torque = block.outfcn(0.0, block.initial_state, np.zeros(2), {})[0]
+    assert torque > 0.0
+    block.initial_state[:] = 0.0
+    assert block.outfcn(0.0, state_vector(controller.state), np.zeros(2), {})[0] == torque
+
+
 def test_evaluating_a_learning_block_twice_changes_nothing():
     controller = make_controller(SCENARIO, "adaptive")
     for k in range(200):  # until it learns

@@ -15,7 +15,7 @@ FILES = {"identification.json", "scenario.toml", "reference.csv", "identified_to
 
 CURRENT = (
     "warning: the torque of the log is a current, so scenario.toml has A and A s²/rad where it says N m and kg m²; for "
-    "these give --torque-constant, in N m/A (N/A)"
+    "these give --torque-constant, in N m/A"
 )
 
 

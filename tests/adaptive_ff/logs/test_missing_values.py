@@ -8,6 +8,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.missing_values import without_missing_values
+from adaptive_ff.logs.sanity import look_through
 from adaptive_ff.replay.replay import replay_log
 
 
@@ -76,3 +77,11 @@ def test_replay_names_the_column_that_lacks_values():
     log.torque[np.arange(1000) % 10 != 0] = np.nan
     with pytest.raises(InputError, match="without defect: the torque has no finite number in 900 of 1000 rows"):
         replay_log(log)
+
+
+def test_rows_that_are_left_out_are_no_change_of_the_sample_rate():
+    log = make_log()
+    log.torque[5000:5400:2] = np.nan
+    said = look_through(log).said
+    assert len(said) == 1
+    assert "no finite number" in said[0]

@@ -62,8 +62,8 @@ def test_what_is_no_delay_is_none():
         ({"reference_velocity": 1.4}, 1.0, False, []),  # a gear's ratio may be known badly
         ({"reference_velocity": 57.3}, 1.0, False, ["is 0.0175 times the recorded reference: one of them is in other"]),
         ({"reference_velocity": -1.0}, 1.0, False, ["is -1 times the recorded reference"]),
-        ({"reference_velocity": 0.0}, 1.0, False, ["The reference does not move in the longest piece"]),
-        ({"reference_velocity": 1.0}, 0.0, False, ["The joint does not move in the longest piece"]),
+        ({"reference_velocity": 0.0}, 1.0, False, []),
+        ({"reference_velocity": 1.0}, 0.0, False, []),
     ],
 )
 def test_units_that_are_unlike_are_pointed_out(extra, factor, linear, said):
