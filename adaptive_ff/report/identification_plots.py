@@ -8,7 +8,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.families import SATURATIONS
+from adaptive_ff.identify.families import GRAVITY, SATURATIONS, is_mapped
 from adaptive_ff.identify.filtering import bent_friction
 from adaptive_ff.identify.prediction import Prediction
 from adaptive_ff.identify.regressors import BENT
@@ -132,6 +132,10 @@ def _friction(found: LogIdentification) -> Figure:
     velocity = np.concatenate([rows.velocity[rows.slides] for rows in found.rows])
     friction = np.concatenate([rows.friction[rows.slides] for rows in found.rows])
     residual = np.concatenate([(rows.torque - rows.fitted)[rows.slides] for rows in found.rows])
+    without = "inertia"
+    if any(term in GRAVITY or is_mapped(term) for term in found.selection.chosen.terms):
+        friction = _curve(found, np.abs(velocity), np.sign(velocity)) + residual
+        without = "inertia and what depends on the position"
     every = max(1, velocity.size // 5000)
     for axes, values in ((curve, friction), (left, residual)):
         axes.plot(velocity[::every], values[::every], **ROWS)
@@ -151,7 +155,7 @@ def _friction(found: LogIdentification) -> Figure:
     name_those_beyond(curve, {"the identified curve": drawn}, max(abs(low - margin), abs(high + margin)))
     label_above(
         curve,
-        f"{Path(found.name).name}: torque without inertia ({found.units['torque']}), while sliding, offset included",
+        f"{Path(found.name).name}: torque without {without} ({found.units['torque']}), while sliding, offset included",
     )
     label_above(left, f"measured − identified ({found.units['torque']})")
     left.set_xlabel(f"velocity ({found.units['velocity']})")
@@ -182,7 +186,7 @@ def _draw_curve(axes: Axes, found: LogIdentification, velocity: Series) -> Serie
     return np.concatenate(drawn)
 
 
-def _curve(found: LogIdentification, speeds: Series, side: float) -> Series:
+def _curve(found: LogIdentification, speeds: Series, side: float | Series) -> Series:
     """Return the friction of the model over the speed in one direction, with the offset."""
     values = found.selection.chosen.values
     excess = values.get("stiction_excess", 0.0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from synthetic_logs import make_log
+from synthetic_logs import make_log, sines_log
 
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
@@ -95,3 +95,15 @@ def test_lag_is_shown_with_its_interval(found, figures):
     estimate = found.parameters["friction_lag"].estimate
     assert span.get_x() == pytest.approx(1e3 * estimate.lower)
     assert span.get_width() == pytest.approx(1e3 * (estimate.upper - estimate.lower))
+
+
+def test_gravity_is_not_drawn_as_friction():
+    """Of a weight of 8 N m rows of 3 N m of friction were drawn from -5 to 12 N m."""
+    log, _ = sines_log(lambda q, w: 3.0 * np.sign(w) + 8.0 * np.sin(q))
+    found = identify_log(log)
+    assert "gravity_sine" in found.selection.chosen.terms
+    axes = found.plot()["friction"].axes[0]
+    assert "what depends on the position" in axes.get_ylabel()
+    rows = next(line for line in axes.get_lines() if line.get_xdata().size > 1000)
+    speeds, torques = rows.get_xdata(), rows.get_ydata()
+    assert np.allclose(torques, 3.0 * np.sign(speeds) + 0.5 * speeds, atol=0.3)
