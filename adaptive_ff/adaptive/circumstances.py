@@ -27,6 +27,8 @@ class Circumstances(NamedTuple):
         Whether the identified friction falls so steeply that the joint rings by itself.
     believed : bool
         Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
+    saturates : bool
+        Whether it has seemed to saturate, for long.
     friction : float
         Friction beside which noise counts, N m.
     unforeseen : float
@@ -38,6 +40,7 @@ class Circumstances(NamedTuple):
     strained: bool
     falls: bool
     believed: bool
+    saturates: bool
     friction: float
     unforeseen: float
 

@@ -50,7 +50,7 @@ from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, likely_variance, noise_known
 from adaptive_ff.adaptive.observer_effect import advance_effect, demand_help, look_for_ringing
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
-from adaptive_ff.adaptive.ringing import beside_correction, far_error
+from adaptive_ff.adaptive.ringing import beside_correction, far_error, loudest
 from controllers import PIParameters, remember
 
 WINDOW = 0.3
@@ -231,9 +231,11 @@ def observe(
             effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
         turned = seen * state.reference < 0.0
         own = beside_correction(now, correction)
-        far = far_error(max(known.friction, math.sqrt(squared)), feedback.proportional, correction)
+        load = 0.0 if known.saturates else math.sqrt(squared)  # then it may be torque that never acted
+        far = far_error(max(known.friction, load), feedback.proportional, correction)
+        loud = loudest(peak, far) if known.saturates else peak
         effect = look_for_ringing(
-            effect, own, variance, peak, far, state.gain, turned, known.falls, time_constant, duration
+            effect, own, variance, loud, far, state.gain, turned, known.falls, time_constant, duration
         )
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted

@@ -148,6 +148,12 @@ def far_error(torque: float, proportional: float, correction: float) -> float:
 
 
 @register_jitable
+def loudest(peak: float, far: float) -> float:
+    """Return the speed beside which a half cycle is small, beside a drive that may saturate: far errors are not."""
+    return min(peak, FEWEST * far / TOGETHER)
+
+
+@register_jitable
 def longest(extreme: float, far: float) -> float:
     """Return the longest half cycle that counts, in time constants, for its largest error and a far one, rad/s."""
     return LONGEST_FAR if extreme > far else LONGEST

@@ -139,6 +139,7 @@ def watch(
                 strained,
                 falls_by_itself(block, state),
                 is_believed(state.drive),
+                state.drive.suspect or state.drive.established,
                 holding_friction(state),
                 unforeseen,
             )

@@ -36,7 +36,9 @@ def after(
 ):
     """State after a period over which the drive gave a torque."""
     lacking = torque - state.fed[0]
-    known = Circumstances(held, peak, strained, falls=False, believed=True, friction=0.0, unforeseen=unforeseen)
+    known = Circumstances(
+        held, peak, strained, falls=False, believed=True, saturates=False, friction=0.0, unforeseen=unforeseen
+    )
     return observe(observer, state, FEEDBACK, lacking, INERTIA, reference, correction, velocity, duration, known)
 
 
@@ -173,7 +175,7 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     )
     white, noise = 0.002 * np.random.default_rng(5).standard_normal(20000), 0.0
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
-    known = Circumstances(False, 1.0, False, False, True, 0.0, 0.0)
+    known = Circumstances(False, 1.0, False, False, True, False, 0.0, 0.0)
     for value in white:
         noise += 0.8 * (value - noise)
         state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, 0.001, known)
