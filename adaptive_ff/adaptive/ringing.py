@@ -149,7 +149,11 @@ def far_error(torque: float, proportional: float, correction: float) -> float:
 
 @register_jitable
 def loudest(peak: float, far: float) -> float:
-    """Return the speed beside which a half cycle is small, beside a drive that may saturate: far errors are not."""
+    """Return the speed (rad/s) beside which half cycles are judged where a drive has seemed to saturate.
+
+    Two of a far error ring then, small beside the plan's largest speed or not: of 200 machines that saturate untold one
+    settled at 0.01 of PI without that, and at 0.37 with it.
+    """
     return min(peak, FEWEST * far / TOGETHER)
 
 

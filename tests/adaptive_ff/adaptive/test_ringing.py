@@ -14,6 +14,7 @@ from adaptive_ff.adaptive.ringing import (
     beside_correction,
     far_error,
     initial_ringing,
+    loudest,
     rings,
 )
 from adaptive_ff.comparison.drawn_joints import draw_scenario
@@ -83,6 +84,14 @@ def test_longer_half_cycles_count_where_neither_friction_nor_a_load_makes_such_e
 def test_how_far_friction_and_loads_bring_a_joint():
     assert far_error(100.0, 1000.0, 0.0) == pytest.approx(0.1)
     assert far_error(100.0, 1000.0, 1e-9) == math.inf  # where an outer loop asks for it, it may be that
+
+
+def test_where_a_drive_has_seemed_to_saturate_far_errors_are_not_small_beside_the_plan():
+    far, error = 0.02 * PEAK, 0.022 * PEAK * SINE
+    assert first_rings(error) is None
+    assert first_rings(error, peak=loudest(PEAK, far)) == pytest.approx(1.5 / 9.0, abs=1.5 * PERIOD)
+    assert first_rings(0.8 * error[:18], peak=loudest(PEAK, far)) is None
+    assert loudest(PEAK, 10.0 * PEAK) == PEAK
 
 
 def test_neither_is_noise_nor_what_is_within_it():
