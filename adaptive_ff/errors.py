@@ -22,6 +22,11 @@ def checked_path(name: str, value: Any) -> Path:
     return Path(value)
 
 
+def sentence(words: str) -> str:
+    """Return words that begin small and have no full stop, as those of an error, as a sentence."""
+    return f"{words[0].upper()}{words[1:]}."
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with a noun: ``1 sample``, ``2 samples``."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

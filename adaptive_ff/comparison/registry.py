@@ -277,10 +277,9 @@ def make_for_machine(scenario: Scenario, name: str) -> Any:
 
     In a comparison the simulated drive reports what it gave; a machine may not.
     """
-    loop = loop_of(scenario, name, None)
     if name == "adaptive":
-        return make_adaptive(loop, torque_limit=loop.actuator.torque_limit)
-    return CONTROLLERS[name](loop)
+        return make_adaptive(loop_of(scenario, name), torque_limit=scenario.actuator.torque_limit)
+    return make_controller(scenario, name)
 
 
 def make_controller(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Any:

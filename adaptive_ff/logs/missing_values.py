@@ -23,9 +23,10 @@ MANY = 0.1
 def without_missing_values(log: Log) -> tuple[Log, list[str]]:
     """Return a log without the short stretches in which a column has no finite number, and what was left out."""
     missing = _missing(log)
-    step = median_step(log)
+    if not np.any(missing):
+        return log, []
     left = np.zeros(log.time.size, dtype=np.bool_)
-    for start, stop in bridged(log.time, missing, step):
+    for start, stop in bridged(log.time, missing, median_step(log)):
         if stop - start <= LONGEST:
             left[start:stop] = True
     count = int(np.count_nonzero(left))

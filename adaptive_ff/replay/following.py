@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import signal
 
+from adaptive_ff.errors import sentence
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import Array, lowpass
 from adaptive_ff.logs.log import Log
@@ -52,7 +53,8 @@ def motion_lead(log: Log, pieces: list[Piece], period: float, band: float) -> fl
     """
     if not has_reference(log):
         return 0.0
-    plan, motion = _plan_and_motion(log, pieces, period, band)
+    piece = _longest(pieces)
+    plan, motion = _plan(log, piece, period, band), _motion(log, piece, period, band)
     reach = min(round(FARTHEST / period), plan.size // 4)
     if reach < 1:
         return 0.0
@@ -62,16 +64,22 @@ def motion_lead(log: Log, pieces: list[Piece], period: float, band: float) -> fl
     return samples * period
 
 
-def _plan_and_motion(log: Log, pieces: list[Piece], period: float, band: float) -> tuple[Array, Array]:
-    """Return reference velocity and measured velocity in a band (Hz) over the longest piece of a log, rad/s."""
+def _longest(pieces: list[Piece]) -> Piece:
+    """Return the longest piece, or as many samples of it as are looked at."""
     longest = max(pieces, key=lambda piece: piece.size)
-    piece = Piece(longest.start, min(longest.stop, longest.start + MOST))
-    part = slice(piece.start, piece.stop)
-    plan = lowpass(reference_velocity(log, piece, piece.start, piece.stop, period, band), (band,), period)
-    motion = lowpass(log.motion[part] - log.motion[piece.start], (band,), period)
-    if log.position is not None:
-        return plan, np.gradient(motion, log.time[part])
-    return plan, motion + log.motion[piece.start]
+    return Piece(longest.start, min(longest.stop, longest.start + MOST))
+
+
+def _plan(log: Log, piece: Piece, period: float, band: float) -> Array:
+    """Return the reference velocity of a piece in a band (Hz), rad/s."""
+    return lowpass(reference_velocity(log, piece, piece.start, piece.stop, period, band), (band,), period)
+
+
+def _motion(log: Log, piece: Piece, period: float, band: float) -> Array:
+    """Return the measured velocity of a piece in a band (Hz), rad/s."""
+    part, origin = slice(piece.start, piece.stop), log.motion[piece.start]
+    motion = lowpass(log.motion[part] - origin, (band,), period)
+    return motion + origin if log.position is None else np.gradient(motion, log.time[part])
 
 
 def doubts(log: Log, pieces: list[Piece], period: float, band: float, *, linear: bool) -> list[str]:
@@ -90,9 +98,10 @@ def doubts(log: Log, pieces: list[Piece], period: float, band: float, *, linear:
     linear : bool
         Whether the joint is a linear axis.
     """
-    plan, motion = _plan_and_motion(log, pieces, period, band)
-    said = [f"{one[0].upper()}{one[1:]}." for one in in_degrees(log, float(np.max(np.abs(motion))), linear=linear)]
-    return [*said, *(_not_followed(plan, motion) if has_reference(log) else [])]
+    piece = _longest(pieces)
+    motion = _motion(log, piece, period, band)
+    said = [sentence(words) for words in in_degrees(log, float(np.max(np.abs(motion))), linear=linear)]
+    return said + _not_followed(_plan(log, piece, period, band), motion) if has_reference(log) else said
 
 
 def _not_followed(plan: Array, motion: Array) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.errors import InputError
+from adaptive_ff.errors import InputError, sentence
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.logs.missing_values import lacking_column
@@ -133,7 +133,7 @@ def replay_log(
         raise InputError(f"ripple_periods = {settings.ripple_periods} is not allowed: {log.name} has no position")
     notes = [
         note,
-        *(f"{one[0].upper()}{one[1:]}." for one in said),
+        *(sentence(words) for words in said),
         *_notes(log, settings, given if saved is None else None, judged, reference_band),
     ]
     if saved is not None and has_reference(log):
