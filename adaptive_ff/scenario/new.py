@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.reference import SHORTEST, Multisine
-from adaptive_ff.scenario.scenario import LONGEST
+from adaptive_ff.scenario.relations import LONGEST
 from controllers import fastest_bandwidth
 from plant import JointModel
 

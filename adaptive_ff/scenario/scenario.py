@@ -19,12 +19,13 @@ from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
 from adaptive_ff.scenario.reference import SHORTEST, Motion, Multisine, Recorded
+from adaptive_ff.scenario.relations import RELATIONS
 from adaptive_ff.scenario.series import size_and_lost_share
 from adaptive_ff.scenario.shared_series import SharedSeries
 from adaptive_ff.scenario.tables import STRICT, Adaptation, Feedback, FixedModel, Sampling, Sweep, VelocityEstimate
 from adaptive_ff.scenario.validation import explain
 from adaptive_ff.scenario.waves import Staircase, Triangle
-from controllers import PositionLoopParameters, design_pi, direct_velocity
+from controllers import PositionLoopParameters, direct_velocity
 from controllers.arrays import NDArray
 from plant import (
     Actuator,
@@ -33,18 +34,13 @@ from plant import (
     FrictionSchedule,
     FrictionVariation,
     Sensor,
-    check_factor,
     schedule,
     steepest_fall,
-    whole_multiple,
 )
 from plant.fields import Positive, Table
 
 MAIN_JOB = ["pi", "pi_inertia", "fixed", "oracle", "adaptive_paper", "adaptive"]
 """The controllers of the main job."""
-
-LONGEST = 200_000_000
-"""Largest number of solver steps of a run; its series then fill some gigabytes."""
 
 LOST_BETWEEN_SAMPLES = 0.2
 """Largest part of the reference (rms) that may be lost between the samples of the controller."""
@@ -133,59 +129,8 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _check_relations(self) -> Self:
-        period, solver = self.sampling.period, self.joint.solver_period
-        if whole_multiple(period, solver) is None:
-            raise ValueError(
-                f"sampling.period = {period:g} s is not allowed: it must be a whole multiple of "
-                f"joint.solver_period = {solver:g} s"
-            )
-        if self.actuator.delay > 0.0 and whole_multiple(self.actuator.delay, solver) is None:
-            raise ValueError(
-                f"actuator.delay = {self.actuator.delay:g} s is not allowed: it must be a whole multiple of "
-                f"joint.solver_period = {solver:g} s"
-            )
-        if not 1.0 - 1e-6 <= self.length / period <= LONGEST * solver / period:
-            raise ValueError(
-                f"duration = {self.length:g} s is not allowed: it must be from one sampling period ({period:g} s) "
-                f"to {LONGEST} solver periods ({LONGEST * solver:g} s)"
-            )
-        end = float(self.sample_steps[-1]) * solver
-        for index, change in enumerate(self.change):
-            if change.time >= end:
-                raise ValueError(
-                    f"change.{index}.time = {change.time:g} s is not allowed: it must be before the end, {end:g} s"
-                )
-            if change.lag_scale != 1.0 and "friction_lag" not in type(self.joint).model_fields:
-                raise ValueError(
-                    f"change.{index}.lag_scale = {change.lag_scale:g} is not allowed: a joint of kind "
-                    f"{self.joint.kind!r} has no friction lag; lag_scale must be 1"
-                )
-        if self.joint.axis == "linear" and "gravity" in (self.adaptation.identify or ""):
-            raise ValueError(
-                f"adaptation.identify = {self.adaptation.identify!r} is not allowed for axis = 'linear': it must be "
-                "symmetric, offset or directions; the weight on a linear axis is its offset"
-            )
-        if isinstance(self.reference, Multisine):
-            for index, frequency in enumerate(self.reference.frequencies):
-                if frequency >= 0.5 / period:
-                    raise ValueError(
-                        f"reference.frequencies.{index} = {frequency:g} Hz is not allowed: it must be less than half "
-                        f"the sampling frequency, {0.5 / period:g} Hz"
-                    )
-        if self.feedback.is_auto and self.position is not None and self.position.gain is None:
-            raise ValueError("position.gain is missing; it must be given where feedback.bandwidth is 'auto'")
-        if self.feedback.bandwidth is not None and not self.feedback.is_auto:
-            try:
-                delay = math.ceil(self.assumed_delay - 1e-6)
-                design_pi(self.feedback.inertia, period, self.feedback.hertz, delay=delay)
-            except ValueError as error:
-                raise ValueError(f"feedback.{error}") from error
-        if self.adaptation.motor_turn and self.joint.gear_ratio is None:
-            raise ValueError("joint.gear_ratio is missing; it must be given where adaptation.motor_turn is true")
-        try:
-            check_factor(self.joint.parameters, self.plan, solver, self.joint.weight.amplitude)
-        except ValueError as error:
-            raise ValueError(f"change: {error}") from error
+        for check in RELATIONS:
+            check(self)
         return self
 
     @cached_property
