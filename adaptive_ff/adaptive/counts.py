@@ -173,5 +173,5 @@ def spurious_torque(observed: float, before: float, fine: float, kicked: float, 
         Friction at breakaway as it is identified, N m.
     """
     spurious = (1.0 - fine) * (observed - before)
-    beyond = kicked * max(0.0, abs(observed) - friction)
-    return math.copysign(max(abs(spurious), beyond), observed) if beyond > 0.0 else spurious
+    left = observed - spurious
+    return spurious + math.copysign(kicked * max(0.0, abs(left) - friction), left)

@@ -46,6 +46,13 @@ def test_the_observer_is_held_back_by_counts_larger_than_the_plan(finest, share)
     assert fine_share(exact._replace(changes=2.0, multiples=2.0), 3, 1.0) == 1.0
 
 
+def test_few_changes_of_a_sensor_that_stands_still_are_counts():
+    assert is_counted(counted(0.1, 30.0, 30.0), 100)
+    assert not is_counted(counted(0.1, 30.0, 30.0), 60)  # every second sample brings one: noise of a fine sensor
+    assert is_counted(counted(0.1, 30.0, 6.0), 100)
+    assert not is_counted(counted(0.1, 30.0, 5.9), 100)
+
+
 def test_before_the_plan_begins_a_count_is_nothing_to_answer_to():
     assert fine_share(counted(0.1, 1.0, 1.0), 100, 0.0) == 0.0
     assert fine_share(initial_seen_velocity(), 100, 0.0) == 1.0
@@ -136,7 +143,15 @@ def test_of_what_is_observed_no_more_than_the_friction_goes_into_the_integral():
     assert spurious_torque(5.0, 4.0, 0.25, 0.0, 2.0) == pytest.approx(0.75)
     assert spurious_torque(5.0, 4.0, 1.0, 1.0, 2.0) == pytest.approx(3.0)
     assert spurious_torque(-5.0, -4.0, 1.0, 0.5, 2.0) == pytest.approx(-1.5)
-    assert spurious_torque(1.0, 4.0, 0.0, 1.0, 2.0) == pytest.approx(-3.0)
+    assert spurious_torque(-5.0, -4.0, 0.0, 0.25, 2.0) == pytest.approx(-1.5)
+
+
+def test_what_a_count_takes_from_the_observed_torque_is_as_little_the_integrals_as_what_it_adds():
+    """Where it fell to much less and kicks were many times the friction, the integral took its fall for a rise."""
+    for observed in (1.0, -1.0):
+        taken = observed - spurious_torque(observed, 4.0, 0.0, 1.0, 2.0)
+        assert taken == pytest.approx(2.0)
+    assert -1.0 - spurious_torque(-1.0, 4.0, 0.0, 0.0, 2.0) == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize("counts", [0.1, 0.3])
