@@ -11,7 +11,7 @@ one of motion one way, the faster the offset is forgotten, while nothing is forg
 with the information ``M``, of the offset ``o`` and Coulomb friction ``c``, and the direction ``d`` of the offset. That
 is what a larger variance of the offset makes of the covariance; no estimate is changed. Motion both ways has a small
 ``rho`` and loses nothing. ``x`` is less as far as noise explains what the model leaves, or as that is less than a
-hundredth of the friction (:func:`adaptive_ff.adaptive.supervised_step.left_over`): where there is no load that changes,
+hundredth of the friction (:func:`left_over`): where there is no load that changes,
 nothing is lost either.
 
 With a weight of 100 N m that is not modelled the built-in joint settles at 5.1 times better than PI, and at 3.5 without
@@ -23,6 +23,10 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, load_count
+from adaptive_ff.adaptive.noise_level import noise_known
+from adaptive_ff.adaptive.supervised_state import SupervisedState
+from adaptive_ff.adaptive.unexplained import missing_share
 from adaptive_ff.estimation.quadratic import take_square_in_place
 from adaptive_ff.model.bounds import COULOMB, OFFSET
 
@@ -56,3 +60,22 @@ def loosen_offset_in_place(information: NDArray[np.float64], duration: float, wo
     for i in range(work.size):
         work[i] = information[i, OFFSET]
     take_square_in_place(information, gone / (1.0 + gone) / offset, work)
+
+
+@register_jitable
+def left_over(state: SupervisedState, squared: float, unfit: float) -> float:
+    """Return the share to which what a model leaves, squared (N^2 m^2), unfit to a share, is a load, or friction."""
+    if not noise_known(state.observer.noise):
+        return 0.0
+    return min(unfit, missing_share(state.estimator, squared))
+
+
+@register_jitable
+def note_one_way_in_place(
+    estimator: EstimatorParameters, old: EstimatorState, new: EstimatorState, duration: float
+) -> None:
+    """Forget the offset over a time (s) where something has been learnt on motion one way."""
+    if new.recursion.estimate.size - load_count(estimator) > OFFSET:
+        learnt = new.levels.learnt > max(old.levels.learnt, estimator.memory)
+        if learnt and new.friction_map.share == 0.0:
+            loosen_offset_in_place(new.recursion.information, duration, new.scratch.model_gradient)

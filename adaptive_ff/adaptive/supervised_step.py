@@ -14,43 +14,35 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
-from adaptive_ff.adaptive.balance import Balance, advance_balance, balanced_share, initial_balance
-from adaptive_ff.adaptive.candidate_state import slides
-from adaptive_ff.adaptive.change_detection import shows_cause
-from adaptive_ff.adaptive.command import fade, limited, machine_inputs
-from adaptive_ff.adaptive.counts import fine_share, first_counts, kicked_share, spurious_torque
-from adaptive_ff.adaptive.doubt import advance_doubt, believed_plan, undoubted_inputs
+from adaptive_ff.adaptive.balance import Balance, advance_balance, initial_balance
+from adaptive_ff.adaptive.command import fade, limited
+from adaptive_ff.adaptive.counts import spurious_torque
 from adaptive_ff.adaptive.drive_limit import (
-    DriveLimit,
-    answered_share,
-    believed_share,
     initial_drive_limit,
     is_impossible,
-    watch_drive,
     without_never_given,
 )
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, begin_anew_in_place, load_count
+from adaptive_ff.adaptive.estimator_state import begin_anew_in_place
+from adaptive_ff.adaptive.fed_shares import Shares, fed_shares
 from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_shown, initial_held_friction
-from adaptive_ff.adaptive.held_integral import hold_integral, initial_held_integral
+from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import note_friction
-from adaptive_ff.adaptive.noise_level import noise_known
-from adaptive_ff.adaptive.observer import hand_over_to_observer, helping_share, misfit, observer_gain, take_up
+from adaptive_ff.adaptive.observer import hand_over_to_observer, misfit, take_up
 from adaptive_ff.adaptive.observer_state import ObserverState, initial_observer
-from adaptive_ff.adaptive.one_way import loosen_offset_in_place
+from adaptive_ff.adaptive.one_way import left_over, note_one_way_in_place
 from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction, unseen_error, unseen_velocity
 from adaptive_ff.adaptive.period import Fed
-from adaptive_ff.adaptive.seen_velocity import SeenVelocity, advance_seen_velocity, initial_seen_velocity, seen_inputs
+from adaptive_ff.adaptive.seen_velocity import initial_seen_velocity
+from adaptive_ff.adaptive.sensing import Sensed, sense
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
-    given_inertia_torque,
     learn_and_feed_in_place,
     write_adaptive,
 )
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
-from adaptive_ff.adaptive.trust import TrustState, caution, initial_trust, soft_bound, with_friction
-from adaptive_ff.adaptive.unexplained import breakaway, missing_share, unexplained
-from adaptive_ff.adaptive.watching import BRIDGED, holding_friction, plan_rests, unobserved_error, watch
-from adaptive_ff.model.bounds import INERTIA, OFFSET
+from adaptive_ff.adaptive.trust import initial_trust, with_friction
+from adaptive_ff.adaptive.unexplained import breakaway, unexplained
+from adaptive_ff.adaptive.watching import BRIDGED, plan_rests, unobserved_error, watch
 from controllers import (
     ESTIMATES,
     MONITORS,
@@ -59,7 +51,6 @@ from controllers import (
     Output,
     feed_back,
     hand_over,
-    plausible_inputs,
     remember,
     unwound_integral,
     with_feedforward,
@@ -101,66 +92,50 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
 
 
 @register_jitable
-def left_over(state: SupervisedState, squared: float, unfit: float) -> float:
-    """Return the share to which what a model leaves, squared (N^2 m^2), unfit to a share, is a load, or friction."""
-    if not noise_known(state.observer.noise):
-        return 0.0
-    return min(unfit, missing_share(state.estimator, squared))
-
-
-@register_jitable
-def note_one_way_in_place(
-    estimator: EstimatorParameters, old: EstimatorState, new: EstimatorState, duration: float
-) -> None:
-    """Forget the offset over a time (s) where something has been learnt on motion one way."""
-    if new.recursion.estimate.size - load_count(estimator) > OFFSET:
-        learnt = new.levels.learnt > max(old.levels.learnt, estimator.memory)
-        if learnt and new.friction_map.share == 0.0:
-            loosen_offset_in_place(new.recursion.information, duration, new.scratch.model_gradient)
-
-
-@register_jitable
 def fed_torque(fed: Fed, trust: float) -> float:
     """Return the torque that is fed forward when the friction is trusted to a share, N m."""
     return fed.torque - (1.0 - trust) * fed.friction
 
 
 @register_jitable
-def least_bound(block: SupervisedParameters, state: SupervisedState, trust: TrustState, drive: DriveLimit) -> float:
-    """Return the bound on trust and on the observer's gain: of slow motion, a soft loop, and a drive."""
-    time, friction = state.feedback.samples * block.period, breakaway(state.estimator)
-    bound = caution(trust, block.slowest, state.estimator.levels.learnt, block.estimator.memory, time)
-    bound = min(bound, soft_bound(trust, block.feedback.proportional, friction, time))
-    return min(bound, believed_share(drive, friction))
-
-
-@register_jitable
-def weigh(state: SupervisedState, plan: float, duration: float) -> Balance:
-    """Return the balance of torques after a period (s), for the plan as it is measured (rad/s)."""
+def weigh(block: SupervisedParameters, state: SupervisedState, sensed: Sensed, plan: float) -> Balance:
+    """Return the balance of torques after the period that has ended, for the plan as it is measured (rad/s)."""
+    if not math.isfinite(sensed.checked.velocity) or sensed.inputs.dt >= BRIDGED * block.period:
+        return state.balance  # of a gap no torque is known
     friction = state.trust.frictions[0]
     needed = state.feedback.commands[0] - state.known_torques[0] - (state.model_torques[0] - friction)
     usual = state.estimator.levels.torque
     if abs(needed) > STRONG * usual or abs(state.feedback.integral) > THROWN * usual:
         return state.balance
-    return advance_balance(state.balance, plan, needed, friction, duration)
+    return advance_balance(state.balance, plan, needed, friction, sensed.inputs.dt)
 
 
 @register_jitable
-def kicked_by_counts(
-    block: SupervisedParameters, state: SupervisedState, observer: ObserverState, peak: float, seen: SeenVelocity
-) -> float:
-    """Return the share to which what the feedback makes of the sensor is more than the friction."""
-    friction, samples, gain = holding_friction(state), state.feedback.samples, block.feedback.proportional
-    return kicked_share(seen, samples, observer.noise, gain, friction, peak, block.period)
+def share_out(
+    block: SupervisedParameters,
+    state: SupervisedState,
+    sensed: Sensed,
+    observer: ObserverState,
+    shares: Shares,
+    change: float,
+    fed: float,
+    moves: bool,
+) -> tuple[ObserverState, HeldIntegral, float]:
+    """Return observer, what is held of the integral, and what leaves it (N m), so that the torque does not jump.
 
-
-@register_jitable
-def sensed_share(block: SupervisedParameters, state: SupervisedState, peak: float, seen: SeenVelocity) -> float:
-    """Return the share of what is observed that the sensor is fine enough for, which its first counts are not."""
-    kick = block.feedback.proportional * seen.finest
-    if first_counts(seen, state.feedback.samples, kick, holding_friction(state)):
-        return 0.0
-    return fine_share(seen, state.feedback.samples, peak)
+    ``change`` is that of the torque which is fed forward (N m), ``fed`` all that is; ``moves`` tells whether the joint
+    is sure to.
+    """
+    integral = unwound_integral(block.feedback, state.feedback, sensed.checked)
+    spurious = spurious_torque(
+        observer.disturbance, state.observer.disturbance, shares.fine, shares.kicked, breakaway(state.estimator)
+    )
+    observer, taken = take_up(observer, integral, moves)
+    observer, leaves = hand_over_to_observer(observer, change, shares.gain, fed, integral - taken, spurious)
+    leaves = without_never_given(sensed.drive, leaves, state.feedback.integral) + taken
+    lost = sensed.guard.lost / block.period
+    held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, sensed.inputs.dt)
+    return observer, held, leaves
 
 
 @register_jitable
@@ -168,53 +143,28 @@ def step_supervised(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs
 ) -> tuple[Output, SupervisedState]:
     """Do one sample: observe, learn, feed forward what is trusted and what is observed; then feedback."""
-    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
-    given = given_inertia_torque(block, state, inputs)
-    inputs = machine_inputs(block.command, block.feedback, state.feedback, inputs, given)
-    doubt, checked = advance_doubt(block, state, inputs, guard), inputs
-    drive, inputs = watch_drive(block, state, inputs)
-    inputs = undoubted_inputs(doubt, believed_plan(block, state, doubt, inputs))
-    seen = advance_seen_velocity(block, state, inputs)
-    inputs = seen_inputs(seen, inputs)
+    sensed = sense(block, state, inputs)
+    inputs, checked, given, doubt, drive = sensed.inputs, sensed.checked, sensed.given, sensed.doubt, sensed.drive
     clear = doubt.left <= 0.0 and not drive.unproven
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
-    observer, trust, bridge, moved = watch(block, state, inputs, clear, unfit, seen.missing)
+    observer, trust, bridge, moved = watch(block, state, inputs, clear, unfit, sensed.seen.missing)
     # the plan as the measured velocity would show it; else the feedback brakes where the feedforward accelerates
     shown = inputs.reference + command.share * (observer.reference - inputs.reference)
     error = shown + inputs.correction - inputs.velocity
-    weighs = math.isfinite(checked.velocity) and inputs.dt < BRIDGED * block.period  # of a gap no torque is known
-    balance = weigh(state, shown, inputs.dt) if weighs else state.balance
+    balance = weigh(block, state, sensed, shown)
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), clear)
     fed = learn_and_feed_in_place(block, state, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
-    forgets = left_over(state, left, unfit)
-    note_one_way_in_place(block.estimator, state.estimator, fed.estimator, forgets * inputs.dt)
-    estimator = state.estimator  # of before: what the gates compare belongs to the period that has ended
-    bound = least_bound(block, state, trust, drive)
-    share = min(trust.trust, min(bound, answered_share(drive, fed.friction)))
-    kicked = kicked_by_counts(block, state, observer, trust.peak, seen)
-    share = min(share, balanced_share(balance, breakaway(estimator), kicked))
-    inertia = fed.estimator.recursion.estimate[INERTIA]
-    gain = observer_gain(block.observer, observer, block.feedback, inertia, unfit)
-    if slides(fed.estimator.candidates) and shows_cause(fed.estimator.alarm, inputs.reference):
-        gain = 1.0  # something is missed now, whichever the cause is
-    fine = sensed_share(block, state, trust.peak, seen)
-    gain *= fine * (1.0 - kicked)
-    gain *= helping_share(observer, holding_friction(state))
-    gain = command.share * observer.effect.share * min(gain, bound) * answered_share(drive, observer.disturbance)
-    torque = fed_torque(fed, share)
+    note_one_way_in_place(block.estimator, state.estimator, fed.estimator, left_over(state, left, unfit) * inputs.dt)
+    shares = fed_shares(block, state, sensed, observer, trust, balance, fed, unfit, command.share)
+    torque = fed_torque(fed, shares.friction)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
     moves = period.sliding > TAKEN_UP * block.hold
-    integral = unwound_integral(block.feedback, state.feedback, checked)
-    spurious = spurious_torque(observer.disturbance, state.observer.disturbance, fine, kicked, breakaway(estimator))
-    observer, taken = take_up(observer, integral, moves)
-    fed_forward, integral = torque + inputs.feedforward, integral - taken
-    observer, leaves = hand_over_to_observer(observer, change, gain, fed_forward, integral, spurious)
-    leaves = without_never_given(drive, leaves, state.feedback.integral) + taken
-    lost = guard.lost / block.period
-    held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, inputs.dt)
+    observer, held, leaves = share_out(
+        block, state, sensed, observer, shares, change, torque + inputs.feedforward, moves
+    )
     rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
     held_friction = state.held_friction
@@ -226,10 +176,10 @@ def step_supervised(
     unseen = unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests)
     # a plan that leaps may be true: the feedback follows it, what is fed and learnt does not
     compared = with_reference(checked, (checked.reference if doubt.doubted else shown) + unseen)
-    fed_in_all = with_feedforward(compared, torque + gain * observer.disturbance)
-    output, feedback = feed_back(block.feedback, feedback, fed_in_all, guard)
-    tuned, learnt = max(share, LEAST_TRUST), fed.estimator
-    if state.enabled and (drive.anew or is_impossible(state.drive, drive, breakaway(estimator))):
+    fed_in_all = with_feedforward(compared, torque + shares.gain * observer.disturbance)
+    output, feedback = feed_back(block.feedback, feedback, fed_in_all, sensed.guard)
+    tuned, learnt = max(shares.friction, LEAST_TRUST), fed.estimator
+    if state.enabled and (drive.anew or is_impossible(state.drive, drive, breakaway(state.estimator))):
         learnt = begin_anew_in_place(block.estimator, learnt)
     return Output(limited(output.torque, block.command.torque_limit), inputs.feedforward + torque), SupervisedState(
         feedback,
@@ -252,12 +202,12 @@ def step_supervised(
         command,
         doubt,
         observer,
-        with_friction(trust, share, fed.friction),
+        with_friction(trust, shares.friction, fed.friction),
         held,
         outer,
         held_friction,
         drive,
-        seen,
+        sensed.seen,
         balance,
         bridge,
         moved,

@@ -6,9 +6,9 @@ from adaptive_ff.adaptive.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
 from adaptive_ff.adaptive.counts import shown_deviation
+from adaptive_ff.adaptive.fed_shares import kicked_by_counts
 from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.observer import helping_share
-from adaptive_ff.adaptive.supervised_step import kicked_by_counts
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.unexplained import breakaway
 from adaptive_ff.adaptive.watching import holding_friction

@@ -5,8 +5,7 @@ import pytest
 from closed_loops import make
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.one_way import RATE, loosen_offset_in_place
-from adaptive_ff.adaptive.supervised_step import left_over, note_one_way_in_place
+from adaptive_ff.adaptive.one_way import RATE, left_over, loosen_offset_in_place, note_one_way_in_place
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.windows import judge
 from adaptive_ff.model.bounds import COULOMB, OFFSET
