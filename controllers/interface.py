@@ -69,7 +69,7 @@ class Controller:
 
     def _first_compiled_step(self, *inputs: float) -> float:
         block = self.native
-        self._compute = partial(step_at, block.step, block.parameters, block.state, block.exchange)
+        self._compute = partial(step_at(), block.step, block.parameters, block.state, block.exchange)
         return self._compute(*inputs)
 
     def step_plain(self, inputs: Inputs) -> Output:
@@ -79,7 +79,7 @@ class Controller:
         return output
 
     def _plain_step(self, *inputs: float) -> float:
-        return self.step_plain(Inputs(*inputs, *self._taken_preview())).torque
+        return self.step_plain(Inputs(*map(float, inputs), *self._taken_preview())).torque
 
     def _taken_preview(self) -> list[float]:
         """Return what the coming step was given of the plan for when its torque acts, for that step alone, rad/s."""
@@ -181,21 +181,23 @@ class Controller:
                 check_finite(acting_reference=acting_reference)
             if next_acting_reference is not None:
                 check_finite(next_acting_reference=next_acting_reference)
-            numbers = (
-                float(reference),
-                float(1.0 * velocity),  # times one, since float() alone takes a text of digits
-                float(next_reference),
-                float(correction),
-                math.nan if position is None else float(1.0 * position),
-                math.nan if realised_torque is None else float(1.0 * realised_torque),
-                float(feedforward),
-                math.nan if inertia is None else float(inertia),
-                float(dt),
+            numbers: tuple[float, ...] = (
+                reference,
+                1.0 * velocity,  # times one, since what makes floats of these takes a text of digits
+                next_reference,
+                correction,
+                math.nan if position is None else 1.0 * position,
+                math.nan if realised_torque is None else 1.0 * realised_torque,
+                feedforward,
+                math.nan if inertia is None else inertia,
+                dt,
             )
-            if regressors is not None:  # nothing is taken before all has been checked
-                self._take_regressors(regressors)
-            if acting_reference is not None and next_acting_reference is not None:
-                self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
+            if regressors is not None or acting_reference is not None:
+                numbers = tuple(map(float, numbers))  # nothing is taken before all has been checked
+                if regressors is not None:
+                    self._take_regressors(regressors)
+                if acting_reference is not None and next_acting_reference is not None:
+                    self._exchange[ACTING:TORQUE] = acting_reference, next_acting_reference
             return self._compute(*numbers)
         except (TypeError, ValueError, OverflowError):
             check_numbers(reference=reference, velocity=velocity, correction=correction, feedforward=feedforward)
@@ -298,7 +300,7 @@ class Controller:
         native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
         block = native.block
         numbers = planned_inputs(0.0, 0.0, 0.0, 0.0, self.period)
-        step_at(block.step, block.parameters, block.state, block.exchange, *numbers[:ACTING])
+        step_at()(block.step, block.parameters, block.state, block.exchange, *numbers[:ACTING])
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly, with what it belongs to."""

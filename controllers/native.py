@@ -8,9 +8,11 @@ and none hands over the hundred numbers of its state. Only the shortest steps, t
 import math
 from collections import ChainMap
 from collections.abc import Callable, Hashable
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
 from numba.extending import register_jitable
 
 from controllers.arrays import MutableArray, NDArray
@@ -187,7 +189,17 @@ def _step_at(
     return torque
 
 
-step_at = compiled(_step_at, allocates=False)
+@cache
+def step_at() -> Callable[..., float]:
+    """Return :func:`_step_at` compiled, as what takes any numbers and makes floats of them, texts of digits included.
+
+    It is numba's wrapper for these types alone: to be asked for the types of thirteen arguments first takes as long as
+    the rest of a call.
+    """
+    signature = types.float64(*[types.intp] * 3, types.float64[::1], *[types.float64] * ACTING)
+    entry: Any = compiled(_step_at, allocates=False)
+    entry.compile(signature)
+    return entry.get_overload(signature)  # type: ignore[no-any-return]
 
 
 def empty_exchange() -> MutableArray:

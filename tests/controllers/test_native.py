@@ -52,6 +52,20 @@ def test_numbers_that_are_no_floats_are_taken_and_compile_nothing():
     assert exact.step(1.0, 0.0) == other.step(np.float32(1.0), 0) == pytest.approx(2050.0)
 
 
+def test_numbers_that_are_no_floats_are_those_floats_in_plain_python_too():
+    given = {"next_reference": np.float32(0.3), "realised_torque": np.float32(0.7)}
+    compiled, plain = pi().step(np.float32(0.1), 0, **given), pi().run_uncompiled().step(np.float32(0.1), 0, **given)
+    assert (type(plain), plain) == (float, compiled)
+
+
+def test_regressors_are_not_taken_beside_what_is_no_number():
+    controller = AdaptiveController(2000.0, 5000.0, period=0.01, inertia=20.0, stribeck_velocity=0.05, regressors=2)
+    for velocity in (1j, np.zeros(2)):
+        with pytest.raises(TypeError, match=r"velocity = .* is not allowed"):
+            controller.step(0.1, velocity, regressors=[1.0, 1.0])
+    np.testing.assert_array_equal(controller.regressors, 0.0)
+
+
 def test_regressors_are_seen_by_the_next_step():
     controller = AdaptiveController(2000.0, 5000.0, period=0.01, inertia=20.0, stribeck_velocity=0.05, regressors=2)
     assert controller.regressors is controller.state.estimator.regressors
