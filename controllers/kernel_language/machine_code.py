@@ -100,7 +100,8 @@ def _without_collection() -> Iterator[None]:
 def address_of(kernel: Callable[..., Any], kinds: tuple[Kind, ...]) -> int:
     """Return where the machine code of a kernel that returns nothing lies; it is made, or loaded.
 
-    As a function of C it takes records and tuples by their address, an array as its address and its sizes.
+    As a function of C it takes records and tuples by their address, an array as its address and its sizes. Memory of
+    one argument must be no other's, and no array's that stands in a record.
 
     Parameters
     ----------

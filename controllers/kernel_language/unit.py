@@ -152,7 +152,7 @@ class Unit:
         Arguments are the fields of a struct, as is the result.
         """
         made, taken = self.function(kernel, kinds), record_of(None, kinds)
-        function = ir.Function(self.module, ir.FunctionType(ir.VoidType(), [ADDRESS, ADDRESS]), name)
+        function = self._function_for_c(name, [ADDRESS, ADDRESS])
         body = Body(function, read_kernel(kernel))
         given, result = function.args
         record = Value(taken, body.builder.bitcast(given, taken.memory.as_pointer()))
@@ -174,10 +174,22 @@ class Unit:
         """Add a function for C, ``void name(arguments...)``, that calls a kernel which returns nothing."""
         made = self.function(kernel, kinds)
         taken = [part for kind in kinds for part in _taken(kind)]
-        function = ir.Function(self.module, ir.FunctionType(ir.VoidType(), taken), name)
+        function = self._function_for_c(name, taken)
         builder = ir.IRBuilder(function.append_basic_block())
         builder.call(made.function, [ir.Constant(ADDRESS, None), *function.args])
         builder.ret_void()
+
+    def _function_for_c(self, name: str, taken: list[Any]) -> Any:
+        """Return a function without a body that returns nothing; what its arguments point to is reached by them alone.
+
+        Without that promise all of parameters and state would be read, or kept, anew after each number that is written
+        to an array.
+        """
+        function = ir.Function(self.module, ir.FunctionType(ir.VoidType(), taken), name)
+        for argument in function.args:
+            if argument.type.is_pointer:
+                argument.attributes.add("noalias")
+        return function
 
 
 def _taken(kind: Kind) -> list[Any]:
