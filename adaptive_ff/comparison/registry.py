@@ -275,10 +275,12 @@ def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None)
 def make_for_machine(scenario: Scenario, name: str) -> Any:
     """Make a controller of the package as it is to run on a machine: the adaptive one is told the limit of the drive.
 
-    In a comparison the simulated drive reports what it gave; a machine may not.
+    In a comparison the simulated drive reports what it gave; a machine may not. A scenario need not have a limit: one
+    that is identified from a log has none.
     """
     if name == "adaptive":
-        return make_adaptive(loop_of(scenario, name), torque_limit=scenario.actuator.torque_limit)
+        limit = scenario.actuator.torque_limit
+        return make_adaptive(loop_of(scenario, name), **({} if limit is None else {"torque_limit": limit}))
     return make_controller(scenario, name)
 
 

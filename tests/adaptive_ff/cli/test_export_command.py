@@ -78,3 +78,13 @@ def test_a_replays_state_brings_its_settings(tmp_path):
     (tmp_path / "scenario.toml").write_text("duration = 1.0\n")
     assert "not both" in refusal("export", tmp_path / "scenario.toml", *state, "--out", tmp_path / "other")
     assert not (tmp_path / "other").exists()
+
+
+def test_a_scenario_without_a_limit_of_the_drive_is_exported_without_one(tmp_path):
+    """As ``identify`` writes it: no log tells the limit."""
+    text = new_scenario_text(0.5, 123.5, 6.0)
+    scenario = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("torque_limit"))
+    (tmp_path / "scenario.toml").write_text(scenario)
+    outcome = run_command_line("export", tmp_path / "scenario.toml", "--out", tmp_path / "out")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert ".torque_limit = INFINITY" in (tmp_path / "out" / "adaptive.c").read_text()
