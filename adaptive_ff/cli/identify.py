@@ -156,14 +156,14 @@ def _left_behind(out: Path) -> str:
 
 def _of_current(found: "LogIdentification") -> list[str]:
     """Warn that a scenario is in amperes where compare and simulate read newtons."""
-    from adaptive_ff.identify.units import is_of_current
+    from adaptive_ff.identify.units import LINEAR, ROTARY, is_linear, is_of_current
 
     if not is_of_current(found.units):
         return []
-    constant = "N/A" if found.units["velocity"] == "m/s" else "N m/A"
+    taken = LINEAR if is_linear(found.units) else ROTARY
     return [
-        f"the torque of the log is a current, so {SCENARIO} has A and {found.units['inertia']} where it says N m and "
-        f"kg m²; for these give --torque-constant, in {constant}"
+        f"the torque of the log is a current, so {SCENARIO} has A and {found.units['inertia']} where it says "
+        f"{taken['torque']} and {taken['inertia']}; for these give --torque-constant, in {taken['torque']}/A"
     ]
 
 

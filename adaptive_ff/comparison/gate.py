@@ -9,6 +9,7 @@ from adaptive_ff.comparison.baseline import GATED, check_same_scenario, read_bas
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError, check_kind, checked_path
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.simulation.metrics import METRIC_UNITS, POSITION_UNITS
 
 TOLERANCE = 0.05
@@ -200,6 +201,7 @@ def regressions(
     if not {"scenario", "controllers"} <= set(baseline):
         raise InputError("baseline is not allowed: it lacks scenario or controllers; read_baseline(path) returns one")
     check_same_scenario(comparison.scenario, baseline, "baseline")
+    axis = comparison.scenario.joint.axis
     names, figures = guarded_controllers(baseline, controllers), guarded_metrics(baseline, metrics)
     tolerances = Tolerances(tolerance, baseline["controllers"])
     now = comparison.to_dict()["controllers"]
@@ -212,16 +214,16 @@ def regressions(
             old, new = baseline["controllers"][name][figure], now[name][figure]
             allowed = tolerances.of(name, figure)
             if new > old * (1.0 + allowed):
-                found.append(f"{name}: {_growth(figure, old, new)}, allowed {100.0 * allowed:g} %)")
+                found.append(f"{name}: {_growth(axis, figure, old, new)}, allowed {100.0 * allowed:g} %)")
     return found
 
 
-def _growth(figure: str, old: float, new: float) -> str:
+def _growth(axis: str, figure: str, old: float, new: float) -> str:
     unit, factor = {**METRIC_UNITS, **POSITION_UNITS}[figure], 1.0
     if unit.startswith("rad"):
         unit, factor = f"m{unit}", 1e3
     share = f"{100.0 * (new / old - 1.0):.1f} %" if old > 0.0 else "from zero"
-    return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {unit} ({share}"
+    return f"{figure} grew from {factor * old:.4g} to {factor * new:.4g} {axis_unit(axis, unit)} ({share}"
 
 
 def assert_no_regression(

@@ -17,7 +17,7 @@ from adaptive_ff.identify.filtering import bent_friction
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
-from adaptive_ff.identify.units import LINEAR, of_current
+from adaptive_ff.identify.units import LINEAR, is_linear, of_current
 from adaptive_ff.model.friction import (
     GRAVITY,
     PER_DIRECTION,
@@ -204,7 +204,7 @@ def _first_lag(lag: Estimate) -> float:
 
 
 def _identified(found: LogIdentification) -> tuple[str, ...]:
-    linear = found.units["velocity"] == LINEAR["velocity"]
+    linear = is_linear(found.units)
     if found.value(ASYMMETRY) != 0.0:
         return PER_DIRECTION if linear else PER_DIRECTION_WITH_GRAVITY
     return WITH_OFFSET if linear else WITH_GRAVITY
@@ -213,7 +213,7 @@ def _identified(found: LogIdentification) -> tuple[str, ...]:
 def _torque_scale(found: LogIdentification, torque_constant: float | None) -> float:
     """Return what the torques of an identification are multiplied by to be N m (N)."""
     current = of_current(LINEAR)["torque"]
-    unit = "N/A" if found.units["velocity"] == LINEAR["velocity"] else "N m/A"
+    unit = "N/A" if is_linear(found.units) else "N m/A"
     if torque_constant is not None and not _is_number(torque_constant):
         raise InputError(f"torque_constant = {torque_constant!r} is not allowed: it must be a number of {unit}")
     if found.units["torque"] != current:

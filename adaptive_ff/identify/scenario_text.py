@@ -10,7 +10,7 @@ from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
 from adaptive_ff.identify.unattributed import unattributed
-from adaptive_ff.identify.units import is_of_current
+from adaptive_ff.identify.units import is_linear, is_of_current
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
@@ -83,16 +83,19 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     left = left_out(found)
     head = [
         f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
-        "Linear axes: read m, N and kg for rad, N m and kg m^2.",
         "The simulated joint is the same in both directions and has no offset of the torque"
         + (f"; left out of the log: {' and '.join(left)}." if left else "."),
     ]
+    linear = is_linear(found.units)
     if is_of_current(found.units):
+        torque, inertia_unit = ("N", "kg") if linear else ("N m", "kg m^2")
         mass = found.units["inertia"].replace("²", "^2")
         head.append(
-            f"The torque of the log is a current: read A for N m and {mass} for kg m^2, or give a torque constant."
+            f"The torque of the log is a current: read A for {torque} and {mass} for {inertia_unit}, or give a torque "
+            "constant."
         )
     joint = {
+        **({"axis": "linear"} if linear else {}),
         "inertia": _rounded(inertia),
         "coulomb": _rounded(coulomb),
         "stiction": _rounded(stiction),

@@ -31,14 +31,14 @@ MASS_IN_AMPERES = {"kg m²": "A s²/rad", "kg": "A s²/m"}
 """Unit of the inertia where a torque, or a force, is given as a current."""
 
 
-def of_linear(unit: str) -> str:
-    """Return the unit of a linear axis that stands for one of a rotary joint."""
-    return unit.replace("kg m²", "kg").replace("N m", "N").replace("rad", "m")
-
-
 def of_current(units: Mapping[str, str]) -> dict[str, str]:
     """Return units where the torque, or force, is given as a current, A: inertia is then in A s²/rad, or A s²/m."""
     return {name: _of_current(unit) for name, unit in units.items()}
+
+
+def is_linear(units: Mapping[str, str]) -> bool:
+    """Tell whether some units are those of a linear axis."""
+    return units["velocity"] == LINEAR["velocity"]
 
 
 def is_of_current(units: Mapping[str, str]) -> bool:

@@ -20,7 +20,7 @@ from adaptive_ff.identify.map_words import map_words, mapped_word
 from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.unattributed import unattributed
-from adaptive_ff.identify.units import ROTARY
+from adaptive_ff.identify.units import is_linear
 from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.sanity import in_degrees
 
@@ -80,7 +80,7 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
         if estimate.upper < 0.0:
             said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
     peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
-    said += in_degrees(log, peak, linear=found.units["velocity"] != ROTARY["velocity"])
+    said += in_degrees(log, peak, linear=is_linear(found.units))
     if vague := unattributed(found):
         said.append(vague)
     error = found.fit.relative_error

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.identify.units import of_current, of_linear
+from adaptive_ff.identify.units import of_current
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.model.friction import UNITS, TorqueModel
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.settings import ReplaySettings
 from adaptive_ff.replay.state import state_to_json
+from adaptive_ff.scenario.axis_units import of_linear
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,6 +9,7 @@ from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.report.comparison_plots import looks_of
 from adaptive_ff.report.drawing import INK, STYLE, Look, explain_looks, label_above, make_panels
 from adaptive_ff.report.scaling import scale_for
+from adaptive_ff.scenario.axis_units import axis_unit
 
 NOISE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "label": "noise alone"}
 COMMON: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "bandwidth of the scenario"}
@@ -22,10 +23,8 @@ def plot_bandwidths(study: BandwidthStudy) -> Figure:
     study : BandwidthStudy
         The study; its errors on the seeds that bandwidths are chosen on are drawn.
     """
-    linear = study.scenario.joint.axis == "linear"
-    factor, speed = scale_for(
-        [error for one in study.own.values() for error in one.errors], "m/s" if linear else "rad/s"
-    )
+    unit = axis_unit(study.scenario.joint.axis, "rad/s")
+    factor, speed = scale_for([error for one in study.own.values() for error in one.errors], unit)
     bandwidths = np.array([loop.bandwidth for loop in study.loops])
     looks = looks_of(list(study.own))
     with rc_context(STYLE):

@@ -8,13 +8,14 @@ from rich.table import Table
 from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.report.scaling import scale_for, shown
+from adaptive_ff.scenario.axis_units import axis_unit
 
 
 def loops_table(study: BandwidthStudy) -> Table:
     """Return what the PI loop is like at each bandwidth: margins, noise, and whether it holds the steepest friction."""
-    linear = study.scenario.joint.axis == "linear"
-    factor, speed = scale_for([loop.noise_velocity for loop in study.loops], "m/s" if linear else "rad/s")
-    share, force = scale_for([loop.noise_torque for loop in study.loops], "N" if linear else "N m")
+    axis = study.scenario.joint.axis
+    factor, speed = scale_for([loop.noise_velocity for loop in study.loops], axis_unit(axis, "rad/s"))
+    share, force = scale_for([loop.noise_torque for loop in study.loops], axis_unit(axis, "N m"))
     columns = (
         "Hz",
         "sensitivity",
@@ -43,8 +44,8 @@ def loops_table(study: BandwidthStudy) -> Table:
 
 def errors_table(study: BandwidthStudy) -> Table:
     """Return the error that each controller leaves at each bandwidth, the least of each marked."""
-    linear = study.scenario.joint.axis == "linear"
-    factor, speed = scale_for([e for one in study.own.values() for e in one.errors], "m/s" if linear else "rad/s")
+    unit = axis_unit(study.scenario.joint.axis, "rad/s")
+    factor, speed = scale_for([e for one in study.own.values() for e in one.errors], unit)
     title = f"Settled rms error, {speed}, on the seeds that it is tuned on; * the least"
     table = Table(title=title, box=SIMPLE, title_style="bold")
     table.add_column("Hz", justify="right", no_wrap=True)
@@ -62,8 +63,7 @@ def errors_table(study: BandwidthStudy) -> Table:
 
 def best_table(study: BandwidthStudy) -> Table:
     """Return what each controller reaches at its own best bandwidth, and in the loop of the scenario."""
-    linear = study.scenario.joint.axis == "linear"
-    factor, speed = scale_for(study.own_errors.values(), "m/s" if linear else "rad/s")
+    factor, speed = scale_for(study.own_errors.values(), axis_unit(study.scenario.joint.axis, "rad/s"))
     feedback = study.scenario.feedback
     common = "" if feedback.is_auto else ("gains" if math.isnan(feedback.hertz) else f"{feedback.hertz:.3g} Hz")
     table = Table(

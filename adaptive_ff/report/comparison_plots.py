@@ -35,6 +35,7 @@ from adaptive_ff.report.framing import frame, make_logarithmic, peak_of, plain_n
 from adaptive_ff.report.friction_map_picture import draw_friction_map
 from adaptive_ff.report.marks import TRUTH, mark_changes
 from adaptive_ff.report.supervision_picture import SUPERVISED, draw_supervision
+from adaptive_ff.scenario.axis_units import axis_label
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.loop import joint_in_phase
 from adaptive_ff.simulation.metrics import settled_start
@@ -87,6 +88,7 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
     """
     look = {**looks_of([run.name])[run.name], "linestyle": "-"}
     keys = [REFERENCE, {**look, "label": f"velocity with {look['label']}"}]
+    axis = run.scenario.joint.axis
     with rc_context(STYLE):
         several = 3 if run.position_error is None else 4
         figure, panels = make_panels(several, 2.0 * several)
@@ -96,12 +98,12 @@ def plot_run(run: Run, path: str | Path | None = None) -> Figure:
         draw_series(error, run.solver_time, 1e3 * (run.reference - run.velocity), {**look, "linewidth": 0.8})
         if run.position_error is not None:
             draw_series(panels[2], run.solver_time, 1e3 * run.position_error, {**look, "linewidth": 0.8})
-            label_above(panels[2], "position error (mrad)")
+            label_above(panels[2], axis_label(axis, "position error (mrad)"))
         keys += _draw_torques(torque, run, slice(None), look)
         keys += mark_changes(panels, run.scenario)
-        label_above(tracking, "velocity (rad/s)")
-        label_above(error, "error (mrad/s)")
-        label_above(torque, "torque (N m)")
+        label_above(tracking, axis_label(axis, "velocity (rad/s)"))
+        label_above(error, axis_label(axis, "error (mrad/s)"))
+        label_above(torque, axis_label(axis, "torque (N m)"))
         torque.set(xlabel="time (s)", xlim=(0.0, run.solver_time[-1]))
         explain_looks(figure, keys)
         stamp([figure], origin(run.scenario))
@@ -153,7 +155,7 @@ def plot_comparison(comparison: Comparison, folder: str | Path | None = None) ->
         maps = {name: run.friction_map for name, run in runs.items() if run.friction_map is not None}
         maps = {name: learnt for name, learnt in maps.items() if learnt.position.size}
         if maps:
-            figures["friction_map"] = draw_friction_map(maps, looks, comparison.scenario.variation)
+            figures["friction_map"] = draw_friction_map(maps, looks, comparison.scenario)
         stamp(figures.values(), origin(comparison.scenario))
         write_into(figures, folder)
     return figures
@@ -165,6 +167,7 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     several = 4 if positions else 3
     figure, panels = make_panels(several, 2.4 * several, shared=False)
     tracking, error, rms = panels[0], panels[1], panels[-1]
+    axis = first.scenario.joint.axis
     part = _close_up(first)
     time, reference = first.solver_time[part], first.reference[part]
     shown = {name: runs[name].velocity[part] for name in _most_different(runs)}
@@ -182,11 +185,12 @@ def _tracking(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     frame([error], near, 20.0 * typical_peak(near))
     if positions:
         _draw_close_up(panels[2], time, {name: series[part] for name, series in positions.items()}, looks)
-        label_above(panels[2], "position error (mrad), same close-up")
+        label_above(panels[2], axis_label(axis, "position error (mrad), same close-up"))
     make_logarithmic(rms, min(window, 0.1 * float(first.solver_time[-1])))
-    label_above(tracking, "velocity (rad/s), close-up")
-    label_above(error, "error (mrad/s), same close-up")
-    label_above(rms, f"rms error over the last {window:.3g} s (mrad/s), whole run, close-up shaded")
+    label_above(tracking, axis_label(axis, "velocity (rad/s), close-up"))
+    label_above(error, axis_label(axis, "error (mrad/s), same close-up"))
+    unit = axis_label(axis, "mrad/s")
+    label_above(rms, f"rms error over the last {window:.3g} s ({unit}), whole run, close-up shaded")
     tracking.set(xlim=(time[0], time[-1]))
     tracking.tick_params(labelbottom=False)
     error.set(xlim=(time[0], time[-1]))
@@ -214,10 +218,11 @@ def _torque(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure:
     begin, stop = np.searchsorted(first.time, (start, end), side="right")
     part = slice(begin - 1, stop)  # the torque at the start is held from the sample before
     keys: dict[str, Look] = {}
+    torque = axis_label(first.scenario.joint.axis, "torque (N m)")
     for axes, (name, run) in zip(panels, shown.items(), strict=True):
         for key in _draw_torques(axes, run, part, looks[name]):
             keys[key["label"]] = {**key, "color": QUIET}  # what they have in common
-        label_above(axes, f"torque (N m) with {looks[name]['label']}")
+        label_above(axes, f"{torque} with {looks[name]['label']}")
     torques = {name: run.torque[part] for name, run in shown.items()}
     parts = {f"feedforward of {name}": run.feedforward[part] for name, run in shown.items()}
     frame(panels, {**torques, **parts}, 3.0 * typical_peak(torques))
@@ -242,8 +247,10 @@ def _stribeck(comparison: Comparison, looks: Mapping[str, Look]) -> Figure:
         axes.plot(speeds, curve, **looks[name])
     axes.plot(speeds, truth, **TRUTH)
     frame([axes], {"": truth, **curves}, 2.0 * (peak_of(truth) or typical_peak(curves)))
-    label_above(axes, f"friction torque while sliding (N m), as identified after {first.solver_time[-1]:.4g} s")
-    axes.set(xlabel="speed (rad/s)", xlim=(0.0, peak))
+    axis = scenario.joint.axis
+    friction = axis_label(axis, "friction torque while sliding (N m)")
+    label_above(axes, f"{friction}, as identified after {first.solver_time[-1]:.4g} s")
+    axes.set(xlabel=axis_label(axis, "speed (rad/s)"), xlim=(0.0, peak))
     explain_looks(figure, [TRUTH, *(looks[name] for name in curves)])
     return figure
 

@@ -10,17 +10,18 @@ from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUA
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.model.friction import PER_DIRECTION, unit_of
 from adaptive_ff.report.scaling import scale_for, shown
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.truth import last_model, true_waves
 
 
 def tracking_table(comparison: Comparison) -> Table:
     """Return the errors of all controllers, one a row."""
     metrics = {name: run.metrics for name, run in comparison.runs.items()}
-    linear = comparison.scenario.joint.axis == "linear"
+    axis = comparison.scenario.joint.axis
     typical = [metrics[BASELINE]] if BASELINE in metrics else list(metrics.values())
-    factor, speed = scale_for([one.rms_error_settled for one in typical], "m/s" if linear else "rad/s")
-    share, torque = scale_for([one.torque_variation for one in typical], "N" if linear else "N m")
-    what = "force" if linear else "torque"
+    factor, speed = scale_for([one.rms_error_settled for one in typical], axis_unit(axis, "rad/s"))
+    share, torque = scale_for([one.torque_variation for one in typical], axis_unit(axis, "N m"))
+    what = "force" if axis == "linear" else "torque"
     title = f"Velocity error, {speed} (rms), and {what} variation, {torque}"
     table = Table(title=title, box=SIMPLE, title_style="bold")
     table.add_column("controller", no_wrap=True)
@@ -45,9 +46,9 @@ def position_table(comparison: Comparison) -> Table | None:
     found = {name: run.position_metrics for name, run in comparison.runs.items() if run.position_metrics is not None}
     if not found:
         return None
-    linear = comparison.scenario.joint.axis == "linear"
     typical = [found[BASELINE]] if BASELINE in found else list(found.values())
-    factor, unit = scale_for([one.rms_position_error_settled for one in typical], "m" if linear else "rad")
+    radians = axis_unit(comparison.scenario.joint.axis, "rad")
+    factor, unit = scale_for([one.rms_position_error_settled for one in typical], radians)
     table = Table(title=f"Position error, {unit} (rms)", box=SIMPLE, title_style="bold")
     table.add_column("controller", no_wrap=True)
     for heading in ("settled", f"{BASELINE} / own", "settled max", "whole run", "max"):
@@ -85,7 +86,8 @@ def estimates_table(comparison: Comparison) -> Table | None:
     for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
         cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
         true = f"{truth[name]:.4g}" if name in known else "-"
-        table.add_row(f"{name}, {unit_of(name)}" if name in known else name, true, *cells)
+        unit = axis_unit(comparison.scenario.joint.axis, unit_of(name))
+        table.add_row(f"{name}, {unit}" if name in known else name, true, *cells)
     return table
 
 

@@ -11,6 +11,7 @@ from adaptive_ff.model.friction import unit_of
 from adaptive_ff.report.drawing import Look, Series, draw_series, explain_looks, label_above, make_panels
 from adaptive_ff.report.framing import frame, peak_of, plain_name, typical_peak
 from adaptive_ff.report.marks import TRUTH, mark_changes
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.truth import true_waves
 from adaptive_ff.simulation.loop import joint_in_phase
 
@@ -49,7 +50,8 @@ def draw_estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure
             {"": np.concatenate([truth, ROOM * truth, [0.0]]), **curves},
             2.0 * (peak_of(truth) or typical_peak(curves)),
         )
-        label_above(axes, plain_name(name.replace("_", " ")) + (f" ({unit_of(name)})" if unit_of(name) else ""))
+        unit = axis_unit(first.scenario.joint.axis, unit_of(name))
+        label_above(axes, plain_name(name.replace("_", " ")) + (f" ({unit})" if unit else ""))
     panels[-1].set(xlim=(0.0, end), xlabel="time (s)")
     bands = [BAND_KEY] if any(run.uncertainties for run in runs.values()) else []
     explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *bands, *mark_changes(panels, first.scenario)])

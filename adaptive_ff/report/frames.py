@@ -6,6 +6,7 @@ from typing import Any
 
 from adaptive_ff.comparison.comparison import Comparison
 from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.simulation.metrics import METRIC_UNITS
 
 SERIES_UNITS = {
@@ -17,8 +18,6 @@ SERIES_UNITS = {
     "friction": "N m",
 }
 """Units of the series at the samples."""
-
-LINEAR = {"rad/s": "m/s", "N m": "N"}
 
 
 def figures_frame(comparison: Comparison) -> Any:
@@ -46,7 +45,7 @@ def series_dataset(comparison: Comparison) -> Any:
 
 
 def _unit(comparison: Comparison, unit: str) -> str:
-    return LINEAR[unit] if comparison.scenario.joint.axis == "linear" else unit
+    return axis_unit(comparison.scenario.joint.axis, unit)
 
 
 def _imported(name: str) -> ModuleType:

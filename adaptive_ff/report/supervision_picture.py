@@ -4,6 +4,7 @@ from matplotlib.figure import Figure
 
 from adaptive_ff.comparison.run import Run
 from adaptive_ff.report.drawing import INK, QUIET, Look, draw_series, explain_looks, label_above, make_panels
+from adaptive_ff.scenario.axis_units import axis_label
 
 MODEL: Look = {"color": "#0072b2", "label": "model: trust, torque fed forward"}
 OBSERVER: Look = {"color": "#d55e00", "label": "observer: gain, torque fed back"}
@@ -28,9 +29,10 @@ def draw_supervision(run: Run) -> Figure:
     draw_series(torque, run.time, run.feedforward, MODEL)
     draw_series(torque, run.time, observed, OBSERVER)
     trust.set(ylim=(-0.05, 1.08))
-    label_above(error, "velocity error (mrad/s)")
+    axis = run.scenario.joint.axis
+    label_above(error, axis_label(axis, "velocity error (mrad/s)"))
     label_above(trust, "trust and observer gain, from 0 to 1")
-    label_above(torque, "torque (N m): who gives it")
+    label_above(torque, axis_label(axis, "torque (N m): who gives it"))
     torque.set(xlim=(0.0, run.solver_time[-1]), xlabel="time (s)")
     for change in run.scenario.change:
         for axes in (error, trust, torque):

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.series import largest_size
 from plant import FrictionFields
 
@@ -79,12 +80,13 @@ def motion_cautions(
         Period of the grid, s.
     """
     peak = largest_size(velocity)
+    speed, torque = axis_unit(joint.axis, "rad/s"), axis_unit(joint.axis, "N m")
     long_enough = period * velocity.size >= SHORTEST  # a shorter one has hardly begun to move
     if long_enough and 0.0 < peak < SLOW_FACTOR * joint.stribeck_velocity:
         yield (
-            f"the reference never exceeds {peak:.3g} rad/s, {peak / joint.stribeck_velocity:.2g} times "
-            f"joint.stribeck_velocity = {joint.stribeck_velocity:g} rad/s: it hardly shows the friction curve; a "
-            f"peak of {PEAK_FACTOR * joint.stribeck_velocity:.3g} rad/s would"
+            f"the reference never exceeds {peak:.3g} {speed}, {peak / joint.stribeck_velocity:.2g} times "
+            f"joint.stribeck_velocity = {joint.stribeck_velocity:g} {speed}: it hardly shows the friction curve; a "
+            f"peak of {PEAK_FACTOR * joint.stribeck_velocity:.3g} {speed} would"
         )
     if limit is None or limit < joint.stiction or velocity.size < 2:
         return
@@ -93,8 +95,8 @@ def motion_cautions(
     often = float(np.mean(needed > limit))
     if often > OFTEN:
         suggested = largest_peak(joint, limit, velocity, period)
-        advice = f"a peak of {suggested:.3g} rad/s would suit it" if suggested > 0.0 else "friction needs most of it"
+        advice = f"a peak of {suggested:.3g} {speed} would suit it" if suggested > 0.0 else "friction needs most of it"
         yield (
-            f"the reference needs more than actuator.torque_limit = {limit:g} N m in {100.0 * often:.2g} % of the "
-            f"time, up to {float(np.max(needed)):.3g} N m; {advice}"
+            f"the reference needs more than actuator.torque_limit = {limit:g} {torque} in {100.0 * often:.2g} % of the "
+            f"time, up to {float(np.max(needed)):.3g} {torque}; {advice}"
         )

@@ -14,6 +14,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError, check_kind, read_text
+from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.fourier import Fourier
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
@@ -299,11 +300,11 @@ class Scenario(Table):
     def cautions(self) -> list[str]:
         """Return what is allowed but probably not meant, a sentence each."""
         found = []
-        limit = self.actuator.torque_limit
+        limit, torque = self.actuator.torque_limit, axis_unit(self.joint.axis, "N m")
         if limit is not None and limit < self.joint.stiction:
             found.append(
-                f"actuator.torque_limit = {limit:g} N m is below joint.stiction = {self.joint.stiction:g} N m: "
-                "tracking is impossible, the joint cannot break away from rest"
+                f"actuator.torque_limit = {limit:g} {torque} is below joint.stiction = {self.joint.stiction:g} "
+                f"{torque}: tracking is impossible, the joint cannot break away from rest"
             )
         if "fixed" in self.controllers and "fixed" not in self.model_fields_set:
             found.append("controller 'fixed' has no [fixed] table: it feeds nothing forward and equals 'pi'")
@@ -313,9 +314,10 @@ class Scenario(Table):
         fall = steepest_fall(self.joint.friction)
         proportional = self.feedback.gains[0]
         if fall > proportional:
+            gain = axis_unit(self.joint.axis, "N m s/rad")
             found.append(
-                f"the friction curve falls by up to {fall:.4g} N m s/rad, more than the proportional gain of "
-                f"{proportional:.4g} N m s/rad can hold: the loop will hunt at low speed"
+                f"the friction curve falls by up to {fall:.4g} {gain}, more than the proportional gain of "
+                f"{proportional:.4g} {gain} can hold: the loop will hunt at low speed"
             )
         return found
 

@@ -112,6 +112,7 @@ def test_units_are_given_by_factors_and_linear_axes_have_their_own(tmp_path):
     found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert (found["inertia"]["unit"], found["viscous"]["unit"]) == ("kg", "N s/m")
+    assert load_scenario(tmp_path / "out" / "scenario.toml").joint.axis == "linear"
 
 
 def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_scaled(tmp_path):
@@ -125,6 +126,16 @@ def test_current_is_found_by_its_name_and_keeps_its_units_where_the_motion_is_sc
     found = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert found["inertia"]["value"] == pytest.approx(2.0, rel=0.01)
     assert found["inertia"]["unit"] == "A s²/rad"
+
+
+def test_current_of_a_linear_axis_stands_for_a_force(tmp_path):
+    log = make_log(noise=0.05)
+    write_csv(tmp_path / "log.csv", {"time": log.time, "q": log.position, "current": log.torque})
+    outcome = run_command_line("identify", tmp_path / "log.csv", "--linear", "--out", tmp_path / "out")
+    (warning,) = outcome.warnings
+    assert warning.endswith("has A and A s²/m where it says N and kg; for these give --torque-constant, in N/A")
+    scenario = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
+    assert "# The torque of the log is a current: read A for N and A s^2/m for kg, or give" in scenario
 
 
 def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(tmp_path):

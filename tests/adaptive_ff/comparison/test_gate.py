@@ -42,6 +42,15 @@ def changed(path, **figures):
     return path
 
 
+def test_a_linear_axis_is_said_in_its_units(comparison):
+    moving = compare(SHORT.modified(joint={"axis": "linear"}, controllers=["pi"]))
+    stored = moving.to_dict()
+    stored["controllers"]["pi"].update(max_error=1e-6, torque_variation=1e-6)
+    first, second = regressions(moving, stored, 0.05)
+    assert "mm/s (" in first
+    assert " N (" in second
+
+
 def test_same_result_passes(comparison, baseline):
     assert regressions(comparison, read_baseline(baseline), 0.0) == []
     assert_no_regression(comparison, baseline)

@@ -10,6 +10,7 @@ from adaptive_ff import Comparison, InputError, __version__, compare, load_scena
 from adaptive_ff.model.friction import model_friction
 from adaptive_ff.report import drawing
 from adaptive_ff.report.comparison_plots import plot_comparison, plot_run
+from adaptive_ff.report.comparison_tables import estimates_table
 from plant import sliding_friction
 
 SHORT = load_scenario().modified(duration=16.0)
@@ -394,3 +395,21 @@ def test_change_shortly_before_the_end_is_marked_in_the_close_up():
 def test_comparison_without_runs_is_refused():
     with pytest.raises(ValueError, match=r"comparison.runs is empty"):
         plot_comparison(Comparison(SHORT, {}))
+
+
+def test_pictures_and_tables_of_a_linear_axis_have_its_units():
+    linear = SHORT.modified(
+        joint={"axis": "linear"},
+        duration=3.0,
+        controllers=["pi", "adaptive"],
+        adaptation={"position_hats": 3, "position_range": [-0.5, 0.5]},
+    )
+    found = compare(linear)
+    figures = {**plot_comparison(found), "run": plot_run(found.runs["adaptive"])}
+    assert figures.keys() >= {*FIVE, "friction_map"}
+    panels = [axes for figure in figures.values() for axes in figure.axes]
+    labels = [label for axes in panels for label in (axes.get_xlabel(), axes.get_ylabel())]
+    labels += [str(cell) for cell in estimates_table(found).columns[0].cells]
+    assert not [label for label in labels if "rad" in label or "N m" in label or "torque" in label]
+    assert any("mm/s" in label for label in labels)
+    assert "inertia, kg" in labels

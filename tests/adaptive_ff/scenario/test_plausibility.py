@@ -40,3 +40,13 @@ def test_reference_that_is_too_slow_or_too_fast_is_warned_of_with_a_peak_that_su
     assert load_scenario().modified(reference={"peak": suggested}).cautions() == []
     twice = load_scenario().modified(reference={"peak": 2.0 * suggested}).cautions()
     assert len(twice) <= 1
+
+
+def test_warnings_of_a_linear_axis_have_its_units():
+    linear = load_scenario().modified(joint={"axis": "linear"})
+    (slow,) = linear.modified(reference={"peak": 0.06}).cautions()
+    assert slow.startswith("the reference never exceeds 0.06 m/s, 1.2 times joint.stribeck_velocity = 0.05 m/s")
+    weak = linear.modified(actuator={"torque_limit": 80.0}).cautions()
+    assert weak[0].startswith("actuator.torque_limit = 80 N is below joint.stiction = 90 N: ")
+    (steep,) = linear.modified(joint={"stiction": 1000.0}, actuator={"torque_limit": 4000.0}).cautions()
+    assert " N s/m, more than the proportional gain" in steep
