@@ -39,7 +39,7 @@ PROFILE: Look = {"color": "#7b5aa6", "linewidth": 1.3, "label": "torque left une
 INTERVAL: Look = {"color": "#d55e00", "linewidth": 1.0, "linestyle": (0, (3, 2)), "label": "lag and its interval"}
 
 CLOSE_UP = 0.08
-"""Length of the close-up, over that of the log; around the row of the fastest reversal."""
+"""Length of the close-up, over that of all pieces of the log; around the row of the fastest reversal."""
 
 BINS, FEWEST = 40, 5
 """Bins of the velocity, and rows that one must have to be shown."""
@@ -115,16 +115,19 @@ def _in_order(found: LogIdentification) -> list[tuple[Prediction, Series]]:
 
 
 def _close_up(found: LogIdentification, parts: Sequence[tuple[Prediction, Series]]) -> tuple[float, float]:
-    """Return a stretch around the reversal of the fitted rows where the torque changes most."""
-    length = CLOSE_UP * float(parts[-1][1][-1] - parts[0][1][0])
-    best, centre = -1.0, float(parts[0][1][parts[0][1].size // 2])
+    """Return a stretch around the reversal of the fitted rows where the torque changes most, in the piece it is in."""
+    length = CLOSE_UP * sum(float(np.ptp(time)) for _, time in parts)
+    piece = parts[0][1]
+    best, centre = -1.0, float(piece[piece.size // 2])
     for rows, time in parts[: len(found.rows)]:
         turns = np.flatnonzero(np.diff(np.sign(rows.velocity)) != 0.0)
         for turn in turns[rows.slides[turns]]:
             around = rows.torque[max(0, turn - 5) : turn + 6]
             if np.ptp(around) > best:
-                best, centre = float(np.ptp(around)), float(time[turn])
-    return centre - 0.5 * length, centre + 0.5 * length
+                best, centre, piece = float(np.ptp(around)), float(time[turn]), time
+    first, last = float(piece[0]), float(piece[-1])
+    start = max(first, min(centre - 0.5 * length, last - length))
+    return start, min(start + length, last)
 
 
 def _friction(found: LogIdentification) -> Figure:

@@ -50,6 +50,18 @@ def test_torque_is_shown_measured_and_identified_with_times_that_ascend(found, f
     assert left.get_xlabel() == "time (s)"
 
 
+def test_close_up_of_short_pieces_far_apart_is_in_one_of_them():
+    log = make_log(noise=0.1)
+    pieces = np.minimum(np.arange(log.time.size) // 1200, 9)
+    log.time[:] += 100.0 * pieces
+    found = identify_log(log)
+    (_, near, _) = found.plot()["identified_torque"].axes
+    low, high = near.get_xlim()
+    (ends,) = [(rows.time[0], rows.time[-1]) for rows in found.rows if rows.time[0] <= low <= rows.time[-1]]
+    assert ends[0] <= low < high <= ends[1]
+    assert high - low < 0.1 * log.time.size * found.period
+
+
 def test_friction_curve_is_the_identified_one(found, figures):
     curve = figures["friction"].axes[0]
     backward, forward = (line for line in curve.get_lines() if line.get_xdata().size == 400)
