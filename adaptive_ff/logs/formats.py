@@ -77,24 +77,44 @@ def _read_text(path: Path, wanted: Collection[str]) -> Content:
 
 def _read_npz(path: Path, wanted: Collection[str]) -> Content:
     with np.load(path, allow_pickle=False) as archive:
-        shapes = {name: _npz_shape(archive, name) for name in archive.files}
+        series: dict[str, _Series] = {}
+        for name in archive.files:
+            shape, _, kind = _npz_header(archive, name)
+            series.update(_series_of(name, shape, kind))
         for name in wanted:
-            if name in shapes and _npz_type(archive, name).hasobject:
+            if name in series and series[name].kind.hasobject:
                 raise InputError(f"{path}: {name} holds Python objects; it must hold numbers")
-        return Content(shapes, {name: archive[name] for name in wanted if name in shapes})
+        return _content(series, wanted, archive)
 
 
-def _npz_shape(archive: Any, name: str) -> tuple[int, ...]:
-    """Read the shape of a member from its header alone."""
-    return tuple(_npz_header(archive, name)[0])
+class _Series(NamedTuple):
+    """Where a series is: an array of a file, or a field of a structured one, with its shape and the kind of array."""
+
+    array: str
+    field: str | None
+    shape: tuple[int, ...]
+    kind: np.dtype[Any]
 
 
-def _npz_type(archive: Any, name: str) -> np.dtype[Any]:
-    found: np.dtype[Any] = _npz_header(archive, name)[2]
-    return found
+def _series_of(name: str, shape: tuple[int, ...], kind: np.dtype[Any]) -> dict[str, _Series]:
+    """Return the series of an array by name: of a structured one ARRAY.FIELD, each."""
+    if kind.names is None:
+        return {name: _Series(name, None, tuple(shape), kind)}
+    return {f"{name}.{field}": _Series(name, field, (*shape, *kind[field].shape), kind) for field in kind.names}
+
+
+def _content(series: Mapping[str, _Series], wanted: Collection[str], arrays: Mapping[str, Any]) -> Content:
+    """Return the shapes of all series and read the wanted ones, with each array read once."""
+    found = {name: series[name] for name in wanted if name in series}
+    read = {array: arrays[array][()] for array in dict.fromkeys(one.array for one in found.values())}
+    return Content(
+        {name: one.shape for name, one in series.items()},
+        {name: read[one.array] if one.field is None else read[one.array][one.field] for name, one in found.items()},
+    )
 
 
 def _npz_header(archive: Any, name: str) -> Any:
+    """Read shape, order and type of a member from its header alone."""
     member = name if name in archive.zip.namelist() else f"{name}.npy"
     with archive.zip.open(member) as stream:
         major = np.lib.format.read_magic(stream)[0]
@@ -138,17 +158,25 @@ def _are_structs(value: Any) -> bool:
 
 
 def _read_hdf5(path: Path, wanted: Collection[str], *, transposed: bool = False) -> Content:
-    """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET."""
+    """Read datasets of an HDF5 file; those in a group are named GROUP.DATASET, those of compounds DATASET.FIELD."""
     h5py = _library("h5py", "hdf5", path)
     with h5py.File(path, "r") as file:
         sets: dict[str, Any] = {}
         file.visititems(
             lambda name, item: sets.update({name.replace("/", "."): item}) if isinstance(item, h5py.Dataset) else None
         )
-        sets = {name: item for name, item in sets.items() if item.dtype.kind in "iufb" and not name.startswith("#")}
-        shapes = {name: tuple(item.shape[::-1] if transposed else item.shape) for name, item in sets.items()}
-        arrays = {name: sets[name][()] for name in wanted if name in sets}
-    return Content(shapes, {name: array.T if transposed else array for name, array in arrays.items()})
+        series: dict[str, _Series] = {}
+        for name, item in sets.items():
+            if not name.startswith("#"):
+                found = _series_of(name, item.shape[::-1] if transposed else item.shape, item.dtype)
+                series.update({key: one for key, one in found.items() if _holds_numbers(one)})
+        content = _content(series, wanted, sets)
+    return content._replace(arrays={name: array.T if transposed else array for name, array in content.arrays.items()})
+
+
+def _holds_numbers(series: _Series) -> bool:
+    kind = series.kind if series.field is None else series.kind[series.field]
+    return kind.base.kind in "iufb"
 
 
 def _read_parquet(path: Path, wanted: Collection[str]) -> Content:

@@ -2,7 +2,7 @@
 
 A column is named as the file names it. From an array of two dimensions, ``NAME[3]`` picks the fourth series (counted
 from zero, as in Python), across whichever side of the array is the shorter one. ``STRUCT.MEMBER`` reaches into structs
-of MAT files and groups of HDF5 files.
+of MAT files, groups of HDF5 files and structured arrays. Columns of times and durations become seconds.
 """
 
 import math
@@ -143,7 +143,7 @@ def read_log(
     position, velocity : str, optional
         Column of the position (rad) or of the velocity (rad/s): one of them.
     time : str, optional
-        Column of the time, s.
+        Column of the time, s; of times, such as ISO 8601 in text, or of durations.
     period : float, optional
         Constant sample time, s, where there is no column of time.
     extra : mapping of str to str, optional
@@ -264,12 +264,24 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
         array = table[:, place] if table.shape[1] == count else table[place]
     else:
         raise InputError(f"{file}: there is no column {column}; there are {_listed(content)}")
+    if array.dtype.kind in "Mm":
+        array = _seconds(array)
     if array.dtype.kind not in "iufb":
         raise InputError(f"{file}: {column} holds {array.dtype}; it must hold numbers")
     values: Array = np.ascontiguousarray(array, dtype=np.float64)
     if values.size and not np.any(np.isfinite(values)):
         raise InputError(f"{file}: {column} holds no finite number")
     return values if factor == 1.0 else values * factor
+
+
+def _seconds(array: NDArray[Any]) -> Array:
+    """Return durations in seconds, and times in seconds from the first one; what is no time becomes NaN."""
+    known = ~np.isnat(array)
+    seconds = np.full(array.shape, np.nan)
+    if np.any(known):
+        begin = array[known][0] if array.dtype.kind == "M" else np.zeros((), array.dtype)
+        seconds[known] = (array[known] - begin) / np.timedelta64(1, "s")
+    return seconds
 
 
 def _listed(content: Content) -> str:

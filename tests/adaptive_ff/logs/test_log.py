@@ -97,6 +97,41 @@ def test_members_of_structs_and_groups_are_reached_by_dots(tmp_path):
         assert np.array_equal(log.velocity, POSITION)
 
 
+def test_fields_of_structured_arrays_are_reached_by_dots(tmp_path):
+    kind = [("t", "f8"), ("q", "f4"), ("tau", "f8", (2,)), ("note", "S3")]
+    rows = np.zeros(7, dtype=kind)
+    rows["t"], rows["q"], rows["tau"][:, 1] = TIME, POSITION, TORQUE
+    np.savez(tmp_path / "rows.npz", log=rows)
+    with h5py.File(tmp_path / "rows.h5", "w") as file:
+        file["log"] = rows
+    for name in ("rows.npz", "rows.h5"):
+        log = read_log(tmp_path / name, time="log.t", position="log.q", torque="log.tau[1]")
+        assert np.array_equal(log.time, TIME)
+        assert np.array_equal(log.position, POSITION.astype(np.float32))
+        assert np.array_equal(log.torque, TORQUE)
+        with pytest.raises(InputError, match=r"no column q; there are log\.t, log\.q, log\.tau \(7, 2\)"):
+            read_log(tmp_path / name, time="log.t", position="q", torque="log.tau[1]")
+
+
+def test_times_and_durations_are_read_as_seconds(tmp_path):
+    """As pandas writes an index of times to Parquet."""
+    durations = (1e9 * TIME).round().astype("m8[ns]")
+    moments = np.datetime64("2026-11-27T12:00:00", "ns") + durations
+    missing = np.where(np.arange(7) == 2, np.datetime64("NaT"), moments)
+    columns = {"moment": moments, "elapsed": durations, "missing": missing, "q": POSITION, "u": TORQUE}
+    parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
+    np.savez(tmp_path / "log.npz", **columns)
+    for name in ("log.parquet", "log.npz"):
+        read = {
+            time: read_log(tmp_path / name, time=time, position="q", torque="u").time
+            for time in ("moment", "elapsed", "missing")
+        }
+        assert read["moment"] == pytest.approx(TIME - TIME[0], abs=1e-9)
+        assert read["elapsed"] == pytest.approx(TIME, abs=1e-9)
+        assert np.isnan(read["missing"][2])
+        assert np.delete(read["missing"], 2) == pytest.approx(np.delete(TIME - TIME[0], 2), abs=1e-9)
+
+
 def test_factors_apply_to_their_columns_only(tmp_path):
     np.savez(tmp_path / "log.npz", ms=1e3 * TIME, all=TABLE)
     scale = {"ms": 1e-3, "all[2]": np.pi / 180.0, "all[0]": -48.0}
