@@ -151,7 +151,7 @@ def is_in_amperes(named: str, factor: float | None) -> bool:
 def warn_of_units(
     named: Mapping[str, str], columns: Mapping[str, str], scales: Mapping[str, float], *, linear: bool
 ) -> None:
-    """Warn where a column says another unit than the one it is taken in, and no factor was given.
+    """Warn where a column says another unit than the one it is taken in, or another axis, and no factor was given.
 
     Parameters
     ----------
@@ -162,12 +162,22 @@ def warn_of_units(
     linear : bool
         Whether the joint is a linear axis.
     """
-    from adaptive_ff.logs.column_units import foreign_unit
+    from adaptive_ff.logs.column_units import foreign_unit, unit_of_other_axis
 
+    taken = "linear" if linear else "rotary"
     for role, column in columns.items():
         if column in scales:
             continue
-        unit = foreign_unit(named[role], role.rpartition("_")[2], linear=linear)
+        series = role.rpartition("_")[2]
+        other = unit_of_other_axis(named[role], series, linear=linear)
+        if other is not None:
+            warnings.warn(
+                f"the column {column} seems to be in {other}, but the axis is taken as {taken}; --linear, or axis = "
+                "'linear' in a scenario, is for axes in m and N",
+                stacklevel=2,
+            )
+            continue
+        unit = foreign_unit(named[role], series, linear=linear)
         if unit is not None:
             warnings.warn(
                 f"the column {column} seems to be in {unit.name}, but is taken as {unit.taken}: give "

@@ -61,14 +61,27 @@ MOVING = {
 }
 MILLIAMPERES = "mA"
 CURRENTS = {MILLIAMPERES: (("ma", "milliamp(?:ere)?s?"), "1e-3")}
-PERCENT = {"per cent": (("%", "percent"), "RATED/100")}
+RELATIVE = {
+    "per cent": (("%", "pct", "percent"), "RATED/100"),
+    "per mille": (("‰", "per_?mille?", "promille"), "RATED/1000"),
+}
 TORQUES = {
     "mN m": (("mnm", r"mn[\s*.·]m", "nmm", r"n[\s*.·]mm"), "1e-3"),
     "N cm": (("ncm", r"n[\s*.·]cm"), "1e-2"),
     "kN m": (("knm", r"kn[\s*.·]m"), "1e3"),
-    **PERCENT,
+    **RELATIVE,
 }
-FORCES = {"kN": (("kn",), "1e3"), **PERCENT}
+FORCES = {"kN": (("kn",), "1e3"), **RELATIVE}
+
+OF_BOTH = {*TIMES, "counts", *RELATIVE, *CURRENTS}
+"""Units that columns of rotary joints and of linear axes have."""
+
+OWN = {
+    False: {"position": "rad", "velocity": "rad/s", "torque": r"n[\s*.·]?m"},
+    True: {"position": "m", "velocity": "m/s", "torque": "n"},
+}
+"""Units in which columns are taken, by whether the axis is linear, and role. They tell the axis where they are in
+brackets; an ``m`` that is not may be a letter of a motor."""
 
 AMPERES = re.compile(r"[\[(]a([ _.]?(rms|eff))?[\])]$")
 """How names of columns end that are currents in A; an ``a`` that is not in brackets may be a letter of a joint."""
@@ -105,6 +118,22 @@ def foreign_unit(column: str, role: str, *, linear: bool) -> Unit | None:
         if _ends_with(name, spellings):
             return Unit(unit, "A" if unit in CURRENTS else taken, factor)
     return None
+
+
+def unit_of_other_axis(column: str, role: str, *, linear: bool) -> str | None:
+    """Return the unit that the name of a column says where only the other kind of axis, linear or rotary, has it.
+
+    Parameters
+    ----------
+    column, role, linear
+        As :func:`foreign_unit` takes them.
+    """
+    unit = foreign_unit(column, role, linear=not linear)
+    if unit is not None:
+        return None if unit.name in OF_BOTH else unit.name
+    own = OWN[not linear].get(role)
+    found = own and re.search(rf"[\[(]({own})[\])]$", _plain(column))
+    return column.strip()[found.start(1) : found.end(1)] if found else None
 
 
 def says_amperes(column: str) -> bool:

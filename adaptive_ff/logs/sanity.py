@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from adaptive_ff.errors import InputError
 from adaptive_ff.logs.clipping import clipped_torque
 from adaptive_ff.logs.clock import with_clear_clock
+from adaptive_ff.logs.column_units import foreign_unit, unit_of_other_axis
 from adaptive_ff.logs.defects import GAP, Skipped, median_step, runs
 from adaptive_ff.logs.held_rows import without_held_rows
 from adaptive_ff.logs.log import Array, Log
@@ -57,15 +58,23 @@ class Sound(NamedTuple):
 
 
 def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
-    """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is."""
+    """Ask whether the motion of a log is in degrees, or in revolutions per minute, if its largest speed (rad/s) is.
+
+    Where the name of its column says another unit, that is asked instead.
+    """
     if linear or speed <= FASTEST_JOINT:
         return []
-    unit, factors = "", ["pi/180"]
-    if log.position is None:
-        unit, factors = ", or in revolutions per minute", ["pi/180", "pi/30"]
-    return [
-        f"the joint reaches {speed:.3g} rad/s: is the motion in degrees{unit}? Then {log.scaling('motion', *factors)}"
-    ]
+    role = "velocity" if log.position is None else "position"
+    column = log.columns.get(role, "")
+    said = None if column in log.factors else foreign_unit(column, role, linear=False)
+    other = None if column in log.factors else unit_of_other_axis(column, role, linear=False)
+    unit, factors = "degrees", ["pi/180"]
+    if said is not None:
+        unit, factors = said.name, [said.factor]
+    elif log.position is None:
+        unit, factors = "degrees, or in revolutions per minute", ["pi/180", "pi/30"]
+    advice = f"the axis is linear, and {other} are none of a rotary one" if other else log.scaling("motion", *factors)
+    return [f"the joint reaches {speed:.3g} rad/s: is the motion in {other or unit}? Then {advice}"]
 
 
 def look_through(log: Log, *, linear: bool = False) -> Sound:

@@ -155,6 +155,18 @@ def test_units_that_columns_say_are_pointed_out_and_milliamperes_become_amperes(
     assert found["inertia"]["unit"] == "A s²/rad"
 
 
+def test_millimetres_of_an_axis_that_is_taken_as_rotary_are_pointed_out(tmp_path):
+    log = make_log(noise=0.05)
+    write_csv(tmp_path / "log.csv", {"time": log.time, "z_mm": log.position, "force [N]": log.torque})
+    options = ["--position", "z_mm", "--torque", "force [N]", "--out", tmp_path / "out"]
+    said = " ".join(run_command_line("identify", tmp_path / "log.csv", *options).err.split())
+    for column, unit in (("z_mm", "millimetres"), ("force [N]", "N")):
+        assert f"the column {column} seems to be in {unit}, but the axis is taken as rotary; --linear, or" in said
+    said = " ".join(run_command_line("identify", tmp_path / "log.csv", *options, "--linear").err.split())
+    assert "give --scale z_mm=1e-3" in said
+    assert "taken as linear" not in said
+
+
 @pytest.mark.parametrize("factor", ["-1", "-1e-3"])
 def test_current_with_the_other_sign_stays_one(tmp_path, factor):
     log, scale = make_log(noise=0.05), float(factor)

@@ -8,6 +8,7 @@ from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.score import score_log
 from adaptive_ff.logs.log import Log
+from adaptive_ff.logs.sanity import in_degrees
 from adaptive_ff.replay.replay import replay_log
 
 
@@ -119,6 +120,22 @@ def test_torque_that_has_nothing_to_do_with_the_motion_is_not_blamed_on_its_sign
     noise = 20.0 * np.random.default_rng(110).standard_normal(log.time.size)
     with pytest.raises(InputError, match=r"log: the motion explains \d+ % of the torque: it is not that of the drive"):
         identify_log(spoiled(log, torque=noise - 0.15 * log.torque))
+
+
+@pytest.mark.parametrize(
+    ("column", "asked"),
+    [
+        ("q", "in degrees? Then give --scale q=pi/180"),
+        ("pos_counts", "in counts? Then give --scale 'pos_counts=2*pi/COUNTS_OF_A_TURN'"),
+        ("pos_mm", "in millimetres? Then the axis is linear"),
+    ],
+)
+def test_unit_that_a_column_says_is_asked_for_instead_of_degrees(column, asked):
+    log = Log("log", np.arange(3.0), np.arange(3.0), position=np.arange(3.0), columns={"position": column})
+    (question,) = in_degrees(log, 300.0, linear=False)
+    assert question.startswith("the joint reaches 300 rad/s: is the motion ")
+    assert asked in question
+    assert in_degrees(log, 300.0, linear=True) == []
 
 
 def test_degrees_are_suspected():

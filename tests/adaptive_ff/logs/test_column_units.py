@@ -2,7 +2,7 @@
 
 import pytest
 
-from adaptive_ff.logs.column_units import foreign_unit, says_amperes
+from adaptive_ff.logs.column_units import foreign_unit, says_amperes, unit_of_other_axis
 
 FOREIGN = [
     ("q_deg", "position", False, "pi/180"),
@@ -24,6 +24,9 @@ FOREIGN = [
     ("Strom [mA]", "torque", True, "1e-3"),
     ("M [Nmm]", "torque", False, "1e-3"),
     ("torque [%]", "torque", False, "RATED/100"),
+    ("torque_pct", "torque", False, "RATED/100"),
+    ("torque_permille", "torque", False, "RATED/1000"),
+    ("Torque actual value [‰]", "torque", True, "RATED/1000"),
     ("z [mm]", "position", True, "1e-3"),
     ("v_mm/s", "velocity", True, "1e-3"),
     ("F [kN]", "torque", True, "1e3"),
@@ -63,3 +66,30 @@ def test_unit_that_is_taken_and_words_that_only_end_like_one_are_left(column, ro
 )
 def test_amperes_are_seen(column, expected):
     assert says_amperes(column) is expected
+
+
+@pytest.mark.parametrize(
+    ("column", "role", "linear", "unit"),
+    [
+        ("pos_mm", "position", False, "millimetres"),
+        ("z [m]", "position", False, "m"),
+        ("v (m/s)", "velocity", False, "m/s"),
+        ("F [N]", "torque", False, "N"),
+        ("F_kN[2]", "torque", False, "kN"),
+        ("q_deg", "position", True, "degrees"),
+        ("q [rad]", "position", True, "rad"),
+        ("n_rpm", "velocity", True, "revolutions per minute"),
+        ("M [Nm]", "torque", True, "Nm"),
+        ("tau_Nmm", "torque", True, "mN m"),
+        ("pos_counts", "position", False, None),
+        ("torque [%]", "torque", True, None),
+        ("I [mA]", "torque", True, None),
+        ("q_m", "position", False, None),
+        ("u_N", "torque", False, None),
+        ("t [min]", "time", False, None),
+        ("M [Nm]", "torque", False, None),
+        ("z [mm]", "position", True, None),
+    ],
+)
+def test_unit_of_the_other_kind_of_axis_is_seen(column, role, linear, unit):
+    assert unit_of_other_axis(column, role, linear=linear) == unit
