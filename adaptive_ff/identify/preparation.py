@@ -1,5 +1,6 @@
 """A log cut into pieces that can be filtered, with the band and what counts as rest."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,10 @@ from adaptive_ff.logs.derivatives import REACH
 from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.missing_values import lacking_column
 from adaptive_ff.logs.sanity import look_through
+
+NOISE_ALONE = 0.5
+"""Share of twice the variance of a position from which the squares of its steps are those of noise. A sine has so large
+steps from a sixth of the sampling frequency on; the band ends at a tenth."""
 
 FEWEST_SAMPLES = 50
 """Samples below which nothing is tried."""
@@ -84,6 +89,7 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
     is_position = log.position is not None
     what = "position" if is_position else "velocity"
     check_varies(f"{log.name}: the {what}", log.motion, pieces, "it must move to be identified")
+    _check_moves(log, pieces, "m" if linear else "rad")
     check_varies(f"{log.name}: the torque", log.torque, pieces, "it must be that of the drive")
     if bandwidth is None:
         longest = max(pieces, key=lambda piece: piece.size)
@@ -106,6 +112,24 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
     if not any(np.any(velocity) for velocity in velocities):
         raise InputError(f"{log.name}: nothing moves; the joint must move to be identified")
     return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities, corner), said)
+
+
+def _check_moves(log: Log, pieces: list[Piece], unit: str) -> None:
+    """Refuse a position that is nothing but noise, by J. von Neumann's ratio (1941).
+
+    The mean square of its steps is twice the variance then, and ``1 - cos(2 pi f Ts)`` of that for a sine.
+    """
+    if log.position is None:
+        return
+    positions = [log.position[start:stop] for start, stop in pieces]
+    steps = sum(float(np.sum(np.diff(position) ** 2)) for position in positions)
+    spread = sum(float(np.sum((position - np.mean(position)) ** 2)) for position in positions)
+    if steps > NOISE_ALONE * 2.0 * spread:
+        scatter = math.sqrt(spread / sum(piece.size for piece in pieces))
+        raise InputError(
+            f"{log.name}: the position scatters by {scatter:.3g} {unit} (rms), no more than from one sample to the "
+            "next: that is noise; it must move to be identified"
+        )
 
 
 def too_short(piece: Piece, period: float, needed: int) -> str:

@@ -34,6 +34,13 @@ CLEARLY = 1.1
 """Torque at rest over Coulomb friction from which on it tells of stiction: its largest value has noise, and what begins
 to move the joint, some per cent."""
 
+NEGATIVE = {
+    "coulomb": "the torque is not only that of friction",
+    "viscous": "friction falls with the speed wherever the joint moves (Stribeck; faster motion shows the rest), or "
+    "the torque is not only that of friction",
+}
+"""What it may be where a parameter of friction comes out negative."""
+
 UNSUITED = 0.5
 """Relative error from which a model does not suit, so that its parameters are none of the joint."""
 
@@ -75,10 +82,10 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
             f"inertia comes out negative, {inertia.value:.3g}: the columns do not belong together, are shifted in "
             "time, or another torque acts on the joint"
         )
-    for name in ("coulomb", "viscous"):
+    for name in NEGATIVE:
         estimate = found.parameters[name].estimate
         if estimate.upper < 0.0:
-            said.append(f"{name} comes out negative, {estimate.value:.3g}: the torque is not only that of friction")
+            said.append(f"{name} comes out negative, {estimate.value:.3g}: {NEGATIVE[name]}")
     peak = max(float(np.max(np.abs(rows.velocity))) for rows in found.rows)
     said += in_degrees(log, peak, linear=is_linear(found.units))
     if vague := unattributed(found):
@@ -131,8 +138,8 @@ def _of_fit(found: LogIdentification) -> str:
             "other axes, elasticity, ripple" if subject.count("gravity") else "gravity, other axes, elasticity, ripple"
         )
         sentence += (
-            f" This is no lumped joint with one inertia, or not only friction acts on it ({others}); intervals do not "
-            "cover that."
+            f" This is no lumped joint with one inertia, its friction changes along the log (heat), or not only "
+            f"friction acts on it ({others}); intervals do not cover that."
         )
     return sentence
 

@@ -30,6 +30,20 @@ def test_stretches_without_numbers_and_a_clock_that_jumps_back_leave_the_rest_us
     assert found.fit.relative_error < 0.05
 
 
+def test_friction_that_falls_with_the_speed_is_said_to_be_possible():
+    (caution,) = identify_log(make_log(noise=0.1, viscous=-0.5)).cautions
+    assert caution.startswith("viscous comes out negative, -0.5")
+    assert "friction falls with the speed wherever the joint moves (Stribeck; faster motion" in caution
+
+
+def test_friction_that_changes_along_the_log_is_said_to_be_possible():
+    log = make_log(noise=0.1)
+    inertia = make_log(coulomb=0.0, viscous=0.0, offset=0.0).torque
+    warming = 0.5 + 2.0 * np.exp(-log.time / 10.0)
+    found = identify_log(spoiled(log, torque=inertia + warming * (log.torque - inertia)))
+    assert "its friction changes along the log (heat)" in found.verdict[0]
+
+
 def test_defects_do_not_bias_what_is_near_them():
     """Each piece is filtered by itself and its ends are dropped: noise-free pieces give the joint."""
     log = make_log()
@@ -53,6 +67,11 @@ def test_pieces_that_are_too_short_are_skipped_and_said():
     ("change", "message"),
     [
         ({"position": np.full(15000, 1.0)}, "log: the position is 1 all over; it must move to be identified"),
+        (
+            {"position": 1e-6 * np.random.default_rng(1).standard_normal(15000)},
+            "log: the position scatters by 9.96e-07 rad (rms), no more than from one sample to the next: that is noise; "
+            "it must move to be identified",
+        ),
         ({"torque": np.zeros(15000)}, "log: the torque is 0 all over; it must be that of the drive"),
         (
             {"torque": np.full(15000, np.nan)},
