@@ -69,8 +69,8 @@ def test_pieces_that_are_too_short_are_skipped_and_said():
         ({"position": np.full(15000, 1.0)}, "log: the position is 1 all over; it must move to be identified"),
         (
             {"position": 1e-6 * np.random.default_rng(1).standard_normal(15000)},
-            "log: the position scatters by 9.96e-07 rad (rms), no more than from one sample to the next: that is noise; "
-            "it must move to be identified",
+            "log: the position scatters by 9.96e-07 rad (rms), no more than from one sample to the next: that is "
+            "noise; it must move to be identified",
         ),
         ({"torque": np.zeros(15000)}, "log: the torque is 0 all over; it must be that of the drive"),
         (
