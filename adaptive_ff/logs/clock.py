@@ -96,8 +96,12 @@ def _even_times(time: Array) -> tuple[Array, float] | None:
     if not stretches:
         return None
     longest = max(stretches, key=lambda part: part.stop - part.start)
-    place = np.arange(longest.stop - longest.start)
-    period = float(np.polynomial.polynomial.polyfit(place, time[longest] - time[longest.start], 1)[1])
+    # Where the clock ticks, its time is right within a row; between, within a tick, which may be thousands of rows.
+    ticks = np.flatnonzero(np.diff(time[longest]) > 0.0) + 1
+    if ticks.size < 2:
+        return None
+    since = time[longest][ticks] - time[longest.start]
+    period = float(np.polynomial.polynomial.polyfit(ticks, since, 1)[1])
     times = time.copy()
     for part in stretches:
         line = period * np.arange(part.stop - part.start)
