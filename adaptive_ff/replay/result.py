@@ -10,7 +10,7 @@ from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.model.friction import UNITS, TorqueModel
+from adaptive_ff.model.friction import UNITS, TorqueModel, unit_of
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.settings import ReplaySettings
 from adaptive_ff.replay.state import state_to_json
@@ -97,8 +97,9 @@ class Replay:
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of the estimates, by name."""
-        units = {name: of_linear(unit) if self.linear else unit for name, unit in UNITS.items()}
+        """Units of the estimates, by name, and of all parameters of a joint."""
+        names = dict.fromkeys([*UNITS, *(name for history in self.series.estimates.values() for name in history)])
+        units = {name: of_linear(unit_of(name)) if self.linear else unit_of(name) for name in names}
         return of_current(units) if self.is_current else units
 
     @property

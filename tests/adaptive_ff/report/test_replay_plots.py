@@ -42,3 +42,11 @@ def test_estimates_are_drawn_with_their_units(replayed):
 def test_times_ascend_where_the_clock_does_not():
     time = np.array([5.0, 5.1, 5.2, np.nan, 5.4, 2.0, 2.1, 2.1])
     assert elapsed(time) == pytest.approx([5.0, 5.1, 5.2, 5.3, 5.4, 5.5, 5.6, 5.7])
+
+
+@pytest.mark.parametrize(("is_linear", "unit"), [(False, "N m"), (True, "N")])
+def test_ripples_are_drawn_as_torques(is_linear, unit):
+    """As where the fixed model finds one in the log by itself."""
+    replayed = replay_log(make_log(noise=0.1), ripple_periods=(0.4,), linear=is_linear)
+    labels = [axes.get_ylabel() for axes in replayed.plot()["estimates"].axes]
+    assert labels[-2:] == [f"ripple sin 1 ({unit})", f"ripple cos 1 ({unit})"]
