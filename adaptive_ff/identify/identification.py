@@ -126,6 +126,11 @@ def identify_log(
     check_log("log", log)
     if validation is not None:
         check_log("validation", validation)
+        if log.is_same_record(validation):
+            raise InputError(
+                f"{validation.name}: the log to validate on is the one that is fitted; give another one, or none: the "
+                "end of the log is held out then"
+            )
     told, torque_delay = torque_delay is not None, torque_delay or 0.0
     _check_arguments(held_out, torque_delay, confidence)
     linear, is_current = checked_switch("linear", linear), checked_switch("is_current", is_current)

@@ -221,6 +221,8 @@ def score_log(
     choices = [choice for choice, _ in means]
     model = means[choices.index(choose_mean(choices))][1]
     said = [f"{one.log.name}: {sentence}" for one in prepared for sentence in one.said]
+    if train.is_same_record(test):
+        said.append(f"{test.name}: is the log that the model is trained on; of other motion its error tells nothing")
     return replace(_judge(train, test, model, choices, records, linear=linear), cautions=list(dict.fromkeys(said)))
 
 

@@ -93,6 +93,13 @@ class Log:
         assert series is not None
         return series
 
+    def is_same_record(self, other: "Log") -> bool:
+        """Tell whether another log holds the same torque and motion, whatever it is called."""
+        return all(
+            np.array_equal(own, others, equal_nan=True)
+            for own, others in ((self.torque, other.torque), (self.motion, other.motion))
+        )
+
     def part(self, chosen: slice | NDArray[np.bool_] | NDArray[np.int64]) -> "Log":
         """Return the log of some of the samples."""
 

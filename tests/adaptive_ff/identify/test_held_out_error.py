@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from synthetic_logs import make_log, motion
 
+from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.verdict import verdict
 
@@ -82,3 +83,11 @@ def test_model_that_leaves_most_of_the_torque_is_said_not_to_suit(size, suits):
     assert (
         any(sentence.startswith("The model does not suit: more than 50 %") for sentence in found.verdict) is not suits
     )
+
+
+def test_the_log_that_is_fitted_validates_nothing():
+    """It was said to have been "not fitted"."""
+    log = make_log(noise=0.1)
+    log.torque[100] = np.nan
+    with pytest.raises(InputError, match="copy: the log to validate on is the one that is fitted; give another one"):
+        identify_log(log, validation=replace(log, name="copy", time=log.time + 5.0))

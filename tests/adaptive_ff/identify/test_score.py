@@ -204,6 +204,13 @@ def test_what_was_done_about_a_log_is_said(monkeypatch):
     assert found.cautions == found.to_dict()["warnings"] == ["log: 1 row left out: no finite number in the torque"]
 
 
+def test_score_on_the_log_that_it_is_trained_on_is_said_to_tell_nothing(monkeypatch):
+    monkeypatch.setattr(score, "KNOTS", (1,))
+    log = _log(0.0, 101)
+    (caution,) = score_log(log, replace(log, name="copy")).cautions
+    assert caution.startswith("copy: is the log that the model is trained on")
+
+
 @pytest.mark.parametrize("delay", [np.nan, np.inf, 1.5])
 def test_delay_that_no_drive_has_is_refused(delay):
     with pytest.raises(InputError, match=r"torque_delay = .* s is not allowed: it must be from -1 to 1 s"):
