@@ -10,7 +10,7 @@ from rich.console import Console
 from adaptive_ff.cli.common import SETTINGS
 from adaptive_ff.cli.gate import Gate
 from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, Report, ScenarioFile, picture_formats
-from adaptive_ff.cli.places import places
+from adaptive_ff.cli.places import of_earlier_runs, places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
 from adaptive_ff.errors import InputError
 
@@ -61,6 +61,7 @@ def compare_command(
     from adaptive_ff.comparison.own import check_own_names, named_own
     from adaptive_ff.comparison.registry import CONTROLLERS
     from adaptive_ff.files import write_csv, write_result
+    from adaptive_ff.report.comparison_plots import PICTURES
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report
     from adaptive_ff.scenario.file import to_toml
@@ -93,9 +94,12 @@ def compare_command(
             write_report(stage / NAME, title, shown, figures, {"Scenario": to_toml(loaded)})
         for file in (stage / "result.json", *beside.values()):
             write_result(file, comparison.to_dict())
+        earlier = of_earlier_runs(out, stage, PICTURES, [*(f"{name}.csv" for name in CONTROLLERS), NAME])
     console = Printer()
     console.show(shown)
     console.say(f"Plots, time series and result.json are in {out}")
+    for sentence in earlier:
+        console.say(sentence)
     return 0 if gate is None else gate.judge(comparison, errors)
 
 

@@ -31,7 +31,7 @@ from adaptive_ff.cli.options import (
     known_periods,
     picture_formats,
 )
-from adaptive_ff.cli.places import places
+from adaptive_ff.cli.places import of_earlier_runs, places
 from adaptive_ff.cli.terminal import Printer, error_console, warn, warn_of_skips
 from adaptive_ff.errors import InputError
 
@@ -85,6 +85,7 @@ def identify_command(
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report
+    from adaptive_ff.report.identification_plots import PICTURES
 
     drawn = picture_formats(formats)
     columns = chosen_columns(log, time, period, position, velocity, torque, known_torque)
@@ -114,7 +115,10 @@ def identify_command(
         result = {**found.to_dict(), "columns": columns, "scenario": SCENARIO if refused is None else None}
         for file in (stage / "identification.json", *beside.values()):
             write_result(file, result)
+        earlier = of_earlier_runs(out, stage, PICTURES, [NAME])
     _print(found, shown, out, refused)
+    for sentence in earlier:
+        Printer().say(sentence)
 
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:

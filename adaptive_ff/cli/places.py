@@ -2,12 +2,13 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from adaptive_ff.cli.common import SETTINGS
+from adaptive_ff.cli.options import KNOWN_FORMATS
 from adaptive_ff.errors import InputError
 
 STANDARD_OUTPUT = Path("-")
@@ -51,6 +52,30 @@ def places(out: Path, *files: Path | None) -> Iterator[tuple[Path, dict[Path, Pa
         yield stage, beside
         printed = beside[STANDARD_OUTPUT].read_text(encoding="utf-8") if STANDARD_OUTPUT in beside else ""
     sys.stdout.write(printed)
+
+
+def of_earlier_runs(out: Path, stage: Path, pictures: Iterable[str], files: Iterable[str]) -> list[str]:
+    """Say which files that a command may write stay in its folder as they are, since it does not write them now.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    stage : Path
+        Where the files are that will be moved there.
+    pictures : iterable of str
+        Names of the pictures that the command may write, without an ending.
+    files : iterable of str
+        Names of its other files.
+
+    Returns
+    -------
+    list of str
+        One sentence, or none.
+    """
+    names = [*(f"{name}.{ending}" for name in pictures for ending in KNOWN_FORMATS), *files]
+    there = sorted(name for name in names if (out / name).is_file() and not (stage / name).exists())
+    return [f"Of an earlier run, not of this one, in {out}: {', '.join(there)}"] if there else []
 
 
 def _staged_file(file: Path, stack: ExitStack) -> Path:

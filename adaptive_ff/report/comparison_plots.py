@@ -68,6 +68,9 @@ TORQUE: Look = {"linewidth": 0.7, "alpha": 0.5, "drawstyle": "steps-post", "labe
 FEEDFORWARD: Look = {"linewidth": 1.2, "drawstyle": "steps-post", "label": "feedforward in it"}
 LIMIT: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "torque limit"}
 
+PICTURES = ("tracking", "torque", "estimates", "stribeck", "supervision", "friction_map")
+"""Names of the pictures of a comparison, of which it has those that it can."""
+
 FRICTION = {"coulomb", "stiction", "viscous"}  # make a friction curve
 
 

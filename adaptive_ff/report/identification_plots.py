@@ -38,6 +38,9 @@ POINTS: Look = {"color": INK, "marker": "D", "markersize": 4.0, "linestyle": "",
 PROFILE: Look = {"color": "#7b5aa6", "linewidth": 1.3, "label": "torque left unexplained"}
 INTERVAL: Look = {"color": "#d55e00", "linewidth": 1.0, "linestyle": (0, (3, 2)), "label": "lag and its interval"}
 
+PICTURES = ("identified_torque", "friction", "lag", "identified_map")
+"""Names of the pictures of an identified log; without a map of friction or force it has not the last one."""
+
 CLOSE_UP = 0.08
 """Length of the close-up, over that of all pieces of the log; around the row of the fastest reversal."""
 

@@ -245,6 +245,18 @@ def test_joint_whose_inertia_is_not_told_gets_no_scenario(tmp_path):
     assert earlier.read_text(encoding="utf-8") == "# edited by hand\n"
 
 
+def test_pictures_and_reports_that_an_earlier_run_left_are_said(tmp_path):
+    log, out = make_log(noise=0.05), tmp_path / "out"
+    write_csv(tmp_path / "log.csv", {"time": log.time, "position": log.position, "torque": log.torque})
+    first = run_command_line("identify", tmp_path / "log.csv", "--out", out, "--report", "--format", "pdf")
+    assert "Of an earlier run" not in first.out
+    (out / "identified_map.png").write_bytes(b"of another log")
+    (out / "friction.csv").write_text("of a user", encoding="utf-8")
+    second = run_command_line("identify", tmp_path / "log.csv", "--out", out)
+    left = "friction.pdf, identified_map.png, identified_torque.pdf, lag.pdf, report.html"
+    assert second.out.endswith(f"Of an earlier run, not of this one, in {out}: {left}\n")
+
+
 REFUSALS = [
     (["--torque", "tau"], "there is no column tau; there are time, position, torque"),
     (["--time", "t"], "there is no column t; there are time, position, torque"),

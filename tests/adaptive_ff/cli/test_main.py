@@ -90,8 +90,12 @@ def test_files_of_a_former_run_are_replaced_and_others_stay(tmp_path, scenario, 
     out.mkdir()
     (out / "pi.csv").write_text("old", encoding="utf-8")
     (out / "notes.txt").write_text("mine", encoding="utf-8")
-    assert run_command_line("compare", scenario, "--out", out).status == 0
-    assert set(content_of(out)) == {"pi.csv", "result.json", "notes.txt"}
+    for name in ("oracle.csv", "stribeck.png"):
+        (out / name).write_text("of other controllers", encoding="utf-8")
+    outcome = run_command_line("compare", scenario, "--out", out)
+    assert outcome.status == 0
+    assert outcome.out.endswith(f"Of an earlier run, not of this one, in {out}: oracle.csv, stribeck.png\n")
+    assert set(content_of(out)) == {"pi.csv", "result.json", "notes.txt", "oracle.csv", "stribeck.png"}
     assert (out / "pi.csv").read_text(encoding="utf-8").startswith("time,")
     assert (out / "notes.txt").read_text(encoding="utf-8") == "mine"
 

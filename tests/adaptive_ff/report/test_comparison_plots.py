@@ -9,7 +9,7 @@ import pytest
 from adaptive_ff import Comparison, InputError, __version__, compare, load_scenario, simulate
 from adaptive_ff.model.friction import model_friction
 from adaptive_ff.report import drawing
-from adaptive_ff.report.comparison_plots import plot_comparison, plot_run
+from adaptive_ff.report.comparison_plots import PICTURES, plot_comparison, plot_run
 from adaptive_ff.report.comparison_tables import estimates_table
 from plant import sliding_friction
 
@@ -406,7 +406,7 @@ def test_pictures_and_tables_of_a_linear_axis_have_its_units():
     )
     found = compare(linear)
     figures = {**plot_comparison(found), "run": plot_run(found.runs["adaptive"])}
-    assert figures.keys() >= {*FIVE, "friction_map"}
+    assert figures.keys() == {*PICTURES, "run"} == {*FIVE, "friction_map", "run"}
     panels = [axes for figure in figures.values() for axes in figure.axes]
     labels = [label for axes in panels for label in (axes.get_xlabel(), axes.get_ylabel())]
     labels += [str(cell) for cell in estimates_table(found).columns[0].cells]

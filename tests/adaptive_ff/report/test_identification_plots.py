@@ -8,7 +8,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.report import identification_plots
 
-NAMES = ["identified_torque", "friction", "lag"]
+NAMES = [name for name in identification_plots.PICTURES if name != "identified_map"]
 
 
 @pytest.fixture(scope="module")
