@@ -5,7 +5,7 @@ import math
 import warnings
 from array import array
 from collections.abc import Collection, Iterator
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime, time
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
@@ -313,17 +313,24 @@ def _rows(stream: TextIO, separator: str) -> Iterator[list[str]]:
 
 
 def _number(cell: str, comma: bool, clock: "Clock | None" = None) -> float:
-    """Return a cell as a number, an ISO time as seconds of a clock, and anything else as NaN."""
+    """Return a cell as a number, an ISO time, with its day or without, as seconds of a clock, and all else as NaN."""
     text = cell.replace(",", ".") if comma else cell
     try:
         return math.nan if "_" in text else float(text)
     except ValueError:
         pass
     try:
-        moment = datetime.fromisoformat(cell.strip())
+        moment = _moment(cell.strip())
     except ValueError:
         return math.nan
     return (clock or Clock()).seconds(moment)
+
+
+def _moment(text: str) -> datetime:
+    """Return an ISO time; one without a day is of the first of 1970."""
+    if ":" in text[:3]:
+        return datetime.combine(date(1970, 1, 1), time.fromisoformat(text))
+    return datetime.fromisoformat(text)
 
 
 class Clock:

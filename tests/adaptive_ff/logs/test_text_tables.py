@@ -115,6 +115,15 @@ def test_iso_times_become_seconds(tmp_path):
     assert np.isnan(time[2])
 
 
+def test_times_of_a_day_become_seconds(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t,q\n23:59:59.998,1\n23:59:59.999500,2\n24:01,3\n9:00,4\n:,5\n", encoding="utf-8")
+    with pytest.warns(UserWarning, match="t = '24:01' in row 3 is no number"):
+        _, columns = read_table(path, ["t"])
+    assert columns["t"][:2] == pytest.approx([0.0, 1.5e-3], abs=1e-12)
+    assert np.all(np.isnan(columns["t"][2:]))
+
+
 def test_iso_times_lose_nothing_of_a_microsecond(tmp_path):
     begin = datetime(2026, 3, 1, 23, 59, 59, tzinfo=UTC)
     rows = [f"{(begin + timedelta(microseconds=2000 * k)).isoformat()},{k}" for k in range(1000)]
