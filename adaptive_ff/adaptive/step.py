@@ -276,8 +276,10 @@ def learn_curve_in_place(
 
 
 @register_jitable
-def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: Inputs) -> Fed:
+def learn_and_feed_in_place(block: Block, state: Block, begun: FeedforwardState, period: Period, inputs: Inputs) -> Fed:
     """Learn, or guess before there is anything to learn, and feed forward for the period that begins.
+
+    ``begun`` is the state of the feedforward to go on from.
 
     With a computation delay the period that the feedforward is for begins later, and the torques that belong to the one
     that ends were computed earlier.
@@ -289,15 +291,15 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
     )
     # the model copies numbers out of the estimate, so it stays the old one when the estimate changes in place
     old = present_model(block, followed, timing.lag, reference)
-    before, old_friction, feedforward = step_model(block, old, followed, state.feedforward, inputs)
+    before, old_friction, feedforward = step_model(block, old, followed, begun, inputs)
     learns, ratio = period.sliding > block.hold, inertia_ratio(block, inputs)
     # at rest a load looks like friction: where other joints hang on this one, only motion tells of friction
     moves = block.estimator.regressors == 0 or period.sliding > GUESS_HOLD * block.hold
     guesses = moves and may_guess(block.estimator, followed)
     if not (state.enabled and period.clear and (learns or (math.isfinite(inputs.velocity) and guesses))):
         return Fed(before, old_friction, before, old_friction, feedforward, followed, timing)
-    start, _ = coming_plan(state.feedforward, inputs, delay)
-    slip, adhesion = state.feedforward.slip, state.feedforward.adhesion
+    start, _ = coming_plan(begun, inputs, delay)
+    slip, adhesion = begun.slip, begun.adhesion
     if learns:
         factor = filtered_factor(block.estimator.friction_map, followed.friction_map)
         learnt = learn_in_place(block.estimator, followed, period.measured, period.model, inputs.dt, ratio, factor)
@@ -317,7 +319,7 @@ def learn_and_feed_in_place(block: Block, state: Block, period: Period, inputs: 
         lag = min(lag + lateness(timing, identified), largest)
     timing = with_evidence(timing, timing.evidence, lag, timing.seen)
     new = present_model(block, estimator, timing.lag, reference)
-    moved = exchange_model(state.feedforward, old, new, start, slip, adhesion)
+    moved = exchange_model(begun, old, new, start, slip, adhesion)
     torque, friction, feedforward = step_model(block, new, estimator, moved, inputs)
     return Fed(before, old_friction, torque, friction, feedforward, estimator, timing)
 
@@ -345,7 +347,7 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     command = fade(state.command, inputs.dt)
     error = inputs.reference + inputs.correction - inputs.velocity
     period = end_period_in_place(block, state, inputs, error, doubt.left <= 0.0)
-    fed = learn_and_feed_in_place(block, state, period, inputs)
+    fed = learn_and_feed_in_place(block, state, state.feedforward, period, inputs)
     feedback = hand_over(block.feedback, state.feedback, command.share * (fed.torque - fed.old_torque))
     torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade
     output, feedback = feed_back(block.feedback, feedback, with_feedforward(checked, torque), guard)

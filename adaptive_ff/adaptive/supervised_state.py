@@ -13,6 +13,7 @@ from adaptive_ff.adaptive.lag_tuning import TimingState
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.outer_loop import OuterLoop
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.standing import Standing
 from adaptive_ff.adaptive.trust import TrustState
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.regression.torque_form import Signals
@@ -117,6 +118,8 @@ class SupervisedState(NamedTuple):
         What there was since a velocity was believed.
     moved : float
         Largest torque beyond what is known with which the joint has followed its plan of late, N m.
+    standing : Standing
+        What the joint at rest has shown of its load.
     """
 
     feedback: PIState
@@ -142,3 +145,4 @@ class SupervisedState(NamedTuple):
     balance: Balance
     bridge: Bridge
     moved: float
+    standing: Standing

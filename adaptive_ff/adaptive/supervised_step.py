@@ -34,6 +34,7 @@ from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction,
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.seen_velocity import initial_seen_velocity
 from adaptive_ff.adaptive.sensing import Sensed, sense
+from adaptive_ff.adaptive.standing import Standing, advance_standing, initial_standing, wound_up
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
     learn_and_feed_in_place,
@@ -43,6 +44,8 @@ from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, 
 from adaptive_ff.adaptive.trust import initial_trust, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, unexplained
 from adaptive_ff.adaptive.watching import BRIDGED, plan_rests, unobserved_error, watch
+from adaptive_ff.model.bounds import COULOMB
+from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest
 from controllers import (
     ESTIMATES,
     MONITORS,
@@ -88,6 +91,7 @@ def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
         initial_balance(),
         Bridge(0.0, 0.0),
         0.0,
+        initial_standing(),
     )
 
 
@@ -98,16 +102,49 @@ def fed_torque(fed: Fed, trust: float) -> float:
 
 
 @register_jitable
+def needed_torque(state: SupervisedState) -> float:
+    """Return the torque of the last command that is neither known nor, but for the friction, the model's, N m."""
+    friction = state.trust.frictions[0]
+    return state.feedback.commands[0] - state.known_torques[0] - (state.model_torques[0] - friction)
+
+
+@register_jitable
 def weigh(block: SupervisedParameters, state: SupervisedState, sensed: Sensed, plan: float) -> Balance:
     """Return the balance of torques after the period that has ended, for the plan as it is measured (rad/s)."""
     if not math.isfinite(sensed.checked.velocity) or sensed.inputs.dt >= BRIDGED * block.period:
         return state.balance  # of a gap no torque is known
-    friction = state.trust.frictions[0]
-    needed = state.feedback.commands[0] - state.known_torques[0] - (state.model_torques[0] - friction)
+    needed, friction = needed_torque(state), state.trust.frictions[0]
     usual = state.estimator.levels.torque
     if abs(needed) > STRONG * usual or abs(state.feedback.integral) > THROWN * usual:
         return state.balance
     return advance_balance(state.balance, plan, needed, friction, sensed.inputs.dt)
+
+
+@register_jitable
+def stand(block: SupervisedParameters, state: SupervisedState, sensed: Sensed) -> Standing:
+    """Return what the joint shows of its load while the plan rests over the coming period."""
+    rests = is_plan_at_rest(state.feedforward, sensed.inputs, block.feedback.delay)
+    held = state.feedback.integral + state.observer.gain * state.observer.disturbance
+    seen = state.outer.correction - unseen_error(state.outer, state.standing.rests)
+    asked = block.feedback.integral * sensed.inputs.dt * seen
+    friction = breakaway(state.estimator)
+    return advance_standing(state.standing, held, asked, needed_torque(state), friction, rests, sensed.inputs.dt)
+
+
+@register_jitable
+def setting_out(state: SupervisedState, standing: Standing) -> FeedforwardState:
+    """Return the state of the feedforward to go on from: with what was wound up where the plan sets out."""
+    past, estimate = state.feedforward, state.estimator.recursion.estimate
+    wound = wound_up(state.standing, standing)
+    if wound == 0.0:
+        return past
+    coulomb, most = estimate[COULOMB], breakaway(state.estimator)
+    slip = past.slip
+    if state.estimator.candidates.presliding > 0.0 and coulomb > 0.0:
+        slip = min(max(slip + wound / coulomb, -1.0), 1.0)
+        wound = coulomb * (slip - past.slip)
+    friction = min(max(past.friction + wound, -most), most)
+    return FeedforwardState(friction, past.reference, past.started, slip, past.adhesion, past.turned)
 
 
 @register_jitable
@@ -154,7 +191,9 @@ def step_supervised(
     error = shown + inputs.correction - inputs.velocity
     balance = weigh(block, state, sensed, shown)
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), clear)
-    fed = learn_and_feed_in_place(block, state, period, inputs)
+    standing = stand(block, state, sensed)
+    begun = setting_out(state, standing)
+    fed = learn_and_feed_in_place(block, state, begun, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
     note_one_way_in_place(block.estimator, state.estimator, fed.estimator, left_over(state, left, unfit) * inputs.dt)
     shares = fed_shares(block, state, sensed, observer, trust, balance, fed, unfit, command.share)
@@ -165,6 +204,7 @@ def step_supervised(
     observer, held, leaves = share_out(
         block, state, sensed, observer, shares, change, torque + inputs.feedforward, moves
     )
+    leaves += command.share * shares.friction * (begun.friction - state.feedforward.friction)
     rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
     held_friction = state.held_friction
@@ -193,7 +233,7 @@ def step_supervised(
         remember(state.known_torques, inputs.feedforward),
         note_friction(
             fed.timing,
-            tuned * state.feedforward.friction,
+            tuned * begun.friction,
             tuned * fed.feedforward.friction,
             fed.timing.lag,
             block.period,
@@ -211,6 +251,7 @@ def step_supervised(
         balance,
         bridge,
         moved,
+        standing,
     )
 
 

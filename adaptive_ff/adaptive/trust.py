@@ -151,6 +151,7 @@ def advance_trust(
     feedback: PIParameters,
     inertia: float,
     velocity_lag: float,
+    left: float,
     predicted: float,
     missed: float,
     reference: float,
@@ -169,6 +170,8 @@ def advance_trust(
         Inertia that it was designed for, kg m^2.
     velocity_lag : float
         Time by which the measured velocity lags, s.
+    left : float
+        Torque that has left the integral along with the friction that is fed, N m; see :mod:`adaptive.standing`.
     predicted : float
         Error ``ehat`` that the loop would be left with, rad/s.
     missed : float
@@ -181,7 +184,7 @@ def advance_trust(
     duration : float
         Length of the period, s.
     """
-    friction = delayed(state.frictions, feedback.delay)
+    friction = delayed(state.frictions, feedback.delay) - left
     response = advance_loop_response(state.response, feedback, inertia, velocity_lag, friction, duration)
     moved = duration if reference != 0.0 else 0.0
     peak = max(abs(reference), state.peak * math.exp(-moved / PEAK_MEMORY))

@@ -167,6 +167,7 @@ def watch(
         feedback,
         block.observer.inertia,
         block.velocity_lag,
+        state.standing.left,
         observer.response.velocity,
         unfit * error_beyond_noise(block.observer, observer) if tells else 0.0,
         inputs.reference,
