@@ -1,6 +1,7 @@
 """Machines drawn at random over decades of size, speed and sampling rate: none is built around the built-in joint.
 
-The same in a cascade: with a weight, behind a position loop. And with drives that saturate and tell nothing of it.
+The same in a cascade: with a weight, behind a position loop; there with rests of seconds between moves as well. And
+with drives that saturate and tell nothing of it.
 """
 
 import math
@@ -63,11 +64,20 @@ PEAK_QUANTILE = 0.995
 ABOVE_STICTION = 1.02
 """Least limit of such a drive over the stiction of its joint, which it would never move otherwise."""
 
+RESTS = (1.0, 20.0)
+"""Shortest and longest rest between the moves of a machine that rests, s."""
+
+LASTS = 120.0
+"""Duration of its run, s."""
+
 WEIGHT_STREAM = 1
 """Stream of random numbers of the weight."""
 
 SATURATION_STREAM = 2
 """Stream of random numbers of the limit."""
+
+REST_STREAM = 3
+"""Stream of random numbers of moves and rests."""
 
 
 def draw_machine(seed: int, draw: int) -> Scenario:
@@ -158,6 +168,21 @@ def draw_cascade(seed: int, draw: int) -> Scenario:
         adaptation={"identify": "gravity"},
         position={"encoder_resolution": sensor.encoder_resolution or sensor.velocity_noise * period},
     )
+
+
+def draw_resting(seed: int, draw: int) -> Scenario:
+    """Return the machine of :func:`draw_cascade`, which moves to and fro between rests of 1 to 20 s."""
+    machine, generator = draw_cascade(seed, draw), np.random.default_rng([seed, draw, REST_STREAM])
+    tempo, rest = np.exp(generator.uniform(*np.log(np.transpose([TEMPOS, RESTS])))).tolist()
+    peak = float(np.max(np.abs(machine.reference_velocity())))
+    moves = {
+        "kind": "point_to_point",
+        "distance": peak * 1.5 / tempo,
+        "speed": peak,
+        "acceleration": 2.0 * math.pi * tempo * peak,
+        "dwell": rest,
+    }
+    return machine.modified(duration=LASTS, reference=moves)
 
 
 def draw_saturating(seed: int, draw: int) -> Scenario:

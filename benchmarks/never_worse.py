@@ -5,10 +5,10 @@ situations outside the controller's model (by default), in scenarios of the matr
 joints drawn at random around the built-in one (``--joints``), by how steeply their friction falls against the
 proportional gain. Where it falls by more than the gain, PI itself hunts. Machines (``--machines``) are drawn over
 decades of size, speed and sampling rate, see ``benchmarks.drawn_machines``; with a weight and behind a position loop
-(``--cascades``) the error is that of the position, in mrad. With ``--saturating`` joints and machines have
-drives that saturate, of whose torque the controllers are told nothing. ``--controller pi`` compares PI with itself
-under other noise: what chance alone does to the figures. Reported are references of seeds from 1 on and the draws of
-seed 1; whoever tunes takes ``--first-seed 101``.
+(``--cascades``), and with rests of seconds between moves there (``--resting``), the error is that of the position, in
+mrad. With ``--saturating`` joints and machines have drives that saturate, of whose torque the controllers are told
+nothing. ``--controller pi`` compares PI with itself under other noise: what chance alone does to the figures. Reported
+are references of seeds from 1 on and the draws of seed 1; whoever tunes takes ``--first-seed 101``.
 """
 
 import os
@@ -33,7 +33,7 @@ from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge, judge_chance
 from adaptive_ff.files import write_json
 from adaptive_ff.scenario.new import new_scenario_text
-from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_saturating
+from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_resting, draw_saturating
 from benchmarks.position_map import rows as map_rows
 from benchmarks.position_map import told
 from benchmarks.wide import wide_console
@@ -268,6 +268,12 @@ def cascade_cases(machines: int, seed: int) -> list[Case]:
     return [Case(f"cascade, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
 
 
+def resting_cases(machines: int, seed: int) -> list[Case]:
+    """Return these with rests of seconds between moves."""
+    drawn = ((draw, draw_resting(seed, draw)) for draw in range(machines))
+    return [Case(f"rests, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
+
+
 def saturating_cases(drives: int, seed: int) -> list[Case]:
     """Return joints and machines whose drives saturate untold."""
     drawn = ((draw, draw_saturating(seed, draw)) for draw in range(drives))
@@ -393,6 +399,7 @@ def main(
     joints: Annotated[int, typer.Option(min=0, help="Number of joints to draw as well.")] = 0,
     machines: Annotated[int, typer.Option(min=0, help="Number of machines to draw over decades as well.")] = 0,
     cascades: Annotated[int, typer.Option(min=0, help="Number of them behind a position loop, with a weight.")] = 0,
+    resting: Annotated[int, typer.Option(min=0, help="Number of these with rests of seconds between moves.")] = 0,
     saturating: Annotated[int, typer.Option(min=0, help="Number of joints and machines that saturate untold.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
     references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 30,
@@ -408,7 +415,8 @@ def main(
         for name in given:
             if name not in allowed:
                 raise typer.BadParameter(f"{name!r} is not known; there are {', '.join(allowed)}", param_hint=option)
-    names = known if every else scenario or ([] if joints or machines or cascades or saturating else list(SITUATIONS))
+    drawn = joints or machines or cascades or resting or saturating
+    names = known if every else scenario or ([] if drawn else list(SITUATIONS))
     console = wide_console()
     rows: list[dict[str, Any]] = []
     pair = "pi under other noise against pi" if controller == BASELINE else f"{controller} against pi"
@@ -419,6 +427,7 @@ def main(
         f"position error of {pair} on machines with a weight, behind a position loop": cascade_cases(
             cascades, first_seed
         ),
+        f"position error of {pair} on these with rests of 1 to 20 s between moves": resting_cases(resting, first_seed),
         f"{pair} where the drive saturates and tells nothing of it": saturating_cases(saturating, first_seed),
     }
     with ProcessPoolExecutor(workers) as pool:

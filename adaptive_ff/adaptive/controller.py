@@ -37,6 +37,7 @@ from adaptive_ff.adaptive.state_check import (
     check_ringing,
     check_seen_velocity,
     check_share,
+    check_standing,
     possible_now,
 )
 from adaptive_ff.adaptive.step import identified_model
@@ -443,6 +444,7 @@ class AdaptiveController(AdaptiveBase):
         check_held_integral(state.held, self._largest_torque())
         check_outer_loop(state.outer)
         check_held_friction(state.held_friction)
+        check_standing(state.standing, self._largest_torque())
         check_drive_limit(state.drive)
 
     def _prepare(self, reference: float, torque: float) -> None:

@@ -1,17 +1,23 @@
-"""What the integral winds up while the joint stands: it is friction, and leaves with the plan.
+"""What the integral winds up while the joint stands: it is friction, and is the feedforward's when the plan sets out.
 
-At rest behind a position loop the integral winds up on what is left of the position, until the joint breaks away, or
-up to there: ``+-Fs`` about the load, whichever way. The joint holds all of it, so it tells nothing of the load. When
-the plan sets out, the friction of the new direction is fed on top of it: with the wrong sign the joint stays behind
-until the integral has unwound, with the right one it is thrown.
+At rest behind a position loop the integral winds up on what is left of the position, ``w = sum Ki c dt`` with the
+correction ``c``: until the joint breaks away, or up to there, ``+-Fs`` about the load, whichever way. A joint that
+stands holds all of it, so it tells nothing of the load. When the plan sets out, the friction of the new direction was
+fed on top of it: with the wrong sign the joint stayed behind until the integral had unwound, with the right one it was
+thrown. PI alone keeps what it has wound up, which is breakaway in the direction of the next move where that is the
+other one and the joint has overshot its stop: of moves to and fro between rests of seconds the velocity error was 1.5
+to 3 times PI's.
 
-The load ``l`` that the integral ``I`` has to hold is known from the motion before. While the plan rests, a joint that
-stands with the torque ``U`` shows that it is within the friction at breakaway ``F`` of it, and with the trust ``gamma``
+So what has been wound up goes on as friction ``f`` of the feedforward, to the share ``gamma`` to which that is fed,
 
-    l <- min(max(l, U - F), U + F),        I <- I - gamma (I - l)    when the plan sets out
+    f <- f + w,        I <- I - gamma w        when the plan sets out,
 
-A load that comes at rest is so followed as far as the joint shows it. PI alone keeps what has been wound up: of moves
-to and fro it is breakaway in the direction of the next one, as long as it overshoots its stops.
+and turns with it: the torque does not jump. What integral and observer hold beyond ``w`` is the load. A load that comes
+at rest is one that the joint shows: while it stands with the torque ``U``, the load is within the friction at breakaway
+``F`` of that, so ``w`` is never larger than this allows.
+
+To the loop what leaves the integral is a torque that is fed, with the other sign, so the trust in the friction is told
+(:mod:`adaptive_ff.adaptive.trust`); else it blamed the friction where the integral had wound up the right way.
 """
 
 import math
@@ -24,16 +30,16 @@ FADES = 4.0
 
 
 class Standing(NamedTuple):
-    """What a joint at rest has shown of its load.
+    """What has been wound up while the plan rests.
 
     Attributes
     ----------
     wound : float
-        What integral and observer give beyond the load ``l``, N m.
+        What integral and observer give beyond the load, ``w``, N m.
     rests : bool
         Whether the plan rests.
     left : float
-        Torque that has left the integral along with the friction that was fed, at full trust, N m; it fades.
+        What has left the integral of late, at full trust, N m.
     """
 
     wound: float
@@ -50,7 +56,7 @@ def initial_standing() -> Standing:
 def advance_standing(
     state: Standing, held: float, asked: float, torque: float, friction: float, rests: bool, duration: float
 ) -> Standing:
-    """Return the state after a sample.
+    """Return the state after a period.
 
     Parameters
     ----------
@@ -59,9 +65,9 @@ def advance_standing(
     held : float
         What integral and observer give, N m.
     asked : float
-        By how much the integral has changed over the period that has ended because of an outer loop, N m.
+        By how much the integral has changed over the period because of an outer loop, N m.
     torque : float
-        Torque ``U`` of the period that has ended, beyond what is known, N m.
+        Torque ``U`` of the period, beyond what is known, N m.
     friction : float
         Friction ``F`` at breakaway, N m.
     rests : bool
@@ -71,13 +77,19 @@ def advance_standing(
     """
     left = state.left * math.exp(-duration / FADES)
     if not rests:
-        return Standing(0.0, False, left + state.wound)
+        return Standing(0.0, False, left)
     wound = state.wound + asked if state.rests else 0.0
-    beyond = held - min(max(held - wound, torque - friction), torque + friction)
-    return Standing(max(0.0, min(wound, beyond)) if wound > 0.0 else min(0.0, max(wound, beyond)), True, left)
+    most = held - min(max(held - wound, torque - friction), torque + friction)
+    return Standing(max(0.0, min(wound, most)) if wound > 0.0 else min(0.0, max(wound, most)), True, left)
+
+
+@register_jitable
+def having_left(state: Standing, torque: float) -> Standing:
+    """Return the state once a torque (N m) has become friction of the feedforward."""
+    return Standing(state.wound, state.rests, state.left + torque)
 
 
 @register_jitable
 def wound_up(before: Standing, now: Standing) -> float:
-    """Return what leaves the integral because the plan sets out, N m, where the friction is trusted in full."""
+    """Return what has been wound up where the plan sets out, N m; zero where it rests, or has not rested."""
     return 0.0 if now.rests else before.wound

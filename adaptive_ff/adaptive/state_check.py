@@ -22,6 +22,7 @@ from adaptive_ff.adaptive.held_integral import HeldIntegral
 from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
 from adaptive_ff.adaptive.ringing import Ringing
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.standing import Standing
 from adaptive_ff.adaptive.supervised_state import SupervisedState
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
@@ -241,6 +242,13 @@ def check_outer_loop(outer: OuterLoop) -> None:
         raise ValueError(f"state.outer.play = {outer.play} is not allowed: it must be within half of the step, rad/s")
     if not 0.0 <= outer.rested <= SETTLED:
         raise ValueError(f"state.outer.rested = {outer.rested} is not allowed: it must be from 0 to {SETTLED:g} s")
+
+
+def check_standing(standing: Standing, largest: float) -> None:
+    """Raise ``ValueError`` where what the integral has wound up is more than the controller may command (N m)."""
+    for name, torque in (("wound", standing.wound), ("left", standing.left)):
+        if not abs(torque) <= largest:
+            raise ValueError(f"state.standing.{name} = {torque} is not allowed: at most {largest:g} N m")
 
 
 def check_held_friction(held: HeldFriction) -> None:

@@ -34,7 +34,7 @@ from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction,
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.seen_velocity import initial_seen_velocity
 from adaptive_ff.adaptive.sensing import Sensed, sense
-from adaptive_ff.adaptive.standing import Standing, advance_standing, initial_standing, wound_up
+from adaptive_ff.adaptive.standing import Standing, advance_standing, having_left, initial_standing, wound_up
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
     learn_and_feed_in_place,
@@ -122,7 +122,7 @@ def weigh(block: SupervisedParameters, state: SupervisedState, sensed: Sensed, p
 
 @register_jitable
 def stand(block: SupervisedParameters, state: SupervisedState, sensed: Sensed) -> Standing:
-    """Return what the joint shows of its load while the plan rests over the coming period."""
+    """Return what the integral has wound up after the period that has ended."""
     rests = is_plan_at_rest(state.feedforward, sensed.inputs, block.feedback.delay)
     held = state.feedback.integral + state.observer.gain * state.observer.disturbance
     seen = state.outer.correction - unseen_error(state.outer, state.standing.rests)
@@ -193,6 +193,7 @@ def step_supervised(
     period = end_period_in_place(block, state, inputs, unobserved_error(block, state, observer, error), clear)
     standing = stand(block, state, sensed)
     begun = setting_out(state, standing)
+    set_out = begun.friction - state.feedforward.friction
     fed = learn_and_feed_in_place(block, state, begun, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
     note_one_way_in_place(block.estimator, state.estimator, fed.estimator, left_over(state, left, unfit) * inputs.dt)
@@ -204,7 +205,7 @@ def step_supervised(
     observer, held, leaves = share_out(
         block, state, sensed, observer, shares, change, torque + inputs.feedforward, moves
     )
-    leaves += command.share * shares.friction * (begun.friction - state.feedforward.friction)
+    leaves += command.share * shares.friction * set_out
     rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
     held_friction = state.held_friction
@@ -251,7 +252,7 @@ def step_supervised(
         balance,
         bridge,
         moved,
-        standing,
+        having_left(standing, set_out),
     )
 
 
