@@ -255,6 +255,8 @@ def test_slow_motion_after_fast_is_tracked_no_worse_than_by_the_loop_alone(seed)
     [
         (("moved",), 1e9),
         (("moved",), -1.0),
+        (("standing", "wound"), 1e9),
+        (("standing", "left"), -1e9),
         (("doubt", "foresight", "coming"), 1e9),
         (("doubt", "foresight", "square"), -1.0),
         (("observer", "unforeseen"), -1e9),

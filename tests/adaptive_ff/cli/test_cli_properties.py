@@ -13,7 +13,7 @@ from scenario_files import REMOVED, changed, short, to_toml
 
 from adaptive_ff import Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.scenario.scenario import LONGEST
+from adaptive_ff.scenario.relations import LONGEST
 
 AFFORDABLE = 100_000
 """Solver steps of a run that a test can wait for."""
