@@ -25,6 +25,7 @@ from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_ma
 from adaptive_ff.adaptive.map_settings import MAP_DEVIATION, MAP_MEMORY
 from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
+from adaptive_ff.adaptive.standing import initial_standing
 from adaptive_ff.adaptive.state_check import (
     check_acquittal,
     check_candidate_state,
@@ -451,7 +452,7 @@ class AdaptiveController(AdaptiveBase):
         super()._prepare(reference, torque)
         old = self.state.observer
         begun = initial_observer(self.parameters.feedback)._replace(noise=old.noise, colour=old.colour)
-        self.state = self.state._replace(observer=begun, held=initial_held_integral())
+        self.state = self.state._replace(observer=begun, held=initial_held_integral(), standing=initial_standing())
 
     @property
     def trust(self) -> float:
