@@ -10,11 +10,11 @@ to 3 times PI's.
 
 So what has been wound up goes on as friction ``f`` of the feedforward, to the share ``gamma`` to which that is fed,
 
-    f <- f + w,        I <- I - gamma w        when the plan sets out,
+    f <- min(max(f + w, -F), F),        I <- I - gamma (change of f)        when the plan sets out,
 
-and turns with it: the torque does not jump. What integral and observer hold beyond ``w`` is the load. A load that comes
-at rest is one that the joint shows: while it stands with the torque ``U``, the load is within the friction at breakaway
-``F`` of that, so ``w`` is never larger than this allows.
+and turns with it: the torque does not jump. Bent bristles are as far bent as that is of the friction at breakaway
+``F``. What integral and observer hold beyond ``w`` is the load. A load that comes at rest is one that the joint shows:
+while it stands with the torque ``U``, the load is within ``F`` of that, so ``w`` is never larger than this allows.
 
 To the loop what leaves the integral is a torque that is fed, with the other sign, so the trust in the friction is told
 (:mod:`adaptive_ff.adaptive.trust`); else it blamed the friction where the integral had wound up the right way.
@@ -67,7 +67,7 @@ def advance_standing(
     asked : float
         By how much the integral has changed over the period because of an outer loop, N m.
     torque : float
-        Torque ``U`` of the period, beyond what is known, N m.
+        Torque ``U`` that the joint stands with, beyond what is known, N m, without the noise of its velocity.
     friction : float
         Friction ``F`` at breakaway, N m.
     rests : bool

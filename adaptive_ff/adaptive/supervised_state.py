@@ -119,7 +119,7 @@ class SupervisedState(NamedTuple):
     moved : float
         Largest torque beyond what is known with which the joint has followed its plan of late, N m.
     standing : Standing
-        What the joint at rest has shown of its load.
+        What the integral has wound up while the plan rests.
     """
 
     feedback: PIState

@@ -44,7 +44,6 @@ from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, 
 from adaptive_ff.adaptive.trust import initial_trust, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, unexplained
 from adaptive_ff.adaptive.watching import BRIDGED, plan_rests, unobserved_error, watch
-from adaptive_ff.model.bounds import COULOMB
 from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest
 from controllers import (
     ESTIMATES,
@@ -123,28 +122,28 @@ def weigh(block: SupervisedParameters, state: SupervisedState, sensed: Sensed, p
 @register_jitable
 def stand(block: SupervisedParameters, state: SupervisedState, sensed: Sensed) -> Standing:
     """Return what the integral has wound up after the period that has ended."""
-    rests = is_plan_at_rest(state.feedforward, sensed.inputs, block.feedback.delay)
+    feedback, measured = block.feedback, state.feedback.guard.lost == 0.0
+    rests = is_plan_at_rest(state.feedforward, sensed.inputs, feedback.delay)
     held = state.feedback.integral + state.observer.gain * state.observer.disturbance
-    seen = state.outer.correction - unseen_error(state.outer, state.standing.rests)
-    asked = block.feedback.integral * sensed.inputs.dt * seen
-    friction = breakaway(state.estimator)
-    return advance_standing(state.standing, held, asked, needed_torque(state), friction, rests, sensed.inputs.dt)
+    fed = state.command.share * state.trust.trust * state.feedforward.friction
+    correction = state.outer.correction - unseen_error(state.outer, state.standing.rests)
+    asked = feedback.integral * sensed.inputs.dt * correction if measured else 0.0
+    torque, friction = held + fed + feedback.proportional * correction, breakaway(state.estimator)
+    return advance_standing(state.standing, held, asked, torque, friction, rests, sensed.inputs.dt)
 
 
 @register_jitable
 def setting_out(state: SupervisedState, standing: Standing) -> FeedforwardState:
     """Return the state of the feedforward to go on from: with what was wound up where the plan sets out."""
-    past, estimate = state.feedforward, state.estimator.recursion.estimate
-    wound = wound_up(state.standing, standing)
+    past, wound, most = state.feedforward, wound_up(state.standing, standing), breakaway(state.estimator)
     if wound == 0.0:
         return past
-    coulomb, most = estimate[COULOMB], breakaway(state.estimator)
-    slip = past.slip
-    if state.estimator.candidates.presliding > 0.0 and coulomb > 0.0:
-        slip = min(max(slip + wound / coulomb, -1.0), 1.0)
-        wound = coulomb * (slip - past.slip)
     friction = min(max(past.friction + wound, -most), most)
-    return FeedforwardState(friction, past.reference, past.started, slip, past.adhesion, past.turned)
+    slip, adhesion = past.slip, past.adhesion
+    if state.estimator.candidates.presliding > 0.0 and most > 0.0:
+        bent = friction / most
+        slip, adhesion = bent * (1.0 - abs(past.adhesion)), bent * abs(past.adhesion)
+    return FeedforwardState(friction, past.reference, past.started, slip, adhesion, past.turned)
 
 
 @register_jitable
@@ -156,12 +155,13 @@ def share_out(
     shares: Shares,
     change: float,
     fed: float,
+    wound: float,
     moves: bool,
 ) -> tuple[ObserverState, HeldIntegral, float]:
     """Return observer, what is held of the integral, and what leaves it (N m), so that the torque does not jump.
 
-    ``change`` is that of the torque which is fed forward (N m), ``fed`` all that is; ``moves`` tells whether the joint
-    is sure to.
+    ``change`` is that of the torque which is fed forward (N m), ``fed`` all that is, ``wound`` what has become friction
+    of the feedforward; ``moves`` tells whether the joint is sure to.
     """
     integral = unwound_integral(block.feedback, state.feedback, sensed.checked)
     spurious = spurious_torque(
@@ -169,7 +169,7 @@ def share_out(
     )
     observer, taken = take_up(observer, integral, moves)
     observer, leaves = hand_over_to_observer(observer, change, shares.gain, fed, integral - taken, spurious)
-    leaves = without_never_given(sensed.drive, leaves, state.feedback.integral) + taken
+    leaves = without_never_given(sensed.drive, leaves, state.feedback.integral) + taken + wound
     lost = sensed.guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, sensed.inputs.dt)
     return observer, held, leaves
@@ -201,11 +201,10 @@ def step_supervised(
     torque = fed_torque(fed, shares.friction)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
-    moves = period.sliding > TAKEN_UP * block.hold
+    moves, wound = period.sliding > TAKEN_UP * block.hold, command.share * state.trust.trust * set_out
     observer, held, leaves = share_out(
-        block, state, sensed, observer, shares, change, torque + inputs.feedforward, moves
+        block, state, sensed, observer, shares, change, torque + inputs.feedforward, wound, moves
     )
-    leaves += command.share * shares.friction * set_out
     rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
     held_friction = state.held_friction

@@ -2,7 +2,8 @@
 
 Where the model does not hold (bristles that bend, motion within the Stribeck regime, a curve far steeper than assumed),
 the identified friction, fed forward in full, may leave more error than it takes away. What share of it would leave the
-least? With ``x = G(f_ref)`` what the loop would make of all the friction that the model has for the plan, and ``ehat``
+least? With ``x = G(f_ref)`` what the loop would make of all the friction that the model has for the plan (but for what
+the integral held of it before, :mod:`adaptive_ff.adaptive.standing`), and ``ehat``
 the error that is predicted to be left with the share ``gamma`` that is fed, the error without any is
 
     y = ehat + gamma x
@@ -151,7 +152,7 @@ def advance_trust(
     feedback: PIParameters,
     inertia: float,
     velocity_lag: float,
-    left: float,
+    from_integral: float,
     predicted: float,
     missed: float,
     reference: float,
@@ -170,8 +171,8 @@ def advance_trust(
         Inertia that it was designed for, kg m^2.
     velocity_lag : float
         Time by which the measured velocity lags, s.
-    left : float
-        Torque that has left the integral along with the friction that is fed, N m; see :mod:`adaptive.standing`.
+    from_integral : float
+        What of the friction that is fed was in the integral before, N m; see :mod:`adaptive_ff.adaptive.standing`.
     predicted : float
         Error ``ehat`` that the loop would be left with, rad/s.
     missed : float
@@ -184,7 +185,7 @@ def advance_trust(
     duration : float
         Length of the period, s.
     """
-    friction = delayed(state.frictions, feedback.delay) - left
+    friction = delayed(state.frictions, feedback.delay) - from_integral
     response = advance_loop_response(state.response, feedback, inertia, velocity_lag, friction, duration)
     moved = duration if reference != 0.0 else 0.0
     peak = max(abs(reference), state.peak * math.exp(-moved / PEAK_MEMORY))
