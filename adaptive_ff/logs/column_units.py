@@ -132,8 +132,8 @@ def unit_of_other_axis(column: str, role: str, *, linear: bool) -> str | None:
     if unit is not None:
         return None if unit.name in OF_BOTH else unit.name
     own = OWN[not linear].get(role)
-    found = own and re.search(rf"[\[(]({own})[\])]$", _plain(column))
-    return column.strip()[found.start(1) : found.end(1)] if found else None
+    found = own and re.search(rf"[\[(]({own})[\])]$", PLACE.sub("", column.strip()).strip(), re.IGNORECASE)
+    return found[1] if found else None
 
 
 def says_amperes(column: str) -> bool:

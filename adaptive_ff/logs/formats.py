@@ -167,7 +167,7 @@ def _read_hdf5(path: Path, wanted: Collection[str], *, transposed: bool = False)
         )
         series: dict[str, _Series] = {}
         for name, item in sets.items():
-            if not name.startswith("#"):
+            if not name.startswith("#") and item.shape is not None:  # that of an empty dataset
                 found = _series_of(name, item.shape[::-1] if transposed else item.shape, item.dtype)
                 series.update({key: one for key, one in found.items() if _holds_numbers(one)})
         content = _content(series, wanted, sets)

@@ -272,6 +272,8 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
     else:
         raise InputError(f"{file}: there is no column {column}; there are {_listed(content)}")
     if array.dtype.kind in "Mm":
+        if array.dtype.kind == "m" and np.datetime_data(array.dtype)[0] in "YM":
+            raise InputError(f"{file}: {column} holds months or years, which are no time in seconds")
         array = _seconds(array)
     if array.dtype.kind not in "iufb":
         raise InputError(f"{file}: {column} holds {array.dtype}; it must hold numbers")

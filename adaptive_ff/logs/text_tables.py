@@ -5,7 +5,7 @@ import math
 import warnings
 from array import array
 from collections.abc import Collection, Iterator
-from datetime import UTC, date, datetime, time
+from datetime import UTC, date, datetime, time, timedelta
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
@@ -19,6 +19,9 @@ SEPARATORS = ",;\t"
 
 COMMENT = "#"
 """Lines that begin with it are comments; the last one before the numbers may be the header."""
+
+NO_DAY = date(1970, 1, 1)
+"""Day of a time that is given without one."""
 
 UNKNOWN = ("", "nan", "-nan", "+nan")
 """Cells, in small letters, that say that there is no value."""
@@ -329,7 +332,7 @@ def _number(cell: str, comma: bool, clock: "Clock | None" = None) -> float:
 def _moment(text: str) -> datetime:
     """Return an ISO time; one without a day is of the first of 1970."""
     if ":" in text[:3]:
-        return datetime.combine(date(1970, 1, 1), time.fromisoformat(text))
+        return datetime.combine(NO_DAY, time.fromisoformat(text))
     return datetime.fromisoformat(text)
 
 
@@ -341,9 +344,15 @@ class Clock:
 
     def __init__(self) -> None:
         self._begin: datetime | None = None
+        self._last: datetime | None = None
+        self._days = timedelta()
 
     def seconds(self, moment: datetime) -> float:
         """Return a time as seconds; one without a zone is taken for UTC."""
         known = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+        if known.date() == NO_DAY:  # past midnight they begin anew
+            if self._last is not None and known + self._days < self._last - timedelta(hours=12):
+                self._days += timedelta(days=1)
+            self._last = known = known + self._days
         self._begin = self._begin or known
         return (known - self._begin).total_seconds()

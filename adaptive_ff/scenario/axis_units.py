@@ -1,9 +1,11 @@
 """Units of a joint by its axis: rad, N m and kg m² where it is rotary; m, N and kg where it is linear."""
 
+import re
+
 
 def of_linear(unit: str) -> str:
     """Return the unit of a linear axis that stands for one of a rotary joint."""
-    return unit.replace("kg m²", "kg").replace("N m", "N").replace("rad", "m")
+    return re.sub(r"\b([mkµ]?)rad\b", r"\1m", unit.replace("kg m²", "kg").replace("N m", "N"))
 
 
 def axis_unit(axis: str, unit: str) -> str:

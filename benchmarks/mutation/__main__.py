@@ -61,6 +61,10 @@ MUTATED = (
     "adaptive_ff.adaptive.trust",
     "adaptive_ff.adaptive.unexplained",
     "adaptive_ff.adaptive.watching",
+    "adaptive_ff.adaptive.fed_shares",
+    "adaptive_ff.adaptive.sensing",
+    "adaptive_ff.adaptive.standing",
+    "adaptive_ff.adaptive.supervised_step",
     "controllers.pi",
     "plant.step",
 )
@@ -89,6 +93,7 @@ TESTS = (
     "adaptive_ff/adaptive/test_ringing.py",
     "adaptive_ff/adaptive/test_rising_resistance.py",
     "adaptive_ff/adaptive/test_seen_velocity.py",
+    "adaptive_ff/adaptive/test_standing.py",
     "adaptive_ff/adaptive/test_supervised_step.py",
     "adaptive_ff/adaptive/test_trust.py",
     "adaptive_ff/model",

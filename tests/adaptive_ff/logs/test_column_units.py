@@ -78,6 +78,7 @@ def test_amperes_are_seen(column, expected):
         ("F_kN[2]", "torque", False, "kN"),
         ("q_deg", "position", True, "degrees"),
         ("q [rad]", "position", True, "rad"),
+        ("Straße [RAD]", "position", True, "RAD"),
         ("n_rpm", "velocity", True, "revolutions per minute"),
         ("M [Nm]", "torque", True, "Nm"),
         ("tau_Nmm", "torque", True, "mN m"),

@@ -113,6 +113,19 @@ def test_fields_of_structured_arrays_are_reached_by_dots(tmp_path):
             read_log(tmp_path / name, time="log.t", position="q", torque="log.tau[1]")
 
 
+def test_an_empty_dataset_of_text_is_no_column(tmp_path):
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file["q"], file["u"] = POSITION, TORQUE
+        file["remark"] = h5py.Empty("S10")
+    assert np.array_equal(read_log(tmp_path / "log.h5", period=1.0, position="q", torque="u").position, POSITION)
+
+
+def test_months_are_no_time(tmp_path):
+    np.savez(tmp_path / "log.npz", t=np.arange(7).astype("m8[M]"), q=POSITION, u=TORQUE)
+    with pytest.raises(InputError, match="t holds months or years, which are no time in seconds"):
+        read_log(tmp_path / "log.npz", time="t", position="q", torque="u")
+
+
 def test_times_and_durations_are_read_as_seconds(tmp_path):
     """As pandas writes an index of times to Parquet."""
     durations = (1e9 * TIME).round().astype("m8[ns]")

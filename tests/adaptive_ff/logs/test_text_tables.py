@@ -124,6 +124,12 @@ def test_times_of_a_day_become_seconds(tmp_path):
     assert np.all(np.isnan(columns["t"][2:]))
 
 
+def test_times_of_a_day_go_on_past_midnight(tmp_path):
+    (tmp_path / "log.csv").write_text("t,q\n23:59:59.995,1\n00:00:00,2\n00:00:00.005,3\n", encoding="utf-8")
+    _, columns = read_table(tmp_path / "log.csv", ["t"])
+    assert columns["t"] == pytest.approx([0.0, 0.005, 0.01], abs=1e-9)
+
+
 def test_iso_times_lose_nothing_of_a_microsecond(tmp_path):
     begin = datetime(2026, 3, 1, 23, 59, 59, tzinfo=UTC)
     rows = [f"{(begin + timedelta(microseconds=2000 * k)).isoformat()},{k}" for k in range(1000)]
