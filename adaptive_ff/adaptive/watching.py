@@ -172,6 +172,7 @@ def watch(
         unfit * error_beyond_noise(block.observer, observer) if tells else 0.0,
         inputs.reference,
         valid and fed and clear and blames,
+        state.standing.wound != 0.0,
         inputs.dt,
     )
     bridge = Bridge(0.0, 0.0) if valid else Bridge(lacking, unforeseen)

@@ -99,7 +99,7 @@ def test_trust_is_a_share_whatever_is_predicted(seed, factor):
     for friction in 60.0 * np.sign(rng.standard_normal(40)):
         state = with_friction(state, state.trust, friction)
         predicted, before = factor * state.response.measured + 1e-3 * rng.standard_normal(), state.trust
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, predicted, 0.0, 0.1, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, predicted, 0.0, 0.1, True, False, PERIOD)
         assert 0.0 <= state.trust <= min(1.0, before + PERIOD / RISE)
 
 
@@ -112,7 +112,7 @@ def test_trust_is_the_share_of_the_friction_that_is_there(there):
         # what the loop would be left with: the friction that is there less the share that is fed; delay zero
         response = state.response
         predicted = (there - state.trust) * advance_response(response, state.frictions[0])
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, predicted, 0.0, 0.1, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, predicted, 0.0, 0.1, True, False, PERIOD)
     expected = (there + 0.05 * there**2) / (1.0 + 0.05 * there**2)
     assert state.trust == pytest.approx(expected, rel=1e-6, abs=1e-6)
 
@@ -122,9 +122,9 @@ def test_friction_that_was_in_the_integral_before_is_not_blamed():
     state, blamed = initial_trust(FEEDBACK), initial_trust(FEEDBACK)
     for _ in range(100):
         state, blamed = with_friction(state, state.trust, 60.0), with_friction(blamed, blamed.trust, 60.0)
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 60.0, 0.0, 0.0, 0.1, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 60.0, 0.0, 0.0, 0.1, True, False, PERIOD)
         predicted = -blamed.trust * advance_response(blamed.response, 60.0)
-        blamed = advance_trust(blamed, FEEDBACK, INERTIA, 0.0, 0.0, predicted, 0.0, 0.1, True, PERIOD)
+        blamed = advance_trust(blamed, FEEDBACK, INERTIA, 0.0, 0.0, predicted, 0.0, 0.1, True, False, PERIOD)
     assert state.trust == 1.0
     assert blamed.trust < 0.1
 
@@ -137,7 +137,7 @@ def test_error_that_is_there_lowers_trust_in_friction_that_is_there(reference, t
         state = with_friction(state, state.trust, 60.0 * math.copysign(1.0, math.sin(0.05 * k)))
         whole = advance_response(state.response, state.frictions[0])
         predicted, missed = (1.0 - state.trust) * whole, 3.0 * (MISSED * whole) ** 2
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, predicted, missed, reference, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, predicted, missed, reference, True, False, PERIOD)
     assert state.trust == pytest.approx(trust, abs=0.02)
 
 
@@ -149,14 +149,14 @@ def advance_response(response, friction):
 def test_invalid_samples_and_a_joint_at_rest_leave_the_trust():
     state = initial_trust(FEEDBACK)._replace(trust=0.4, earned=0.4)
     for _ in range(100):
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, math.nan, 0.0, 0.1, False, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, math.nan, 0.0, 0.1, False, False, PERIOD)
     assert (state.trust, state.xx, state.yy) == (0.4, 0.0, 0.0)
 
 
 def moving(speed):
     state = initial_trust(FEEDBACK)
     for _ in range(round(1.0 / PERIOD)):
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, speed, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, speed, True, False, PERIOD)
     return state
 
 
@@ -169,7 +169,7 @@ def test_little_learnt_and_slow_motion_hold_it_back():
     for later, kept in ((0.0, 1.0), (0.01, 1.0 / math.e)):  # it fades while the plan moves
         later_on = fast
         for _ in range(round(PEAK_MEMORY / PERIOD)):
-            later_on = advance_trust(later_on, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, later, True, PERIOD)
+            later_on = advance_trust(later_on, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, later, True, False, PERIOD)
         assert later_on.peak == pytest.approx(0.1 * kept, rel=1e-6)
 
 
@@ -177,10 +177,10 @@ def test_little_learnt_and_slow_motion_hold_it_back():
 def test_the_largest_speed_is_forgotten_when_the_plan_has_become_far_slower(slower, forgotten):
     state, speed = moving(0.1), 0.1 / slower
     for k in range(round(2.1 * SPAN / PERIOD)):
-        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, speed * (-1.0) ** k, True, PERIOD)
+        state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, speed * (-1.0) ** k, True, False, PERIOD)
         assert state.peak > 0.09 * math.exp(-2.1 * SPAN / PEAK_MEMORY) or k * PERIOD > 0.8 * SPAN
     assert (state.peak == pytest.approx(speed)) == forgotten
-    assert advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, 0.2, True, PERIOD).peak == 0.2
+    assert advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, 0.2, True, False, PERIOD).peak == 0.2
 
 
 def test_at_the_start_slow_motion_is_no_reason_yet():
@@ -216,7 +216,7 @@ def test_at_the_start_a_plan_that_is_slow_for_friction_is_no_reason_yet():
 
 def test_what_was_held_back_is_there_at_once_when_the_reason_ends():
     state = with_friction(initial_trust(FEEDBACK), 0.1, 0.0)
-    state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, 0.0, True, PERIOD)
+    state = advance_trust(state, FEEDBACK, INERTIA, 0.0, 0.0, 0.0, 0.0, 0.0, True, False, PERIOD)
     assert state.trust == 1.0
 
 
