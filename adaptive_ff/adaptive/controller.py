@@ -25,7 +25,6 @@ from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_ma
 from adaptive_ff.adaptive.map_settings import MAP_DEVIATION, MAP_MEMORY
 from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
-from adaptive_ff.adaptive.standing import initial_standing
 from adaptive_ff.adaptive.state_check import (
     check_acquittal,
     check_candidate_state,
@@ -45,6 +44,7 @@ from adaptive_ff.adaptive.step import identified_model
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters
 from adaptive_ff.adaptive.supervised_step import initial_supervised_state
 from adaptive_ff.adaptive.uncertainty import assess
+from adaptive_ff.adaptive.wound_integral import initial_standing
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction

@@ -22,8 +22,8 @@ from adaptive_ff.adaptive.held_integral import HeldIntegral
 from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
 from adaptive_ff.adaptive.ringing import Ringing
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
-from adaptive_ff.adaptive.standing import Standing
 from adaptive_ff.adaptive.supervised_state import SupervisedState
+from adaptive_ff.adaptive.wound_integral import Standing
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY

@@ -13,8 +13,8 @@ from adaptive_ff.adaptive.lag_tuning import TimingState
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.outer_loop import OuterLoop
 from adaptive_ff.adaptive.seen_velocity import SeenVelocity
-from adaptive_ff.adaptive.standing import Standing
 from adaptive_ff.adaptive.trust import TrustState
+from adaptive_ff.adaptive.wound_integral import Standing
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.regression.torque_form import Signals
 from controllers import PIParameters, PIState

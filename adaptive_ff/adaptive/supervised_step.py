@@ -34,7 +34,6 @@ from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction,
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.seen_velocity import initial_seen_velocity
 from adaptive_ff.adaptive.sensing import Sensed, sense
-from adaptive_ff.adaptive.standing import Standing, advance_standing, having_left, initial_standing, wound_up
 from adaptive_ff.adaptive.step import (
     end_period_in_place,
     learn_and_feed_in_place,
@@ -44,6 +43,7 @@ from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, 
 from adaptive_ff.adaptive.trust import initial_trust, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, unexplained
 from adaptive_ff.adaptive.watching import BRIDGED, plan_rests, unobserved_error, watch
+from adaptive_ff.adaptive.wound_integral import Standing, advance_standing, having_left, initial_standing, wound_up
 from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest
 from controllers import (
     ESTIMATES,

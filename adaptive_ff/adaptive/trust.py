@@ -3,7 +3,7 @@
 Where the model does not hold (bristles that bend, motion within the Stribeck regime, a curve far steeper than assumed),
 the identified friction, fed forward in full, may leave more error than it takes away. What share of it would leave the
 least? With ``x = G(f_ref)`` what the loop would make of all the friction that the model has for the plan (but for what
-the integral held of it before, :mod:`adaptive_ff.adaptive.standing`), and ``ehat``
+the integral held of it before, :mod:`adaptive_ff.adaptive.wound_integral`), and ``ehat``
 the error that is predicted to be left with the share ``gamma`` that is fed, the error without any is
 
     y = ehat + gamma x
@@ -181,7 +181,7 @@ def advance_trust(
     velocity_lag : float
         Time by which the measured velocity lags, s.
     from_integral : float
-        What of the friction that is fed was in the integral before, N m; see :mod:`adaptive_ff.adaptive.standing`.
+        Friction that is fed and was in the integral before, N m; see :mod:`adaptive_ff.adaptive.wound_integral`.
     predicted : float
         Error ``ehat`` that the loop would be left with, rad/s.
     missed : float

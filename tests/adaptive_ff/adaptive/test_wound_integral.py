@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController
-from adaptive_ff.adaptive.standing import FADES, Standing, advance_standing, having_left, initial_standing, wound_up
+from adaptive_ff.adaptive.wound_integral import (
+    FADES,
+    Standing,
+    advance_standing,
+    having_left,
+    initial_standing,
+    wound_up,
+)
 from controllers import PI
 
 PERIOD = 0.002
