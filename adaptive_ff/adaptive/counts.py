@@ -26,7 +26,7 @@ The first six changes of a sensor that has stood still may be such counts, unles
 is no more than ``F``: then the joint has stuck, and breaks away. Of a first count nothing is observed.
 
 ``python -m benchmarks.coarse_encoders`` prints what comes of it: of 1000 runs with 0.1 to 10 counts in a period at the
-largest speed, as differences and behind a low-pass, 57 have a window above 1.2 times PI's error, the worst of 3.8; 205
+largest speed, as differences and behind a low-pass, 60 have a window above 1.2 times PI's error, the worst of 3.8; 205
 had, the worst of 30.5. The rules were chosen on other joints (seeds 601 to 660). With a threshold of a tenth for
 differences as well the first window was twice as bad with three counts. With all of what is observed handed over to the
 integral a first window of 17 times PI's was left; with nothing of it as many joints had one as now.
