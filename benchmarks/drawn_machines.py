@@ -80,6 +80,22 @@ REST_STREAM = 3
 """Stream of random numbers of moves and rests."""
 
 
+def log_uniform(generator: np.random.Generator, bounds: tuple[float, float]) -> float:
+    """Return a number whose logarithm is drawn evenly between those of two bounds."""
+    return float(np.exp(generator.uniform(*np.log(bounds))))
+
+
+def moves(peak: float, tempo: float, dwell: float) -> dict[str, Any]:
+    """Return a reference of moves with a speed (rad/s), a tempo (Hz) and rests (s) between them."""
+    return {
+        "kind": "point_to_point",
+        "distance": peak * 1.5 / tempo,
+        "speed": peak,
+        "acceleration": 2.0 * math.pi * tempo * peak,
+        "dwell": dwell,
+    }
+
+
 def draw_machine(seed: int, draw: int) -> Scenario:
     """Return a machine, what is told of it, and a plan for it.
 
@@ -89,7 +105,7 @@ def draw_machine(seed: int, draw: int) -> Scenario:
     generator = np.random.default_rng([seed, draw])
 
     def wide(bounds: tuple[float, float]) -> float:
-        return float(np.exp(generator.uniform(*np.log(bounds))))
+        return log_uniform(generator, bounds)
 
     def choice(values: Any) -> Any:
         return values[generator.integers(len(values))]
@@ -122,13 +138,7 @@ def draw_machine(seed: int, draw: int) -> Scenario:
             "amplitudes": [0.12, 0.1, 0.08, 0.06, 0.03],
         },
         {"kind": "triangle", "peak": peak, "period": 4.0 / (2.0 * math.pi * tempo)},
-        {
-            "kind": "point_to_point",
-            "distance": peak * 1.5 / tempo,
-            "speed": peak,
-            "acceleration": 2.0 * math.pi * tempo * peak,
-            "dwell": 0.5 / tempo,
-        },
+        moves(peak, tempo, 0.5 / tempo),
     ]
     strength = 3.0 * (stiction + viscous + 4.0 * torque) + 60.0 * math.pi * inertia * bandwidth * noise
     table = {
@@ -160,7 +170,7 @@ def draw_cascade(seed: int, draw: int) -> Scenario:
     the velocity loop. The encoder of the position makes a count a period at the speed of the machine's noise.
     """
     machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, WEIGHT_STREAM])
-    weight = machine.joint.coulomb * float(np.exp(generator.uniform(*np.log(WEIGHTS))))
+    weight = machine.joint.coulomb * log_uniform(generator, WEIGHTS)
     sensor, period = machine.sensor, machine.sampling.period
     return machine.modified(
         joint={"gravity": weight, "gravity_phase": float(generator.uniform(-math.pi, math.pi))},
@@ -173,16 +183,9 @@ def draw_cascade(seed: int, draw: int) -> Scenario:
 def draw_resting(seed: int, draw: int) -> Scenario:
     """Return the machine of :func:`draw_cascade`, which moves to and fro between rests of 1 to 20 s."""
     machine, generator = draw_cascade(seed, draw), np.random.default_rng([seed, draw, REST_STREAM])
-    tempo, rest = np.exp(generator.uniform(*np.log(np.transpose([TEMPOS, RESTS])))).tolist()
+    tempo, rest = log_uniform(generator, TEMPOS), log_uniform(generator, RESTS)
     peak = float(np.max(np.abs(machine.reference_velocity())))
-    moves = {
-        "kind": "point_to_point",
-        "distance": peak * 1.5 / tempo,
-        "speed": peak,
-        "acceleration": 2.0 * math.pi * tempo * peak,
-        "dwell": rest,
-    }
-    return machine.modified(duration=LASTS, reference=moves)
+    return machine.modified(duration=LASTS, reference=moves(peak, tempo, rest))
 
 
 def draw_saturating(seed: int, draw: int) -> Scenario:

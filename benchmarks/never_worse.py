@@ -258,20 +258,22 @@ def drawn_cases(joints: int, seed: int) -> list[Case]:
 
 def machine_cases(machines: int, seed: int) -> list[Case]:
     """Return machines drawn over decades, named by their kind of friction."""
-    drawn = ((draw, draw_machine(seed, draw)) for draw in range(machines))
-    return [Case(f"machine, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
+    return _by_friction("machine", draw_machine, machines, seed)
 
 
 def cascade_cases(machines: int, seed: int) -> list[Case]:
     """Return the same machines with a weight and behind a position loop."""
-    drawn = ((draw, draw_cascade(seed, draw)) for draw in range(machines))
-    return [Case(f"cascade, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
+    return _by_friction("cascade", draw_cascade, machines, seed)
 
 
 def resting_cases(machines: int, seed: int) -> list[Case]:
     """Return these with rests of seconds between moves."""
-    drawn = ((draw, draw_resting(seed, draw)) for draw in range(machines))
-    return [Case(f"rests, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
+    return _by_friction("rests", draw_resting, machines, seed)
+
+
+def _by_friction(label: str, draw_one: Callable[[int, int], Scenario], machines: int, seed: int) -> list[Case]:
+    drawn = ((draw, draw_one(seed, draw)) for draw in range(machines))
+    return [Case(f"{label}, {scenario.joint.kind}", draw, scenario) for draw, scenario in drawn]
 
 
 def saturating_cases(drives: int, seed: int) -> list[Case]:

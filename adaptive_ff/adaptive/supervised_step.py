@@ -17,11 +17,7 @@ from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
 from adaptive_ff.adaptive.balance import Balance, advance_balance, initial_balance
 from adaptive_ff.adaptive.command import fade, limited
 from adaptive_ff.adaptive.counts import spurious_torque
-from adaptive_ff.adaptive.drive_limit import (
-    initial_drive_limit,
-    is_impossible,
-    without_never_given,
-)
+from adaptive_ff.adaptive.drive_limit import initial_drive_limit, is_impossible, without_never_given
 from adaptive_ff.adaptive.estimator_state import begin_anew_in_place
 from adaptive_ff.adaptive.fed_shares import Shares, fed_shares
 from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_shown, initial_held_friction
@@ -34,11 +30,7 @@ from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction,
 from adaptive_ff.adaptive.period import Fed
 from adaptive_ff.adaptive.seen_velocity import initial_seen_velocity
 from adaptive_ff.adaptive.sensing import Sensed, sense
-from adaptive_ff.adaptive.step import (
-    end_period_in_place,
-    learn_and_feed_in_place,
-    write_adaptive,
-)
+from adaptive_ff.adaptive.step import end_period_in_place, learn_and_feed_in_place, write_adaptive
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.trust import initial_trust, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, unexplained
@@ -101,18 +93,12 @@ def fed_torque(fed: Fed, trust: float) -> float:
 
 
 @register_jitable
-def needed_torque(state: SupervisedState) -> float:
-    """Return the torque of the last command that is neither known nor, but for the friction, the model's, N m."""
-    friction = state.trust.frictions[0]
-    return state.feedback.commands[0] - state.known_torques[0] - (state.model_torques[0] - friction)
-
-
-@register_jitable
 def weigh(block: SupervisedParameters, state: SupervisedState, sensed: Sensed, plan: float) -> Balance:
     """Return the balance of torques after the period that has ended, for the plan as it is measured (rad/s)."""
     if not math.isfinite(sensed.checked.velocity) or sensed.inputs.dt >= BRIDGED * block.period:
         return state.balance  # of a gap no torque is known
-    needed, friction = needed_torque(state), state.trust.frictions[0]
+    friction = state.trust.frictions[0]
+    needed = state.feedback.commands[0] - state.known_torques[0] - (state.model_torques[0] - friction)
     usual = state.estimator.levels.torque
     if abs(needed) > STRONG * usual or abs(state.feedback.integral) > THROWN * usual:
         return state.balance

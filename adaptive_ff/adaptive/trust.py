@@ -3,8 +3,8 @@
 Where the model does not hold (bristles that bend, motion within the Stribeck regime, a curve far steeper than assumed),
 the identified friction, fed forward in full, may leave more error than it takes away. What share of it would leave the
 least? With ``x = G(f_ref)`` what the loop would make of all the friction that the model has for the plan (but for what
-the integral held of it before, :mod:`adaptive_ff.adaptive.wound_integral`), and ``ehat``
-the error that is predicted to be left with the share ``gamma`` that is fed, the error without any is
+the integral held of it before, :mod:`adaptive_ff.adaptive.wound_integral`), and ``ehat`` the error that is predicted to
+be left with the share ``gamma`` that is fed, the error without any is
 
     y = ehat + gamma x
 

@@ -25,8 +25,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-FADES = 4.0
-"""Time constant with which what has left is forgotten, s: that of the sums of the trust."""
+from adaptive_ff.adaptive.trust import MEMORY
 
 
 class Standing(NamedTuple):
@@ -39,7 +38,7 @@ class Standing(NamedTuple):
     rests : bool
         Whether the plan rests.
     left : float
-        What has left the integral of late, at full trust, N m.
+        What has left the integral of late, at full trust, N m: it fades like the sums of the trust.
     """
 
     wound: float
@@ -75,7 +74,7 @@ def advance_standing(
     duration : float
         Length of the period, s.
     """
-    left = state.left * math.exp(-duration / FADES)
+    left = state.left * math.exp(-duration / MEMORY)
     if not rests:
         return Standing(0.0, False, left)
     wound = state.wound + asked if state.rests else 0.0

@@ -98,8 +98,7 @@ def compare_command(
     console = Printer()
     console.show(shown)
     console.say(f"Plots, time series and result.json are in {out}")
-    for sentence in earlier:
-        console.say(sentence)
+    console.show(earlier)
     return 0 if gate is None else gate.judge(comparison, errors)
 
 

@@ -117,8 +117,7 @@ def identify_command(
             write_result(file, result)
         earlier = of_earlier_runs(out, stage, PICTURES, [NAME])
     _print(found, shown, out, refused)
-    for sentence in earlier:
-        Printer().say(sentence)
+    Printer().show(earlier)
 
 
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:

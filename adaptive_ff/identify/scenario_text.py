@@ -10,7 +10,7 @@ from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
 from adaptive_ff.identify.unattributed import unattributed
-from adaptive_ff.identify.units import is_linear, is_of_current
+from adaptive_ff.identify.units import LINEAR, ROTARY, is_linear, is_of_current
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
@@ -88,10 +88,10 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
     ]
     linear = is_linear(found.units)
     if is_of_current(found.units):
-        torque, inertia_unit = ("N", "kg") if linear else ("N m", "kg m^2")
-        mass = found.units["inertia"].replace("²", "^2")
+        taken = LINEAR if linear else ROTARY
+        mass, read = (units["inertia"].replace("²", "^2") for units in (found.units, taken))
         head.append(
-            f"The torque of the log is a current: read A for {torque} and {mass} for {inertia_unit}, or give a torque "
+            f"The torque of the log is a current: read A for {taken['torque']} and {mass} for {read}, or give a torque "
             "constant."
         )
     joint = {

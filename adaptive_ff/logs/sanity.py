@@ -65,9 +65,10 @@ def in_degrees(log: Log, speed: float, *, linear: bool) -> list[str]:
     if linear or speed <= FASTEST_JOINT:
         return []
     role = "velocity" if log.position is None else "position"
-    column = log.columns.get(role, "")
-    said = None if column in log.factors else foreign_unit(column, role, linear=False)
-    other = None if column in log.factors else unit_of_other_axis(column, role, linear=False)
+    column, said, other = log.columns.get(role, ""), None, None
+    if column not in log.factors:
+        said = foreign_unit(column, role, linear=False)
+        other = unit_of_other_axis(column, role, linear=False)
     unit, factors = "degrees", ["pi/180"]
     if said is not None:
         unit, factors = said.name, [said.factor]

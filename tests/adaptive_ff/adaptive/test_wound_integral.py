@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController
+from adaptive_ff.adaptive.trust import MEMORY
 from adaptive_ff.adaptive.wound_integral import (
-    FADES,
     Standing,
     advance_standing,
     having_left,
@@ -53,7 +53,7 @@ def test_what_is_wound_up_goes_when_the_plan_sets_out_and_only_then():
     assert moving == Standing(0.0, False, 0.0)
     left = having_left(moving, 4.0)
     assert left.left == 4.0
-    assert advance_standing(left, 5.0, 0.0, 0.0, 10.0, False, FADES).left == pytest.approx(4.0 / math.e)
+    assert advance_standing(left, 5.0, 0.0, 0.0, 10.0, False, MEMORY).left == pytest.approx(4.0 / math.e)
 
 
 def moves(seed, duration, rests, speed=0.4):
