@@ -78,7 +78,17 @@ def planned_inputs(
     """
     unknown = math.nan
     return Inputs(
-        reference, velocity, next_reference, 0.0, position, realised_torque, 0.0, unknown, dt, unknown, unknown
+        reference=reference,
+        velocity=velocity,
+        next_reference=next_reference,
+        correction=0.0,
+        position=position,
+        realised_torque=realised_torque,
+        feedforward=0.0,
+        inertia=unknown,
+        dt=dt,
+        acting_reference=unknown,
+        next_acting_reference=unknown,
     )
 
 
@@ -86,17 +96,17 @@ def planned_inputs(
 def _changed(inputs: Inputs, reference: float, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
     # all fields are listed: compiled code knows no ``_replace``
     return Inputs(
-        reference,
-        velocity,
-        inputs.next_reference,
-        inputs.correction,
-        inputs.position,
-        realised_torque,
-        feedforward,
-        inputs.inertia,
-        inputs.dt,
-        inputs.acting_reference,
-        inputs.next_acting_reference,
+        reference=reference,
+        velocity=velocity,
+        next_reference=inputs.next_reference,
+        correction=inputs.correction,
+        position=inputs.position,
+        realised_torque=realised_torque,
+        feedforward=feedforward,
+        inertia=inputs.inertia,
+        dt=inputs.dt,
+        acting_reference=inputs.acting_reference,
+        next_acting_reference=inputs.next_acting_reference,
     )
 
 
@@ -133,17 +143,17 @@ def present_inertia(inputs: Inputs, inertia: float) -> float:
 @register_jitable
 def _planned(inputs: Inputs, following: float, start: float, end: float) -> Inputs:
     return Inputs(
-        inputs.reference,
-        inputs.velocity,
-        following,
-        inputs.correction,
-        inputs.position,
-        inputs.realised_torque,
-        inputs.feedforward,
-        inputs.inertia,
-        inputs.dt,
-        start,
-        end,
+        reference=inputs.reference,
+        velocity=inputs.velocity,
+        next_reference=following,
+        correction=inputs.correction,
+        position=inputs.position,
+        realised_torque=inputs.realised_torque,
+        feedforward=inputs.feedforward,
+        inertia=inputs.inertia,
+        dt=inputs.dt,
+        acting_reference=start,
+        next_acting_reference=end,
     )
 
 

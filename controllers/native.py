@@ -42,7 +42,19 @@ ACTING = Inputs._fields.index("acting_reference")
 
 
 def _step_once(parameters: Any, state: Any, row: Any, count: int) -> None:
-    inputs = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10])
+    inputs = Inputs(
+        reference=row[0],
+        velocity=row[1],
+        next_reference=row[2],
+        correction=row[3],
+        position=row[4],
+        realised_torque=row[5],
+        feedforward=row[6],
+        inertia=row[7],
+        dt=row[8],
+        acting_reference=row[9],
+        next_acting_reference=row[10],
+    )
     row[ACTING], row[ACTING + 1] = math.nan, math.nan  # known for one sample, to whoever does not write them anew
     output, new = step(load(parameters), load(state), inputs)
     store(state, new)

@@ -155,5 +155,17 @@ def replaced_inputs(
     velocity, lost = inputs.velocity, 0.0
     if not within(velocity, LARGEST_VELOCITY):
         velocity, lost = math.nan, guard.lost + duration
-    plain = Inputs(reference, velocity, following, correction, position, realised, known, given, duration, start, end)
+    plain = Inputs(
+        reference=reference,
+        velocity=velocity,
+        next_reference=following,
+        correction=correction,
+        position=position,
+        realised_torque=realised,
+        feedforward=known,
+        inertia=given,
+        dt=duration,
+        acting_reference=start,
+        next_acting_reference=end,
+    )
     return plain, Guard(reference, known, lost, guard.faults + faults)

@@ -161,12 +161,12 @@ class Actuator(Table):
     def parameters(self) -> ActuatorParameters:
         """The drive as its kernels take it."""
         return ActuatorParameters(
-            math.inf if self.torque_limit is None else self.torque_limit,
-            self.torque_resolution,
-            math.inf if self.rate_limit is None else self.rate_limit,
-            self.ripple_amplitude,
-            2.0 * math.pi / self.ripple_period,
-            self.lag,
-            self.gain,
-            self.reports_torque,
+            torque_limit=math.inf if self.torque_limit is None else self.torque_limit,
+            torque_resolution=self.torque_resolution,
+            rate_limit=math.inf if self.rate_limit is None else self.rate_limit,
+            ripple_amplitude=self.ripple_amplitude,
+            ripple_waves=2.0 * math.pi / self.ripple_period,
+            lag=self.lag,
+            gain=self.gain,
+            reports=self.reports_torque,
         )

@@ -55,17 +55,17 @@ class BacklashJoint(FrictionFields):
         """The parameters as the step takes them."""
         link_inertia = self.link_share * self.inertia
         return BacklashParameters(
-            self.inertia - link_inertia,
-            link_inertia,
-            self.friction,
-            self.friction_backward,
-            self.offset,
-            self.friction_lag,
-            self.link_stiffness,
-            self.link_damping,
-            0.5 * self.gap,
-            self.hysteresis,
-            self.hysteresis / self.hysteresis_reach,
+            motor_inertia=self.inertia - link_inertia,
+            link_inertia=link_inertia,
+            friction=self.friction,
+            backward=self.friction_backward,
+            offset=self.offset,
+            friction_lag=self.friction_lag,
+            link_stiffness=self.link_stiffness,
+            link_damping=self.link_damping,
+            half_gap=0.5 * self.gap,
+            hysteresis=self.hysteresis,
+            hysteresis_stiffness=self.hysteresis / self.hysteresis_reach,
         )
 
 
@@ -78,13 +78,13 @@ def check_backlash_period(joint: BacklashParameters, period: float) -> None:
         The period is too long; the message names the longest one allowed.
     """
     elastic = ElasticParameters(
-        joint.motor_inertia,
-        joint.link_inertia,
-        joint.friction,
-        joint.backward,
-        joint.offset,
-        joint.friction_lag,
-        joint.link_stiffness + joint.hysteresis_stiffness,
-        joint.link_damping,
+        motor_inertia=joint.motor_inertia,
+        link_inertia=joint.link_inertia,
+        friction=joint.friction,
+        backward=joint.backward,
+        offset=joint.offset,
+        friction_lag=joint.friction_lag,
+        link_stiffness=joint.link_stiffness + joint.hysteresis_stiffness,
+        link_damping=joint.link_damping,
     )
     check_elastic_period(elastic, period)

@@ -126,14 +126,14 @@ def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, p
 def scaled_elastic(joint: ElasticParameters, factor: float) -> ElasticParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
     return ElasticParameters(
-        joint.motor_inertia,
-        joint.link_inertia,
-        scaled(joint.friction, factor),
-        scaled(joint.backward, factor),
-        joint.offset,
-        joint.friction_lag,
-        joint.link_stiffness,
-        joint.link_damping,
+        motor_inertia=joint.motor_inertia,
+        link_inertia=joint.link_inertia,
+        friction=scaled(joint.friction, factor),
+        backward=scaled(joint.backward, factor),
+        offset=joint.offset,
+        friction_lag=joint.friction_lag,
+        link_stiffness=joint.link_stiffness,
+        link_damping=joint.link_damping,
     )
 
 
@@ -141,14 +141,14 @@ def scaled_elastic(joint: ElasticParameters, factor: float) -> ElasticParameters
 def changed_elastic(joint: ElasticParameters, change: JointChange) -> ElasticParameters:
     """Return the joint with a change of its parameters; a payload is beyond the spring, the motor's inertia stays."""
     return ElasticParameters(
-        joint.motor_inertia,
-        joint.link_inertia * change.inertia,
-        changed_curve(joint.friction, change),
-        changed_curve(joint.backward, change),
-        joint.offset + change.load,
-        joint.friction_lag * change.lag,
-        joint.link_stiffness,
-        joint.link_damping,
+        motor_inertia=joint.motor_inertia,
+        link_inertia=joint.link_inertia * change.inertia,
+        friction=changed_curve(joint.friction, change),
+        backward=changed_curve(joint.backward, change),
+        offset=joint.offset + change.load,
+        friction_lag=joint.friction_lag * change.lag,
+        link_stiffness=joint.link_stiffness,
+        link_damping=joint.link_damping,
     )
 
 

@@ -62,14 +62,14 @@ class ElasticJoint(FrictionFields):
         """The parameters as the step takes them."""
         link_inertia = self.link_share * self.inertia
         return ElasticParameters(
-            self.inertia - link_inertia,
-            link_inertia,
-            self.friction,
-            self.friction_backward,
-            self.offset,
-            self.friction_lag,
-            self.link_stiffness,
-            self.link_damping,
+            motor_inertia=self.inertia - link_inertia,
+            link_inertia=link_inertia,
+            friction=self.friction,
+            backward=self.friction_backward,
+            offset=self.offset,
+            friction_lag=self.friction_lag,
+            link_stiffness=self.link_stiffness,
+            link_damping=self.link_damping,
         )
 
 

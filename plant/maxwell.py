@@ -215,17 +215,17 @@ def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, p
     pull = state.velocity + mobility * (torque - joint.offset - held)
     if pull == 0.0:
         return MaxwellState(
-            0.0,
-            held,
-            state.position,
-            load_1,
-            load_2,
-            load_3,
-            load_4,
-            state.slip_1,
-            state.slip_2,
-            state.slip_3,
-            state.slip_4,
+            velocity=0.0,
+            friction_torque=held,
+            position=state.position,
+            load_1=load_1,
+            load_2=load_2,
+            load_3=load_3,
+            load_4=load_4,
+            slip_1=state.slip_1,
+            slip_2=state.slip_2,
+            slip_3=state.slip_3,
+            slip_4=state.slip_4,
         )
     way = 1.0 if pull > 0.0 else -1.0
     curve = joint.friction if pull > 0.0 else joint.backward
@@ -247,17 +247,17 @@ def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, p
     after_4, _, slips_4 = element_torque(elements[3], speed, level, rise / speed)
     friction_torque = way * (after_1 + after_2 + after_3 + after_4 + curve.viscous * speed)
     return MaxwellState(
-        way * speed,
-        friction_torque,
-        state.position + period * way * speed,
-        way * after_1,
-        way * after_2,
-        way * after_3,
-        way * after_4,
-        way if slips_1 else 0.0,
-        way if slips_2 else 0.0,
-        way if slips_3 else 0.0,
-        way if slips_4 else 0.0,
+        velocity=way * speed,
+        friction_torque=friction_torque,
+        position=state.position + period * way * speed,
+        load_1=way * after_1,
+        load_2=way * after_2,
+        load_3=way * after_3,
+        load_4=way * after_4,
+        slip_1=way if slips_1 else 0.0,
+        slip_2=way if slips_2 else 0.0,
+        slip_3=way if slips_3 else 0.0,
+        slip_4=way if slips_4 else 0.0,
     )
 
 
@@ -307,4 +307,16 @@ def initial_maxwell(joint: MaxwellParameters, velocity: float) -> MaxwellState:
     viscous = (joint.friction if velocity > 0.0 else joint.backward).viscous * velocity
     slip = 0.0 if velocity == 0.0 else (1.0 if velocity > 0.0 else -1.0)
     first, second, third, fourth = (share * (friction_torque - viscous) for share in joint.shares)
-    return MaxwellState(velocity, friction_torque, 0.0, first, second, third, fourth, slip, slip, slip, slip)
+    return MaxwellState(
+        velocity=velocity,
+        friction_torque=friction_torque,
+        position=0.0,
+        load_1=first,
+        load_2=second,
+        load_3=third,
+        load_4=fourth,
+        slip_1=slip,
+        slip_2=slip,
+        slip_3=slip,
+        slip_4=slip,
+    )

@@ -285,16 +285,16 @@ def schedule(
     starts = [0, *(math.ceil(change.time / solver_period - 1e-6) for change in changes)]
     scales = [1.0, *(change.friction_scale for change in changes)]
     return FrictionSchedule(
-        np.array(starts, dtype=np.int64),
-        np.array(scales),
-        np.array([UNCHANGED, *(change.parameters for change in changes)], dtype=float),
-        slow.warm_up_excess != 0.0 or slow.position_amplitude != 0.0 or slow.load_share > 0.0 or heats,
-        slow.warm_up_excess,
-        slow.warm_up_time,
-        slow.position_amplitude,
-        2.0 * math.pi / slow.position_period,
-        slow.load_share,
-        slow.thermal_resistance,
-        slow.thermal_time,
-        slow.thinning,
+        starts=np.array(starts, dtype=np.int64),
+        scales=np.array(scales),
+        changes=np.array([UNCHANGED, *(change.parameters for change in changes)], dtype=float),
+        varies=slow.warm_up_excess != 0.0 or slow.position_amplitude != 0.0 or slow.load_share > 0.0 or heats,
+        excess=slow.warm_up_excess,
+        warm_up_time=slow.warm_up_time,
+        amplitude=slow.position_amplitude,
+        waves=2.0 * math.pi / slow.position_period,
+        load_share=slow.load_share,
+        resistance=slow.thermal_resistance,
+        thermal_time=slow.thermal_time,
+        thinning=slow.thinning,
     )

@@ -60,14 +60,14 @@ def direction_of(friction: Stribeck, kappa: float) -> Direction:
     """Return the constants of the step for a friction map and ``kappa`` in rad/s per N m."""
     linear = 1.0 + kappa * friction.viscous
     return Direction(
-        friction,
-        kappa,
-        kappa * friction.stiction,
-        kappa * friction.coulomb,
-        kappa * (friction.stiction - friction.coulomb),
-        linear,
-        1.0 / linear,
-        1.0 / friction.stribeck_velocity,
+        friction=friction,
+        kappa=kappa,
+        breakaway=kappa * friction.stiction,
+        coulomb=kappa * friction.coulomb,
+        excess=kappa * (friction.stiction - friction.coulomb),
+        linear=linear,
+        per_linear=1.0 / linear,
+        per_velocity=1.0 / friction.stribeck_velocity,
     )
 
 

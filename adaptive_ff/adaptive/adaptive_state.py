@@ -104,21 +104,21 @@ def initial_adaptive_state(block: Block) -> AdaptiveState:
     """Return the state of a controller that knows nothing but the assumed inertia."""
     parameters = block.estimator.first.size - load_count(block.estimator)
     return AdaptiveState(
-        initial_pi_state(block.feedback),
-        initial_feedforward_state(),
-        initial_signals(parameters),
-        initial_signals(parameters),
-        initial_estimator_state(block.estimator),
-        -block.hold,  # the filters start from a guess: hold twice as long
-        0.0,
-        delay_line(block.feedback.delay),
-        delay_line(block.feedback.delay),
-        initial_timing_state(
+        feedback=initial_pi_state(block.feedback),
+        feedforward=initial_feedforward_state(),
+        measured=initial_signals(parameters),
+        model=initial_signals(parameters),
+        estimator=initial_estimator_state(block.estimator),
+        sliding=-block.hold,  # the filters start from a guess: hold twice as long
+        lagged_torque=0.0,
+        model_torques=delay_line(block.feedback.delay),
+        known_torques=delay_line(block.feedback.delay),
+        timing=initial_timing_state(
             block.feedback,
             float(block.estimator.first[FRICTION_LAG]),
             float(block.estimator.deviation[FRICTION_LAG]),
         ),
-        True,
-        initial_command_state(),
-        initial_doubt(),
+        enabled=True,
+        command=initial_command_state(),
+        doubt=initial_doubt(),
     )

@@ -82,7 +82,9 @@ class Colour(NamedTuple):
 
 def initial_colour() -> Colour:
     """Return the state before anything was measured."""
-    return Colour(0.0, 0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
+    return Colour(
+        total=0.0, samples=0, time=0.0, last=0.0, before=0.0, means=0, measured=0.0, squared=0.0, variance=0.0
+    )
 
 
 @register_jitable
@@ -111,7 +113,17 @@ def advance_colour(state: Colour, error: float, tells: bool, length: int, durati
     """
     measured, squared, variance = state.measured, state.squared, state.variance
     if not tells:
-        return Colour(0.0, 0, 0.0, 0.0, 0.0, 0, measured, squared, variance)
+        return Colour(
+            total=0.0,
+            samples=0,
+            time=0.0,
+            last=0.0,
+            before=0.0,
+            means=0,
+            measured=measured,
+            squared=squared,
+            variance=variance,
+        )
     total, samples, time = state.total + error, state.samples + 1, state.time + duration
     last, before, means = state.last, state.before, state.means
     if samples >= length:
@@ -125,7 +137,17 @@ def advance_colour(state: Colour, error: float, tells: bool, length: int, durati
     if measured > SETTLING * WINDOW:  # the first minimum is the first mean
         known = state.measured > SETTLING * WINDOW
         variance = min(squared, variance * (1.0 + duration / RISE)) if known else squared
-    return Colour(total, samples, time, last, before, means, measured, squared, variance)
+    return Colour(
+        total=total,
+        samples=samples,
+        time=time,
+        last=last,
+        before=before,
+        means=means,
+        measured=measured,
+        squared=squared,
+        variance=variance,
+    )
 
 
 @register_jitable

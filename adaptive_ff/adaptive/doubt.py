@@ -82,7 +82,16 @@ class Doubt(NamedTuple):
 
 def initial_doubt() -> Doubt:
     """Return the state of one who has seen nothing."""
-    return Doubt(0.0, 0.0, 0.0, False, False, 0.0, 0, initial_foresight())
+    return Doubt(
+        speed=0.0,
+        reference=0.0,
+        left=0.0,
+        doubted=False,
+        leapt=False,
+        coming=0.0,
+        aside=0,
+        foresight=initial_foresight(),
+    )
 
 
 @register_jitable
@@ -131,8 +140,26 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
     following = math.nan if leapt else inputs.next_reference
     foresight = advance_foresight(before.foresight, reference, following, slope, inputs.dt)
     if doubted or leapt:
-        return Doubt(speed, reference, FORGOTTEN / block.estimator.form.pole, True, leapt, coming, aside, foresight)
-    return Doubt(speed, reference, max(0.0, before.left - inputs.dt), False, False, coming, aside, foresight)
+        return Doubt(
+            speed=speed,
+            reference=reference,
+            left=FORGOTTEN / block.estimator.form.pole,
+            doubted=True,
+            leapt=leapt,
+            coming=coming,
+            aside=aside,
+            foresight=foresight,
+        )
+    return Doubt(
+        speed=speed,
+        reference=reference,
+        left=max(0.0, before.left - inputs.dt),
+        doubted=False,
+        leapt=False,
+        coming=coming,
+        aside=aside,
+        foresight=foresight,
+    )
 
 
 @register_jitable
@@ -159,15 +186,15 @@ def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
     if not doubt.doubted:
         return inputs
     return Inputs(
-        doubt.reference,
-        math.nan,
-        doubt.reference if doubt.leapt else inputs.next_reference,
-        0.0,
-        inputs.position,
-        inputs.realised_torque,
-        inputs.feedforward,
-        inputs.inertia,
-        inputs.dt,
-        inputs.acting_reference,
-        inputs.next_acting_reference,
+        reference=doubt.reference,
+        velocity=math.nan,
+        next_reference=doubt.reference if doubt.leapt else inputs.next_reference,
+        correction=0.0,
+        position=inputs.position,
+        realised_torque=inputs.realised_torque,
+        feedforward=inputs.feedforward,
+        inertia=inputs.inertia,
+        dt=inputs.dt,
+        acting_reference=inputs.acting_reference,
+        next_acting_reference=inputs.next_acting_reference,
     )

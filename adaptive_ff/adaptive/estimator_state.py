@@ -198,16 +198,16 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
     information[FRICTION_LAG, FRICTION_LAG] *= LAG_PRIOR
     largest = known_torque(estimator.first, loads) if estimator.given else 0.0
     return EstimatorState(
-        initial_resetting_state(estimator.first, information),
-        np.zeros((size, 2)),
-        Levels(0.0, largest, 0.0, 0.0, 0.0),
-        Surprise(0.0, 0.0, 0.0),
-        NO_ALARM,
-        initial_loads(loads),
-        np.zeros(estimator.regressors),
-        Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
-        initial_candidate_state(estimator.candidates, estimator.presliding, estimator.begin, friction),
-        initial_map(estimator.friction_map),
+        recursion=initial_resetting_state(estimator.first, information),
+        agreement=np.zeros((size, 2)),
+        levels=Levels(0.0, largest, 0.0, 0.0, 0.0),
+        surprise=Surprise(0.0, 0.0, 0.0),
+        alarm=NO_ALARM,
+        loads=initial_loads(loads),
+        regressors=np.zeros(estimator.regressors),
+        scratch=Scratch(np.zeros(size + 1 + loads), np.zeros(size), np.zeros(size), np.zeros((size, 2))),
+        candidates=initial_candidate_state(estimator.candidates, estimator.presliding, estimator.begin, friction),
+        friction_map=initial_map(estimator.friction_map),
     )
 
 
@@ -215,16 +215,16 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
 def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
     """Return the state with other levels, short means and alarm; it shares the arrays."""
     return EstimatorState(
-        state.recursion,
-        state.agreement,
-        levels,
-        surprise,
-        alarm,
-        state.loads,
-        state.regressors,
-        state.scratch,
-        state.candidates,
-        state.friction_map,
+        recursion=state.recursion,
+        agreement=state.agreement,
+        levels=levels,
+        surprise=surprise,
+        alarm=alarm,
+        loads=state.loads,
+        regressors=state.regressors,
+        scratch=state.scratch,
+        candidates=state.candidates,
+        friction_map=state.friction_map,
     )
 
 
@@ -258,16 +258,16 @@ def begin_anew_in_place(estimator: EstimatorParameters, state: EstimatorState) -
 def with_curve(state: EstimatorState, candidates: CandidateState, friction_map: MapState) -> EstimatorState:
     """Return the state with other states of the candidates and of the map; it shares the arrays."""
     return EstimatorState(
-        state.recursion,
-        state.agreement,
-        state.levels,
-        state.surprise,
-        state.alarm,
-        state.loads,
-        state.regressors,
-        state.scratch,
-        candidates,
-        friction_map,
+        recursion=state.recursion,
+        agreement=state.agreement,
+        levels=state.levels,
+        surprise=state.surprise,
+        alarm=state.alarm,
+        loads=state.loads,
+        regressors=state.regressors,
+        scratch=state.scratch,
+        candidates=candidates,
+        friction_map=friction_map,
     )
 
 

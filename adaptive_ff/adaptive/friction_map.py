@@ -186,20 +186,20 @@ def follow_map_in_place(
         advance_load_in_place(state.signals[POSITION], pole, decay, angle, duration, not state.known)
         advance_load_in_place(state.signals[LOAD], pole, decay, abs(load), duration, first or not state.known)
     return MapState(
-        state.coefficients,
-        state.before,
-        state.information,
-        state.signals,
-        known,
-        state.direction,
-        state.age,
-        state.share,
-        state.seen,
-        state.xx,
-        state.xy,
-        state.yy,
-        state.friction,
-        state.load,
+        coefficients=state.coefficients,
+        before=state.before,
+        information=state.information,
+        signals=state.signals,
+        known=known,
+        direction=state.direction,
+        age=state.age,
+        share=state.share,
+        seen=state.seen,
+        xx=state.xx,
+        xy=state.xy,
+        yy=state.yy,
+        friction=state.friction,
+        load=state.load,
     )
 
 
@@ -420,20 +420,20 @@ def learn_map_in_place(
         usual = OUTLIER * math.sqrt(yy)
         left = min(max(left, -usual), usual)
     new = MapState(
-        state.coefficients,
-        state.before,
-        state.information,
-        state.signals,
-        state.known,
-        direction,
-        age,
-        share,
-        seen,
-        xx,
-        xy,
-        yy,
-        squared,
-        state.load + slow * (state.signals[LOAD, VALUE] - state.load),
+        coefficients=state.coefficients,
+        before=state.before,
+        information=state.information,
+        signals=state.signals,
+        known=state.known,
+        direction=direction,
+        age=age,
+        share=share,
+        seen=seen,
+        xx=xx,
+        xy=xy,
+        yy=yy,
+        friction=squared,
+        load=state.load + slow * (state.signals[LOAD, VALUE] - state.load),
     )
     correct_map_in_place(parameters, new, friction, left, duration)
     return new

@@ -137,7 +137,17 @@ class TimingState(NamedTuple):
 def initial_timing_state(feedback: PIParameters, lag: float, deviation: float) -> TimingState:
     """Return the state for a joint at rest, with a lag (s) to begin with and its standard deviation (s)."""
     line = delay_line(feedback.delay)
-    return TimingState(0.0, 0.0, 0.0, 0.0, line, line, empty_evidence(lag), lag, 1.0 / deviation**2)
+    return TimingState(
+        sensitivity=0.0,
+        velocity=0.0,
+        integral=0.0,
+        slope=0.0,
+        sensitivities=line,
+        commands=line,
+        evidence=empty_evidence(lag),
+        lag=lag,
+        seen=1.0 / deviation**2,
+    )
 
 
 @register_jitable
@@ -150,15 +160,15 @@ def empty_evidence(identified: float) -> Evidence:
 def with_evidence(state: TimingState, evidence: Evidence, lag: float, seen: float) -> TimingState:
     """Return the state with other evidence, lag (s) of the feedforward, and information seen so far (1/s^2)."""
     return TimingState(
-        state.sensitivity,
-        state.velocity,
-        state.integral,
-        state.slope,
-        state.sensitivities,
-        state.commands,
-        evidence,
-        lag,
-        seen,
+        sensitivity=state.sensitivity,
+        velocity=state.velocity,
+        integral=state.integral,
+        slope=state.slope,
+        sensitivities=state.sensitivities,
+        commands=state.commands,
+        evidence=evidence,
+        lag=lag,
+        seen=seen,
     )
 
 
@@ -198,15 +208,15 @@ def advance_response(
     sensitivity = delayed(state.sensitivities, feedback.delay)
     response = advance_loop_response(response, feedback, inertia, velocity_lag, sensitivity, duration)
     return TimingState(
-        state.sensitivity,
-        response.velocity,
-        response.integral,
-        response.measured,
-        state.sensitivities,
-        response.commands,
-        state.evidence,
-        state.lag,
-        state.seen,
+        sensitivity=state.sensitivity,
+        velocity=response.velocity,
+        integral=response.integral,
+        slope=response.measured,
+        sensitivities=state.sensitivities,
+        commands=response.commands,
+        evidence=state.evidence,
+        lag=state.lag,
+        seen=state.seen,
     )
 
 
@@ -320,13 +330,13 @@ def note_friction(state: TimingState, start: float, end: float, lag: float, peri
     mean, sensitivity = lag_torque(lag, state.sensitivity, (start - end) / period, period)
     sensitivities = remember(state.sensitivities, mean)
     return TimingState(
-        sensitivity,
-        state.velocity,
-        state.integral,
-        state.slope,
-        sensitivities,
-        state.commands,
-        state.evidence,
-        lag,
-        state.seen,
+        sensitivity=sensitivity,
+        velocity=state.velocity,
+        integral=state.integral,
+        slope=state.slope,
+        sensitivities=sensitivities,
+        commands=state.commands,
+        evidence=state.evidence,
+        lag=lag,
+        seen=state.seen,
     )

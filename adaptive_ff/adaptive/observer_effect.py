@@ -149,7 +149,19 @@ class ObserverEffect(NamedTuple):
 
 def initial_effect() -> ObserverEffect:
     """Return the state of an observer of which nothing bad is known."""
-    return ObserverEffect(0.0, 0.0, 1.0, 0.0, 0.0, 1.0, initial_ringing(), initial_acquittal(), 1.0, 0.0, 0.0)
+    return ObserverEffect(
+        error_squared=0.0,
+        expected_squared=0.0,
+        share=1.0,
+        mean=0.0,
+        fourth=0.0,
+        ceiling=1.0,
+        ringing=initial_ringing(),
+        acquittal=initial_acquittal(),
+        help=1.0,
+        used_squared=0.0,
+        used_expected=0.0,
+    )
 
 
 @register_jitable
@@ -207,17 +219,17 @@ def advance_effect(
     if used and beyond_noise > LARGE * LARGE * peak * peak:
         share = min(share, helpful_share(beyond_noise, expected_squared, WORSE, FAR_WORSE))
     return ObserverEffect(
-        error_squared,
-        expected_squared,
-        share,
-        mean,
-        fourth,
-        ceiling,
-        ringing,
-        acquittal,
-        state.help,
-        state.used_squared,
-        state.used_expected,
+        error_squared=error_squared,
+        expected_squared=expected_squared,
+        share=share,
+        mean=mean,
+        fourth=fourth,
+        ceiling=ceiling,
+        ringing=ringing,
+        acquittal=acquittal,
+        help=state.help,
+        used_squared=state.used_squared,
+        used_expected=state.used_expected,
     )
 
 
@@ -252,17 +264,17 @@ def demand_help(
         if coloured:
             help = min(help, helpful_share(squared, expected, LITTLE, NOTHING))
     return ObserverEffect(
-        state.error_squared,
-        state.expected_squared,
-        state.share,
-        state.mean,
-        state.fourth,
-        state.ceiling,
-        state.ringing,
-        state.acquittal,
-        help,
-        squared,
-        expected,
+        error_squared=state.error_squared,
+        expected_squared=state.expected_squared,
+        share=state.share,
+        mean=state.mean,
+        fourth=state.fourth,
+        ceiling=state.ceiling,
+        ringing=state.ringing,
+        acquittal=state.acquittal,
+        help=help,
+        used_squared=squared,
+        used_expected=expected,
     )
 
 
@@ -315,17 +327,17 @@ def look_for_ringing(
     elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak):
         share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
     return ObserverEffect(
-        state.error_squared,
-        state.expected_squared,
-        share,
-        state.mean,
-        state.fourth,
-        ceiling,
-        ringing,
-        state.acquittal,
-        state.help,
-        state.used_squared,
-        state.used_expected,
+        error_squared=state.error_squared,
+        expected_squared=state.expected_squared,
+        share=share,
+        mean=state.mean,
+        fourth=state.fourth,
+        ceiling=ceiling,
+        ringing=ringing,
+        acquittal=state.acquittal,
+        help=state.help,
+        used_squared=state.used_squared,
+        used_expected=state.used_expected,
     )
 
 

@@ -136,7 +136,24 @@ class SeenVelocity(NamedTuple):
 
 def initial_seen_velocity() -> SeenVelocity:
     """Return the state before anything was measured."""
-    return SeenVelocity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, False, 0.0, 0, 0.0, 0.0, 0.0)
+    return SeenVelocity(
+        last=0.0,
+        believed=0.0,
+        falls=0.0,
+        rises=0.0,
+        gap=0.0,
+        plan=0.0,
+        finest=0.0,
+        changes=0.0,
+        fine=0.0,
+        leapt=0,
+        missing=False,
+        share=0.0,
+        leaps=0,
+        multiples=0.0,
+        ratio=0.0,
+        decays=0.0,
+    )
 
 
 @register_jitable
@@ -220,22 +237,22 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
     share = old.share - weight * old.share
     if not math.isfinite(velocity):
         return SeenVelocity(
-            old.last,
-            old.believed,
-            falls,
-            rises,
-            gap,
-            old.plan,
-            old.finest,
-            old.changes,
-            old.fine,
-            0,
-            False,
-            share,
-            old.leaps,
-            old.multiples,
-            old.ratio,
-            old.decays,
+            last=old.last,
+            believed=old.believed,
+            falls=falls,
+            rises=rises,
+            gap=gap,
+            plan=old.plan,
+            finest=old.finest,
+            changes=old.changes,
+            fine=old.fine,
+            leapt=0,
+            missing=False,
+            share=share,
+            leaps=old.leaps,
+            multiples=old.multiples,
+            ratio=old.ratio,
+            decays=old.decays,
         )
     difference, level = abs(velocity - old.last), noise_level(state.observer.noise)
     possible = possible_speed(block, state)
@@ -261,22 +278,22 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
     if repeated:
         plan, leapt, leaps = old.plan, 0, old.leaps
     seen = SeenVelocity(
-        velocity,
-        old.believed,
-        falls,
-        rises,
-        gap,
-        plan,
-        finest,
-        changes,
-        fine,
-        leapt,
-        True,
-        share + weight,
-        leaps,
-        multiples,
-        ratio,
-        decays,
+        last=velocity,
+        believed=old.believed,
+        falls=falls,
+        rises=rises,
+        gap=gap,
+        plan=plan,
+        finest=finest,
+        changes=changes,
+        fine=fine,
+        leapt=leapt,
+        missing=True,
+        share=share + weight,
+        leaps=leaps,
+        multiples=multiples,
+        ratio=ratio,
+        decays=decays,
     )
     if repeated:
         missing = is_held(seen, inputs.reference - plan, max(0.0, level))
@@ -286,22 +303,22 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
     if missing:
         return seen
     return SeenVelocity(
-        velocity,
-        velocity,
-        0.0,
-        0.0,
-        0.0,
-        plan,
-        finest,
-        changes,
-        fine,
-        0,
-        False,
-        share,
-        old.leaps,
-        multiples,
-        ratio,
-        decays,
+        last=velocity,
+        believed=velocity,
+        falls=0.0,
+        rises=0.0,
+        gap=0.0,
+        plan=plan,
+        finest=finest,
+        changes=changes,
+        fine=fine,
+        leapt=0,
+        missing=False,
+        share=share,
+        leaps=old.leaps,
+        multiples=multiples,
+        ratio=ratio,
+        decays=decays,
     )
 
 

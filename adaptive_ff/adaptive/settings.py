@@ -140,33 +140,35 @@ def adaptive_parameters(
     over_load = checked_switch("load_friction", load_friction)
     unit = float(proportional * stribeck_velocity)
     estimator = EstimatorParameters(
-        TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
-        prior.first,
-        prior.scale,
-        unit,
-        float(memory),
-        ranges,
-        int(regressors),
-        np.append(np.ones(1 if has_gravity(names) else 0), 2.0 * math.pi / ripples),
-        float(gear_ratio),
-        prior.deviation,
-        prior.given,
-        velocities,
-        candidate_distances(float(stribeck_velocity / pole), presliding_factors),
-        np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
-        begin_velocity(velocities, float(stribeck_velocity), model),
-        map_parameters(position_periods, position_hats, position_range, unit if over_load else 0.0, map_memory),
-        False,
+        form=TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
+        first=prior.first,
+        scale=prior.scale,
+        torque_scale=unit,
+        memory=float(memory),
+        ranges=ranges,
+        regressors=int(regressors),
+        waves=np.append(np.ones(1 if has_gravity(names) else 0), 2.0 * math.pi / ripples),
+        gear_ratio=float(gear_ratio),
+        deviation=prior.deviation,
+        given=prior.given,
+        candidates=velocities,
+        presliding=candidate_distances(float(stribeck_velocity / pole), presliding_factors),
+        fit_scale=np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
+        begin=begin_velocity(velocities, float(stribeck_velocity), model),
+        friction_map=map_parameters(
+            position_periods, position_hats, position_range, unit if over_load else 0.0, map_memory
+        ),
+        rises=False,
     )
     return named, AdaptiveParameters(
-        feedback,
-        estimator,
-        GATE_SHARE * float(stribeck_velocity),
-        GATE_HOLD / float(pole),
-        float(velocity_lag),
-        float(period),
-        checked_switch("tunes_lag", tunes_lag),
-        CommandParameters(
+        feedback=feedback,
+        estimator=estimator,
+        slowest=GATE_SHARE * float(stribeck_velocity),
+        hold=GATE_HOLD / float(pole),
+        velocity_lag=float(velocity_lag),
+        period=float(period),
+        tunes_lag=checked_switch("tunes_lag", tunes_lag),
+        command=CommandParameters(
             float(torque_limit), checked_switch("feedforward_includes_inertia", feedforward_includes_inertia)
         ),
     )

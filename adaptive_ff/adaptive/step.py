@@ -352,19 +352,21 @@ def step_adaptive(block: AdaptiveParameters, state: AdaptiveState, inputs: Input
     torque = given + command.share * (fed.torque - given)  # what was given is not the controller's to fade
     output, feedback = feed_back(block.feedback, feedback, with_feedforward(checked, torque), guard)
     return Output(limited(output.torque, block.command.torque_limit), output.feedforward), AdaptiveState(
-        feedback,
-        fed.feedforward,
-        period.measured,
-        period.model,
-        fed.estimator,
-        period.sliding,
-        period.lagged_torque,
-        remember(state.model_torques, fed.torque),
-        remember(state.known_torques, inputs.feedforward),
-        note_friction(fed.timing, state.feedforward.friction, fed.feedforward.friction, fed.timing.lag, block.period),
-        state.enabled,
-        command,
-        doubt,
+        feedback=feedback,
+        feedforward=fed.feedforward,
+        measured=period.measured,
+        model=period.model,
+        estimator=fed.estimator,
+        sliding=period.sliding,
+        lagged_torque=period.lagged_torque,
+        model_torques=remember(state.model_torques, fed.torque),
+        known_torques=remember(state.known_torques, inputs.feedforward),
+        timing=note_friction(
+            fed.timing, state.feedforward.friction, fed.feedforward.friction, fed.timing.lag, block.period
+        ),
+        enabled=state.enabled,
+        command=command,
+        doubt=doubt,
     )
 
 

@@ -151,7 +151,20 @@ class TrustState(NamedTuple):
 def initial_trust(feedback: PIParameters) -> TrustState:
     """Return full trust."""
     line = delay_line(feedback.delay)
-    return TrustState(1.0, initial_loop_response(feedback), line, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    return TrustState(
+        trust=1.0,
+        response=initial_loop_response(feedback),
+        frictions=line,
+        xx=0.0,
+        xy=0.0,
+        yy=0.0,
+        missed=0.0,
+        peak=0.0,
+        earned=1.0,
+        span=0.0,
+        fastest=0.0,
+        before=0.0,
+    )
 
 
 @register_jitable
@@ -207,18 +220,18 @@ def advance_trust(
         peak = max(fastest, before)
     if not valid:
         return TrustState(
-            state.earned,
-            response,
-            state.frictions,
-            state.xx,
-            state.xy,
-            state.yy,
-            state.missed,
-            peak,
-            state.earned,
-            span,
-            fastest,
-            before,
+            trust=state.earned,
+            response=response,
+            frictions=state.frictions,
+            xx=state.xx,
+            xy=state.xy,
+            yy=state.yy,
+            missed=state.missed,
+            peak=peak,
+            earned=state.earned,
+            span=span,
+            fastest=fastest,
+            before=before,
         )
     x = response.measured
     y = predicted + state.trust * x
@@ -233,7 +246,20 @@ def advance_trust(
     trust = saturated(1.0 + saturated((left - ENOUGH) / ENOUGH) * (best - 1.0))
     trust = min(trust, trust_by_error(against, xx))
     trust = min(trust, state.earned + duration / RISE)
-    return TrustState(trust, response, state.frictions, xx, xy, yy, against, peak, trust, span, fastest, before)
+    return TrustState(
+        trust=trust,
+        response=response,
+        frictions=state.frictions,
+        xx=xx,
+        xy=xy,
+        yy=yy,
+        missed=against,
+        peak=peak,
+        earned=trust,
+        span=span,
+        fastest=fastest,
+        before=before,
+    )
 
 
 @register_jitable
@@ -287,16 +313,16 @@ def soft_bound(state: TrustState, proportional: float, friction: float, time: fl
 def with_friction(state: TrustState, trust: float, friction: float) -> TrustState:
     """Return the state with the trust in force over the coming period and the model's friction (N m) for it."""
     return TrustState(
-        trust,
-        state.response,
-        remember(state.frictions, friction),
-        state.xx,
-        state.xy,
-        state.yy,
-        state.missed,
-        state.peak,
-        state.earned,
-        state.span,
-        state.fastest,
-        state.before,
+        trust=trust,
+        response=state.response,
+        frictions=remember(state.frictions, friction),
+        xx=state.xx,
+        xy=state.xy,
+        yy=state.yy,
+        missed=state.missed,
+        peak=state.peak,
+        earned=state.earned,
+        span=state.span,
+        fastest=state.fastest,
+        before=state.before,
     )

@@ -134,14 +134,14 @@ def watch(
             strained = tried and strains(asked, max(levels.torque, moved))
             moved = moved_torque(moved, asked, inputs, state.trust.peak, likely_variance(observer.noise), gap)
             known = Circumstances(
-                may_stick(state, inputs.reference),
-                state.trust.peak,
-                strained,
-                falls_by_itself(block, state),
-                is_believed(state.drive),
-                state.drive.suspect or state.drive.established,
-                holding_friction(state),
-                unforeseen,
+                held=may_stick(state, inputs.reference),
+                peak=state.trust.peak,
+                strained=strained,
+                falls=falls_by_itself(block, state),
+                believed=is_believed(state.drive),
+                saturates=state.drive.suspect or state.drive.established,
+                friction=holding_friction(state),
+                unforeseen=unforeseen,
             )
             observer = observe(
                 block.observer,

@@ -67,15 +67,15 @@ def loop_at(scenario: Scenario, bandwidth: float) -> LoopAtBandwidth:
     resolution = scenario.sensor.encoder_resolution
     noise = scenario.sensor.velocity_noise if resolution is None else resolution / math.sqrt(12.0)
     return LoopAtBandwidth(
-        bandwidth,
-        design.proportional,
-        design.integral,
-        design.maximum_sensitivity,
-        design.gain_margin,
-        design.phase_margin,
-        steep is None or not loop_margins_of(steep).stable,
-        noise * torque,
-        noise * velocity,
+        bandwidth=bandwidth,
+        proportional=design.proportional,
+        integral=design.integral,
+        maximum_sensitivity=design.maximum_sensitivity,
+        gain_margin=design.gain_margin,
+        phase_margin=design.phase_margin,
+        hunts=steep is None or not loop_margins_of(steep).stable,
+        noise_torque=noise * torque,
+        noise_velocity=noise * velocity,
     )
 
 

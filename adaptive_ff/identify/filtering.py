@@ -193,7 +193,16 @@ def band_of_motion(velocity: Array, bandwidth: float, period: float, rest: Rest)
     stands = standing(resting, velocity, rest, cycle, period)
     moved = with_signs_of_motion(velocity, stands)
     kept = kept_rows(velocity.size, bandwidth, period)
-    return Band(rest.corner, bandwidth, period, kept, resting, stands, len(runs(stands)), moved)
+    return Band(
+        corner=rest.corner,
+        bandwidth=bandwidth,
+        period=period,
+        kept=kept,
+        resting=resting,
+        stands=stands,
+        stops=len(runs(stands)),
+        velocity=moved,
+    )
 
 
 def condition(

@@ -110,18 +110,18 @@ def identified_map(fitted: Fitted, basis: MapBasis, positions: tuple[float, floa
     coefficients = [fitted.values[FRICTION_OVER + name] for name in names if not name.startswith("hat")]
     over_periods = [term for term in mapped if term.startswith((FORCE_OVER + "cosine", FORCE_OVER + "sine"))]
     return IdentifiedMap(
-        position,
-        _curve(fitted, FRICTION_OVER, names, functions, 1.0),
-        _curve(fitted, FORCE_OVER, [name for name in functions if FORCE_OVER + name in mapped], functions, 0.0),
-        _load_share(fitted, basis.load) if LOAD in mapped else None,
-        basis.asked.periods if waves else (),
-        basis.asked.hats if with_hats else 0,
-        (basis.lowest, basis.highest),
-        (*coefficients, *hats),
-        _standard_errors(fitted, basis, names),
-        basis.load,
-        basis.asked.periods if over_periods else (),
-        tuple(fitted.regression.estimate(term) for term in over_periods),
+        position=position,
+        friction=_curve(fitted, FRICTION_OVER, names, functions, 1.0),
+        force=_curve(fitted, FORCE_OVER, [name for name in functions if FORCE_OVER + name in mapped], functions, 0.0),
+        load_share=_load_share(fitted, basis.load) if LOAD in mapped else None,
+        periods=basis.asked.periods if waves else (),
+        hats=basis.asked.hats if with_hats else 0,
+        range=(basis.lowest, basis.highest),
+        coefficients=(*coefficients, *hats),
+        standard_errors=_standard_errors(fitted, basis, names),
+        load_mean=basis.load,
+        force_periods=basis.asked.periods if over_periods else (),
+        force_coefficients=tuple(fitted.regression.estimate(term) for term in over_periods),
     )
 
 

@@ -75,14 +75,14 @@ def predict(problem: Problem, fitted: Fitted) -> list[Prediction]:
         matrix = piece_columns(piece, problem.speeds, fitted.linear, fitted.searched)
         made.append(
             Prediction(
-                piece.time,
-                piece.velocity,
-                piece.torque,
-                matrix @ values + piece.torque - piece.moving_torque,
-                piece.acceleration,
-                fitted.values["inertia"],
-                piece.slides,
-                piece.period,
+                time=piece.time,
+                velocity=piece.velocity,
+                torque=piece.torque,
+                fitted=matrix @ values + piece.torque - piece.moving_torque,
+                acceleration=piece.acceleration,
+                inertia=fitted.values["inertia"],
+                slides=piece.slides,
+                period=piece.period,
             )
         )
     return made

@@ -119,18 +119,18 @@ def torque_model(
         adhesion = min(max(estimate[STICTION_ASYMMETRY], -excess), excess)
         slope = min(max(estimate[VISCOUS_ASYMMETRY], -estimate[VISCOUS]), estimate[VISCOUS])
     return TorqueModel(
-        estimate[INERTIA],
-        estimate[COULOMB],
-        stiction,
-        estimate[VISCOUS],
-        lag,
-        stribeck_velocity,
-        stribeck_shape,
-        offset,
-        adhesion,
-        slope,
-        0.0,
-        0.0,
+        inertia=estimate[INERTIA],
+        coulomb=estimate[COULOMB],
+        stiction=stiction,
+        viscous=estimate[VISCOUS],
+        friction_lag=lag,
+        stribeck_velocity=stribeck_velocity,
+        stribeck_shape=stribeck_shape,
+        offset=offset,
+        stiction_asymmetry=adhesion,
+        viscous_asymmetry=slope,
+        presliding=0.0,
+        micro_damping=0.0,
     )
 
 
@@ -138,18 +138,18 @@ def torque_model(
 def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -> TorqueModel:
     """Return the model with a presliding distance (rad) and the damping of the bristles (N m)."""
     return TorqueModel(
-        model.inertia,
-        model.coulomb,
-        model.stiction,
-        model.viscous,
-        model.friction_lag,
-        model.stribeck_velocity,
-        model.stribeck_shape,
-        model.offset,
-        model.stiction_asymmetry,
-        model.viscous_asymmetry,
-        presliding,
-        micro_damping,
+        inertia=model.inertia,
+        coulomb=model.coulomb,
+        stiction=model.stiction,
+        viscous=model.viscous,
+        friction_lag=model.friction_lag,
+        stribeck_velocity=model.stribeck_velocity,
+        stribeck_shape=model.stribeck_shape,
+        offset=model.offset,
+        stiction_asymmetry=model.stiction_asymmetry,
+        viscous_asymmetry=model.viscous_asymmetry,
+        presliding=presliding,
+        micro_damping=micro_damping,
     )
 
 
@@ -157,18 +157,18 @@ def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -
 def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
     """Return the model with all its friction, but for the offset and the damping of bristles, times a factor."""
     return TorqueModel(
-        model.inertia,
-        factor * model.coulomb,
-        factor * model.stiction,
-        factor * model.viscous,
-        model.friction_lag,
-        model.stribeck_velocity,
-        model.stribeck_shape,
-        model.offset,
-        factor * model.stiction_asymmetry,
-        factor * model.viscous_asymmetry,
-        model.presliding,
-        model.micro_damping,
+        inertia=model.inertia,
+        coulomb=factor * model.coulomb,
+        stiction=factor * model.stiction,
+        viscous=factor * model.viscous,
+        friction_lag=model.friction_lag,
+        stribeck_velocity=model.stribeck_velocity,
+        stribeck_shape=model.stribeck_shape,
+        offset=model.offset,
+        stiction_asymmetry=factor * model.stiction_asymmetry,
+        viscous_asymmetry=factor * model.viscous_asymmetry,
+        presliding=model.presliding,
+        micro_damping=model.micro_damping,
     )
 
 

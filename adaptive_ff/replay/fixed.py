@@ -49,16 +49,16 @@ def fit_fixed(
     values = found.selection.chosen.values
     coulomb = values["coulomb"]
     model = TorqueModel(
-        values["inertia"],
-        coulomb,
-        coulomb + values.get("stiction_excess", 0.0),
-        values["viscous"],
-        values.get("friction_lag", 0.0),
-        values.get("stribeck_velocity", 1.0),  # of no consequence where stiction is Coulomb friction
-        1.0,
-        values.get("offset", 0.0),
-        0.0,
-        values.get("viscous_asymmetry", 0.0),
+        inertia=values["inertia"],
+        coulomb=coulomb,
+        stiction=coulomb + values.get("stiction_excess", 0.0),
+        viscous=values["viscous"],
+        friction_lag=values.get("friction_lag", 0.0),
+        stribeck_velocity=values.get("stribeck_velocity", 1.0),  # of no consequence where stiction is Coulomb friction
+        stribeck_shape=1.0,
+        offset=values.get("offset", 0.0),
+        stiction_asymmetry=0.0,
+        viscous_asymmetry=values.get("viscous_asymmetry", 0.0),
     )
     further = further_torque(found)
     if not all(np.array(model[:3]) >= 0.0) or (model.viscous < 0.0 and not further.shape):

@@ -157,15 +157,15 @@ def initial_canudas_state(block: CanudasParameters) -> CanudasState:
     known = np.zeros(PARAMETERS)
     known[INERTIA] = 1.0
     return CanudasState(
-        initial_pi_state(block.feedback),
-        initial_rls_state(known, INITIAL_COVARIANCE * np.eye(PARAMETERS)),
-        known * block.inertia,
-        0.0,
-        0.0,
-        0.0,
-        0,
-        True,
-        np.zeros(PARAMETERS),
+        feedback=initial_pi_state(block.feedback),
+        recursion=initial_rls_state(known, INITIAL_COVARIANCE * np.eye(PARAMETERS)),
+        physical=known * block.inertia,
+        velocity=0.0,
+        reference=0.0,
+        known_torque=0.0,
+        valid=0,
+        enabled=True,
+        row=np.zeros(PARAMETERS),
     )
 
 
@@ -247,15 +247,15 @@ def finish_canudas(
     """Do the feedback with a torque (N m) fed forward, and keep what the next sample needs."""
     output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, torque), guard)
     return output, CanudasState(
-        feedback,
-        state.recursion,
-        state.physical,
-        velocity,
-        inputs.reference,
-        inputs.feedforward,
-        state.valid + 1 if math.isfinite(inputs.velocity) else 0,
-        state.enabled,
-        state.row,
+        feedback=feedback,
+        recursion=state.recursion,
+        physical=state.physical,
+        velocity=velocity,
+        reference=inputs.reference,
+        known_torque=inputs.feedforward,
+        valid=state.valid + 1 if math.isfinite(inputs.velocity) else 0,
+        enabled=state.enabled,
+        row=state.row,
     )
 
 
@@ -321,14 +321,14 @@ def check_canudas(
     torque_scale = proportional * dead_zone
     viscous_scale = VISCOUS_SHARE * proportional
     return CanudasParameters(
-        feedback,
-        float(inertia),
-        np.array([1.0, torque_scale, torque_scale, viscous_scale, viscous_scale]),
-        float(torque_scale),
-        float(dead_zone),
-        float(share),
-        float(memory),
-        float(period),
+        feedback=feedback,
+        inertia=float(inertia),
+        scale=np.array([1.0, torque_scale, torque_scale, viscous_scale, viscous_scale]),
+        torque_scale=float(torque_scale),
+        dead_zone=float(dead_zone),
+        share=float(share),
+        memory=float(memory),
+        period=float(period),
     )
 
 

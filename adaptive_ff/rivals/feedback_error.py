@@ -290,15 +290,15 @@ class FeedbackErrorLearning(IdentifyingController):
         torque_scale = proportional * stribeck_velocity
         scale = [inertia, VISCOUS_SHARE * proportional, torque_scale, *2 * len(chosen_lags) * [torque_scale]]
         parameters = FeedbackErrorParameters(
-            feedback,
-            make_features(chosen_lags, stribeck_velocity, stribeck_shape),
-            np.array(chosen_lags),
-            np.array(scale, dtype=float),
-            float(torque_scale),
-            float(chosen_rate),
-            STANDSTILL_SHARE * float(stribeck_velocity),
-            float(inertia),
-            float(period),
+            feedback=feedback,
+            features=make_features(chosen_lags, stribeck_velocity, stribeck_shape),
+            lags=np.array(chosen_lags),
+            scale=np.array(scale, dtype=float),
+            torque_scale=float(torque_scale),
+            rate=float(chosen_rate),
+            slowest=STANDSTILL_SHARE * float(stribeck_velocity),
+            inertia=float(inertia),
+            period=float(period),
         )
         super().__init__(parameters, period, initial_feedback_error_state)
 

@@ -274,17 +274,17 @@ class LearntFeedforward(Controller):
         torque_scale = proportional * stribeck_velocity
         scale = [inertia, VISCOUS_SHARE * proportional, torque_scale, *(len(reaches) + len(centres)) * [torque_scale]]
         parameters = LearntParameters(
-            feedback,
-            float(inertia),
-            float(period),
-            np.array(reaches, dtype=float),
-            places,
-            width,
-            float(stribeck_velocity),
-            float(lag),
-            np.array(scale, dtype=float),
-            float(torque_scale),
-            float(rate),
+            feedback=feedback,
+            inertia=float(inertia),
+            period=float(period),
+            reaches=np.array(reaches, dtype=float),
+            centres=places,
+            width=width,
+            velocity_scale=float(stribeck_velocity),
+            lag=float(lag),
+            scale=np.array(scale, dtype=float),
+            torque_scale=float(torque_scale),
+            rate=float(rate),
         )
         super().__init__(parameters, period, initial_learnt_state)
 

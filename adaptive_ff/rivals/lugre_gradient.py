@@ -237,14 +237,14 @@ def step_lugre_gradient(
     torque = present_inertia(inputs, values[INERTIA]) * slope + friction
     output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, torque), guard)
     return output, LuGreGradientState(
-        feedback,
-        values,
-        bristles,
-        state.slopes,
-        state.sensitivities,
-        state.integrals,
-        inputs.reference,
-        state.enabled,
+        feedback=feedback,
+        parameters=values,
+        bristles=bristles,
+        slopes=state.slopes,
+        sensitivities=state.sensitivities,
+        integrals=state.integrals,
+        reference=inputs.reference,
+        enabled=state.enabled,
     )
 
 
@@ -314,17 +314,17 @@ class LuGreGradient(IdentifyingController):
         torque = float(proportional * stribeck_velocity)
         scale = [inertia, VISCOUS_SHARE * proportional, torque, torque, torque]
         parameters = LuGreGradientParameters(
-            feedback,
-            float(inertia),
-            float(period),
-            float(stribeck_velocity),
-            float(stribeck_shape),
-            float(stiffness),
-            np.array(scale, dtype=float),
-            torque,
-            float(floor * stribeck_velocity),
-            float(rate),
-            min(float(proportional * period / inertia), 1.0),  # so that ``G`` is stable whatever the gains
-            min(float(integral * period * period / inertia), 0.25),
+            feedback=feedback,
+            inertia=float(inertia),
+            period=float(period),
+            stribeck_velocity=float(stribeck_velocity),
+            stribeck_shape=float(stribeck_shape),
+            stiffness=float(stiffness),
+            scale=np.array(scale, dtype=float),
+            torque_scale=torque,
+            floor=float(floor * stribeck_velocity),
+            rate=float(rate),
+            damping=min(float(proportional * period / inertia), 1.0),  # so that ``G`` is stable whatever the gains
+            spring=min(float(integral * period * period / inertia), 0.25),
         )
         super().__init__(parameters, period, initial_lugre_gradient_state)

@@ -120,18 +120,18 @@ def model_in_row(models: NDArray[np.float64], row: int) -> TorqueModel:
     """Return one of the models that stand one after the other in an array."""
     first = FIELDS * row
     return TorqueModel(
-        models[first],
-        models[first + 1],
-        models[first + 2],
-        models[first + 3],
-        models[first + 4],
-        models[first + 5],
-        models[first + 6],
-        models[first + 7],
-        models[first + 8],
-        models[first + 9],
-        models[first + 10],
-        models[first + 11],
+        inertia=models[first],
+        coulomb=models[first + 1],
+        stiction=models[first + 2],
+        viscous=models[first + 3],
+        friction_lag=models[first + 4],
+        stribeck_velocity=models[first + 5],
+        stribeck_shape=models[first + 6],
+        offset=models[first + 7],
+        stiction_asymmetry=models[first + 8],
+        viscous_asymmetry=models[first + 9],
+        presliding=models[first + 10],
+        micro_damping=models[first + 11],
     )
 
 
@@ -236,17 +236,17 @@ class ModelBased(Controller):
             check_numbers(**{f"changes[{place}] time": time})
             checked_model(f"changes[{place}]", changed)
         parameters = ModelBasedParameters(
-            feedback,
-            assumed,
-            turning_of(assumed, assumed.inertia, feedback.proportional, float(period)),
-            np.array([time for time, _ in changes], dtype=float),
-            np.array([value for _, changed in changes for value in changed], dtype=float),
-            float(gravity[0]),
-            float(gravity[1]),
-            float(ripple[0]),
-            2.0 * math.pi / float(ripple[1]),
-            float(period),
-            float(velocity_lag),
-            float(held),
+            feedback=feedback,
+            model=assumed,
+            turning=turning_of(assumed, assumed.inertia, feedback.proportional, float(period)),
+            times=np.array([time for time, _ in changes], dtype=float),
+            models=np.array([value for _, changed in changes for value in changed], dtype=float),
+            gravity=float(gravity[0]),
+            gravity_phase=float(gravity[1]),
+            ripple=float(ripple[0]),
+            ripple_waves=2.0 * math.pi / float(ripple[1]),
+            period=float(period),
+            velocity_lag=float(velocity_lag),
+            held=float(held),
         )
         super().__init__(parameters, period, initial_model_based_state)

@@ -128,17 +128,17 @@ class PaperState(NamedTuple):
 def initial_paper_state(block: PaperParameters) -> PaperState:
     """Return the state at the start: estimates zero, covariance large, as in the paper."""
     return PaperState(
-        initial_pi_state(block.feedback),
-        initial_feedforward_state(),
-        initial_rls_state(np.zeros(len(COEFFICIENTS)), INITIAL_COVARIANCE * np.eye(len(COEFFICIENTS))),
-        np.array([block.inertia, 0.0, 0.0, 0.0, 0.0]),
-        0.0,
-        0.0,
-        0.0,
-        delay_line(block.feedback.delay),
-        0,
-        True,
-        np.zeros(len(COEFFICIENTS)),
+        feedback=initial_pi_state(block.feedback),
+        feedforward=initial_feedforward_state(),
+        recursion=initial_rls_state(np.zeros(len(COEFFICIENTS)), INITIAL_COVARIANCE * np.eye(len(COEFFICIENTS))),
+        physical=np.array([block.inertia, 0.0, 0.0, 0.0, 0.0]),
+        last_velocity=0.0,
+        velocity_before=0.0,
+        torque=0.0,
+        known_torques=delay_line(block.feedback.delay),
+        valid=0,
+        enabled=True,
+        row=np.zeros(len(COEFFICIENTS)),
     )
 
 
@@ -177,17 +177,17 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
     model_torque, feedforward = step_feedforward(model, state.feedforward, inputs, block.period, delay, inputs.inertia)
     output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, model_torque), guard)
     return output, PaperState(
-        feedback,
-        feedforward,
-        state.recursion,
-        state.physical,
-        velocity,
-        state.last_velocity,
-        torque,
-        remember(state.known_torques, inputs.feedforward),
-        valid,
-        state.enabled,
-        state.row,
+        feedback=feedback,
+        feedforward=feedforward,
+        recursion=state.recursion,
+        physical=state.physical,
+        last_velocity=velocity,
+        velocity_before=state.last_velocity,
+        torque=torque,
+        known_torques=remember(state.known_torques, inputs.feedforward),
+        valid=valid,
+        enabled=state.enabled,
+        row=state.row,
     )
 
 

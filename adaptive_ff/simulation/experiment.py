@@ -130,15 +130,15 @@ def empty_record(course: Course, estimates: int, monitors: int = 0) -> Record:
     """Return the series of a run, to be filled in."""
     count = course.noise.size
     return Record(
-        np.zeros(course.reference.size),
-        np.zeros(course.reference.size),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros((count, estimates)),
-        np.zeros((count, monitors)),
+        velocity=np.zeros(course.reference.size),
+        position=np.zeros(course.reference.size),
+        friction=np.zeros(count),
+        measured=np.zeros(count),
+        given=np.zeros(count),
+        torque=np.zeros(count),
+        feedforward=np.zeros(count),
+        estimates=np.zeros((count, estimates)),
+        monitors=np.zeros((count, monitors)),
     )
 
 
@@ -195,24 +195,24 @@ def lay_plain_course(
     drive = Actuator() if actuator is None else actuator
     period = joint.solver_period
     course = Course(
-        joint.parameters,
-        schedule([], period),
-        drive.parameters,
-        round(drive.delay / period),
-        0.0,
-        direct_velocity(period),
-        period,
-        samples,
-        reference,
-        noise,
-        np.zeros(noise.size, dtype=bool),
-        joint.weight,
-        NO_POSITION_LOOP,
-        POSITION_STEP,
-        np.zeros(reference.size),
-        0,
-        np.zeros(0),
-        -1,
+        joint=joint.parameters,
+        plan=schedule([], period),
+        actuator=drive.parameters,
+        delay=round(drive.delay / period),
+        resolution=0.0,
+        observer=direct_velocity(period),
+        solver_period=period,
+        samples=samples,
+        reference=reference,
+        noise=noise,
+        held=np.zeros(noise.size, dtype=bool),
+        gravity=joint.weight,
+        outer=NO_POSITION_LOOP,
+        position_step=POSITION_STEP,
+        planned=np.zeros(reference.size),
+        begin=0,
+        acting=np.zeros(0),
+        lead=-1,
     )
     return with_preview(course, drive.delay)
 

@@ -212,17 +212,17 @@ def run_plain(
         if course.outer.gain > 0.0:
             correction, outer = step_position_loop(course.outer, outer, course.planned[begin], angle)
         inputs = Inputs(
-            course.reference[begin],
-            measured,
-            course.reference[end],
-            correction,
-            angle,
-            realised if reports else math.nan,
-            0.0,
-            math.nan,
-            elapsed,
-            course.acting[sample],
-            course.acting[following],
+            reference=course.reference[begin],
+            velocity=measured,
+            next_reference=course.reference[end],
+            correction=correction,
+            position=angle,
+            realised_torque=realised if reports else math.nan,
+            feedforward=0.0,
+            inertia=math.nan,
+            dt=elapsed,
+            acting_reference=course.acting[sample],
+            next_acting_reference=course.acting[following],
         )
         output, state = step(block, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
@@ -270,7 +270,19 @@ def run_plain(
             acting = k
         record.torque[sample] = realised
         k += 1
-    return state, Position(stop, phase, motion, observer, acting, given, realised, current, outer, warmth, last_reading)
+    return state, Position(
+        sample=stop,
+        phase=phase,
+        joint=motion,
+        observer=observer,
+        acting=acting,
+        given_torque=given,
+        realised_torque=realised,
+        current_torque=current,
+        outer=outer,
+        warmth=warmth,
+        reading=last_reading,
+    )
 
 
 run_in_memory = compiled_in_place(run_plain)
@@ -316,4 +328,16 @@ def start_position(course: Course, velocity: float | None = None) -> Position:
     joint = INITIAL_STATE[type(course.joint)](course.joint, start)
     observer, outer = initial_velocity_state(course.observer, joint.position, start), initial_position_loop_state()
     reading = joint.position if course.resolution > 0.0 else start
-    return Position(0, 0, joint, observer, -1, 0.0, math.nan, 0.0, outer, 0.0, reading)
+    return Position(
+        sample=0,
+        phase=0,
+        joint=joint,
+        observer=observer,
+        acting=-1,
+        given_torque=0.0,
+        realised_torque=math.nan,
+        current_torque=0.0,
+        outer=outer,
+        warmth=0.0,
+        reading=reading,
+    )

@@ -115,7 +115,17 @@ def make_problem(points: Points, name: str = "", value: float = 0.0) -> Problem:
     fixed = np.column_stack(solved)
     basis, triangle = np.linalg.qr(fixed)
     log_speed = np.log(np.abs(velocity))
-    return Problem(log_speed, signed, target, fixed, basis, np.linalg.inv(triangle), shift, mean, bend)
+    return Problem(
+        log_speed=log_speed,
+        signed=signed,
+        target=target,
+        fixed=fixed,
+        basis=basis,
+        inverse=np.linalg.inv(triangle),
+        shift=shift,
+        mean=mean,
+        bend=bend,
+    )
 
 
 def _centred(column: Array, mean: Array) -> Array:
