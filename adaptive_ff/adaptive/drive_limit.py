@@ -32,44 +32,20 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.rising_resistance import (
-    RisingResistance,
-    advance_rising_resistance,
-    can_be_judged,
-    initial_rising_resistance,
-    judged,
-    risen,
+from adaptive_ff.adaptive.drive_limit_state import DriveLimit
+from adaptive_ff.adaptive.proven_torque import (
+    BELIEVED,
+    GIVEN,
+    Motion,
+    Proof,
+    advance_proof,
+    answers_in,
+    known_resistance,
+    motion_over,
 )
+from adaptive_ff.adaptive.rising_resistance import RisingResistance, can_be_judged, judged
 from adaptive_ff.adaptive.step import gate_speed
 from controllers import Inputs, PIParameters, asked_torque, delayed, with_realised_torque
-
-SMOOTH = 2.0
-"""Time constant of the low-passes, in those of the proportional loop ``J/Kp``."""
-
-TOLD_WRONG = 0.3
-"""Share of the inertia's torque that may be missing for an inertia that is told wrong."""
-
-QUICKEST = 0.07
-"""Least integral time ``Kp/Ki`` that is reckoned with, s: a plan does not change faster because the loop is faster."""
-
-PROVES = 3.0
-"""Time for which a joint must follow for a torque to be proven, integral times."""
-
-PROVES_AGAIN = 8.0
-"""The same for a drive that has seemed to saturate."""
-
-CLOSE = 0.1
-"""Error ``e`` with which a joint follows before anything is proven, over the plan; ``Kp e`` is at most ``0.2 R``."""
-
-CLOSER = 0.05
-"""Both afterwards, but that ``R`` counts as ``2 R_p`` at most."""
-
-CLOSEST = (0.02, 0.005)
-"""Error over the plan for a drive that has saturated since the first motion; and for larger torques than are proven.
-
-The latter is always allowed, and the largest one allowed to a drive that has seemed to saturate. Without that rule, one
-of 100 machines that saturate wound up for ever, to 128 times the error of PI (seeds 301 and 401).
-"""
 
 IMPOSSIBLE = 4.0
 """Friction at breakaway over the proven resistance from which on it cannot be: it was learnt from other torque.
@@ -78,29 +54,11 @@ It is forgotten at the first proof, and later on as much of it is fed as can be.
 times its friction before it followed threw itself by 180 times the error of PI later on (seed 701).
 """
 
-NOISY = 2.0
-"""Standard deviations of the noise that are no error, and no resistance."""
-
-GROWS = 1.5
-"""Largest factor by which a proven resistance grows at a time."""
-
-SETTLES = 10.0
-"""Time constant with which it falls to what is needed while the joint follows with less, s."""
-
-BELIEVED, GIVEN = 1.3, 2.0
-"""Resistance that is learnt from, and the largest that a drive is taken to overcome, over the proven one."""
-
 UNPROVEN = 1.5
-"""Factor on both while nothing is proven and the joint does not lag."""
+"""Factor on what is believed and given while nothing is proven and the joint does not lag."""
 
-LAGS = 0.05
-"""Error with which it does, over the plan."""
-
-MEAN, BEGINS = 4.0, 2.0
-"""Longest memory of the mean before anything is proven, and the motion before it counts, integral times."""
-
-MOVES = 0.2
-"""Velocity along the torque, over the plan, with which a joint moves."""
+BEGINS = 2.0
+"""Motion before the mean resistance stands for a proven one, integral times."""
 
 BROKEN = 4.0
 """Time constant with which the torque is forgotten that broke a joint loose, integral times."""
@@ -123,122 +81,22 @@ A joint that it keeps from following would never prove anything: one of 400 that
 4.2 times better than PI instead of 58.
 """
 
-PATIENCE = 60.0
-"""Motion after which a drive that has seemed to saturate is given another chance, integral times; doubled each time.
 
-An arm that had followed slowly at first was fed half of its friction for good, and was 3.0 times better than PI for the
-9.2 times that it is now (``benchmarks.robot``, two links at 500 Hz). Of 400 drives that do saturate (seeds 101 and 201)
-as many settle at 0.95 of PI as without it, with 30 integral times one less.
-"""
+class Limit(NamedTuple):
+    """What a drive is taken to give; fields as of :class:`~adaptive_ff.adaptive.drive_limit_state.DriveLimit`."""
 
-
-class DriveLimit(NamedTuple):
-    """What the motion has shown of the drive.
-
-    Attributes
-    ----------
-    torque, moved, error : float
-        Torque that is asked for beyond what is known, that of the inertia (N m), and error (rad/s), all low-passed.
-    velocity : float
-        Last measured velocity, rad/s.
-    proven : float
-        Largest resistance with which the joint has followed, N m; zero before there is one.
-    usual : float
-        Mean resistance in motion before anything is proven, N m.
-    moving : float
-        How long it has moved until then, s.
-    follows : float
-        For how long it has followed with a larger resistance than the proven one, s.
-    stuck : float
-        For how long it has stood, s.
-    broke : float
-        Resistance with which it broke loose, fading, N m.
-    doubt : float
-        How long the drive has been asked for more than is believed, in the time that is waited; 2 at most.
-    suspect : bool
-        Whether it has been for that long before anything was proven.
-    unproven : bool
-        Whether it is asked for more than is believed.
-    given : float
-        Torque that it is taken to give at most, N m beyond what is known; zero where there is no reason for a limit.
-    largest : float
-        Largest torque so far that was not believed, N m.
-    anew : bool
-        Whether what was learnt is to be forgotten now.
-    established : bool
-        Whether the drive has seemed to saturate with more than is proven, and no more has been proven since.
-    waited : float
-        How long the joint has moved since then, s.
-    patience : float
-        After how long it is given another chance, integral times.
-    shown : float
-        Mean resistance for the time that ``follows`` counts, N m.
-    answered : float
-        Largest torque that the feedback has asked for, growing slowly, N m.
-    bounded : bool
-        Whether that bounds what is fed: until the drive has reported its torque once, and where no model was given.
-    rising : RisingResistance
-        How the resistance rises with the speed.
-    """
-
-    torque: float
-    moved: float
-    error: float
-    velocity: float
-    proven: float
-    usual: float
-    moving: float
-    follows: float
-    stuck: float
     broke: float
+    given: float
+    unproven: bool
+
+
+class Suspicion(NamedTuple):
+    """How far a drive is doubted; fields as of :class:`~adaptive_ff.adaptive.drive_limit_state.DriveLimit`."""
+
     doubt: float
     suspect: bool
     unproven: bool
-    given: float
-    largest: float
-    anew: bool
-    established: bool
-    waited: float
-    patience: float
-    shown: float
-    answered: float
-    bounded: bool
     rising: RisingResistance
-
-
-def initial_drive_limit(*, model_given: bool = False) -> DriveLimit:
-    """Return the state before any motion, where a model of the joint was given or not."""
-    return DriveLimit(
-        torque=0.0,
-        moved=0.0,
-        error=0.0,
-        velocity=0.0,
-        proven=0.0,
-        usual=0.0,
-        moving=0.0,
-        follows=0.0,
-        stuck=0.0,
-        broke=0.0,
-        doubt=0.0,
-        suspect=False,
-        unproven=False,
-        given=0.0,
-        largest=0.0,
-        anew=False,
-        established=False,
-        waited=0.0,
-        patience=PATIENCE,
-        shown=0.0,
-        answered=0.0,
-        bounded=not model_given,
-        rising=initial_rising_resistance(),
-    )
-
-
-@register_jitable
-def smooth(before: float, now: float, share: float) -> float:
-    """Return a low-passed value that takes a share of each new one."""
-    return before + share * (now - before)
 
 
 @register_jitable
@@ -283,21 +141,50 @@ def without_never_given(state: DriveLimit, leaves: float, integral: float) -> fl
 
 
 @register_jitable
-def largest_lack(state: DriveLimit, proportional: float, resists: float, plan: float) -> float:
-    """Return what the feedback may make of the error of a joint that follows its plan (rad/s), N m."""
-    answer = proportional * abs(plan)
-    if state.proven == 0.0:
-        return min(2.0 * CLOSE * resists, (CLOSEST[0] if state.suspect else CLOSE) * answer)
-    if state.established:
-        return min(CLOSER * state.proven, CLOSEST[1] * answer)
-    close = CLOSER * min(min(abs(resists), GIVEN * state.proven), answer)
-    return max(close, CLOSEST[1] * answer)
+def limit_of(
+    state: DriveLimit, motion: Motion, proof: Proof, speed: float, slowest: float, integral_time: float, duration: float
+) -> Limit:
+    """Return what the drive is taken to give after a period (s), at a speed and for that below which a joint sticks."""
+    proven = proof.proven
+    broke = state.broke * math.exp(-duration / (BROKEN * integral_time))
+    if motion.moves and state.stuck > integral_time:
+        broke = min(motion.resists, GIVEN * proven)
+    known = known_resistance(proof, speed)
+    begun = proven > 0.0 or (motion.moves and proof.moving > BEGINS * integral_time)
+    if not (known > 0.0 and speed > slowest and begun):
+        return Limit(broke, 0.0, False)
+    factor = 1.0 if proven > 0.0 or motion.lags else UNPROVEN
+    given = motion.accelerates + max(factor * GIVEN * known, broke)
+    believed = max(factor * BELIEVED * known, broke) + motion.difference_noise + motion.error_noise
+    return Limit(broke, given, motion.resists > believed)
 
 
 @register_jitable
-def answers_in(feedback: PIParameters) -> float:
-    """Return the integral time that is reckoned with, s."""
-    return max(QUICKEST, feedback.proportional / feedback.integral) if feedback.integral > 0.0 else QUICKEST
+def suspicion_of(
+    state: DriveLimit, motion: Motion, proof: Proof, unproven: bool, integral_time: float, duration: float
+) -> Suspicion:
+    """Return the doubt after a period (s) in which more was asked for than is believed, or not."""
+    doubt, rising, proven = state.doubt, proof.rising, proof.proven
+    if motion.moves and unproven:
+        if proven == 0.0 or not motion.follows:  # a joint that follows is about to prove it
+            doubt = min(2.0, doubt + duration / (DOUBTED * integral_time))
+    elif motion.moves and (proven > 0.0 or motion.close):
+        doubt = max(0.0, doubt - duration / (DOUBTED * integral_time))
+    suspect = proven == 0.0 and (state.suspect or doubt == 2.0)
+    if suspect and can_be_judged(rising, integral_time):
+        rising = judged(rising)
+        suspect, doubt = not rising.believed, 0.0
+    if suspect:
+        unproven, doubt = True, 2.0
+    return Suspicion(doubt, suspect, unproven, rising)
+
+
+@register_jitable
+def has_waited(state: DriveLimit, moves: bool, established: bool, duration: float) -> float:
+    """Return for how long a drive that seems to saturate has moved the joint since, s."""
+    if not established:
+        return 0.0
+    return state.waited + duration if moves else state.waited
 
 
 @register_jitable
@@ -336,92 +223,45 @@ def advance_drive_limit(
     duration : float
         Length of the period, s.
     """
-    gain, time = feedback.proportional, answers_in(feedback)
-    share = gain * duration / (gain * duration + SMOOTH * inertia)
-    asked = smooth(state.torque, torque, share)
-    moved = smooth(state.moved, inertia * (velocity - state.velocity) / duration, share)
-    error = smooth(state.error, plan - velocity, share)
-    direction = 1.0 if asked > 0.0 else -1.0
-    resists = direction * (asked - moved) - TOLD_WRONG * abs(moved)
-    noise = NOISY * math.sqrt(0.5 * share * variance)
-    follows = gain * abs(error) < max(gain * noise, largest_lack(state, gain, resists, plan))
-    moves = direction * velocity > max(MOVES * abs(plan), slowest)
-    proven, usual, moving, following = state.proven, state.usual, state.moving, state.follows
-    shown, rising = state.shown, state.rising
-    if moves and (proven == 0.0 or (follows and resists > 0.0)):
-        rising = advance_rising_resistance(rising, abs(velocity), resists, time, duration)
-    if moves:
-        if proven == 0.0:
-            usual = smooth(usual, resists, duration / (duration + min(moving, MEAN * time)))
-            moving += duration
-        if not follows:
-            following = max(0.0, following - duration)
-        elif resists > proven:
-            following += duration
-            shown = smooth(shown, resists, duration / following)
-        elif resists > 0.0:
-            proven = smooth(proven, resists, duration / SETTLES)
-    if following > (PROVES_AGAIN if state.established else PROVES) * time:
-        shown = max(shown, resists)
-        proven = shown if proven == 0.0 else min(shown, GROWS * proven)
-        following = 0.0
-    stuck = state.stuck + duration if abs(velocity) <= slowest else 0.0
-    broke = state.broke * math.exp(-duration / (BROKEN * time))
-    if moves and state.stuck > time:
-        broke = min(resists, GIVEN * proven)
-    known = risen(rising, proven if proven > 0.0 else usual, abs(velocity), proven > 0.0)
-    factor = 1.0 if proven > 0.0 or direction * error > LAGS * abs(plan) else UNPROVEN
-    given, unproven = 0.0, False
-    if known > 0.0 and abs(velocity) > slowest and (proven > 0.0 or (moves and moving > BEGINS * time)):
-        given = max(direction * moved, 0.0) + TOLD_WRONG * abs(moved) + max(factor * GIVEN * known, broke)
-        differences = NOISY * inertia / duration * share * math.sqrt(2.0 * variance / (2.0 - share))
-        unproven = resists > max(factor * BELIEVED * known, broke) + differences + gain * noise
-    doubt = state.doubt
-    if moves and unproven:
-        if proven == 0.0 or not follows:  # a joint that follows is about to prove it
-            doubt = min(2.0, doubt + duration / (DOUBTED * time))
-    elif moves and (proven > 0.0 or abs(error) < CLOSE * abs(plan)):
-        doubt = max(0.0, doubt - duration / (DOUBTED * time))
-    suspect = proven == 0.0 and (state.suspect or doubt == 2.0)
-    if suspect and can_be_judged(rising, time):
-        rising = judged(rising)
-        suspect, doubt = not rising.believed, 0.0
-    if suspect:
-        unproven, doubt = True, 2.0
-    established = proven > 0.0 and not proven > state.proven and (state.established or doubt == 2.0)
-    waited, patience = state.waited + duration if moves else state.waited, state.patience
-    if not established:
-        waited = 0.0
-    if waited > patience * time:
-        established, doubt, following, waited, patience = False, 0.0, 0.0, 0.0, 2.0 * patience
+    time, speed = answers_in(feedback), abs(velocity)
+    motion = motion_over(state, feedback, inertia, torque, plan, velocity, slowest, variance, duration)
+    proof = advance_proof(state, motion, speed, time, duration)
+    limit = limit_of(state, motion, proof, speed, slowest, time, duration)
+    suspicion = suspicion_of(state, motion, proof, limit.unproven, time, duration)
+    doubt, follows, patience = suspicion.doubt, proof.follows, state.patience
+    nothing_new = proof.proven > 0.0 and not proof.proven > state.proven
+    established = nothing_new and (state.established or doubt == 2.0)
+    waited = has_waited(state, motion.moves, established, duration)
+    if waited > patience * time:  # another chance
+        established, doubt, follows, waited, patience = False, 0.0, 0.0, 0.0, 2.0 * patience
     answered = max(state.answered, abs(answer))
-    if moves and doubt == 0.0:
+    if motion.moves and doubt == 0.0:
         answered *= 1.0 + duration / (LOOSENS * time)
-    largest = max(state.largest, abs(asked)) if moves and unproven else state.largest
+    disbelieved = motion.moves and suspicion.unproven
     return DriveLimit(
-        torque=asked,
-        moved=moved,
-        error=error,
+        torque=motion.asked,
+        moved=motion.moved,
+        error=motion.error,
         velocity=velocity,
-        proven=proven,
-        usual=usual,
-        moving=moving,
-        follows=following,
-        stuck=stuck,
-        broke=broke,
+        proven=proof.proven,
+        usual=proof.usual,
+        moving=proof.moving,
+        follows=follows,
+        stuck=state.stuck + duration if speed <= slowest else 0.0,
+        broke=limit.broke,
         doubt=doubt,
-        suspect=suspect,
-        unproven=unproven,
-        given=given,
-        largest=largest,
-        anew=state.suspect and not suspect,
+        suspect=suspicion.suspect,
+        unproven=suspicion.unproven,
+        given=limit.given,
+        largest=max(state.largest, abs(motion.asked)) if disbelieved else state.largest,
+        anew=state.suspect and not suspicion.suspect,
         established=established,
         waited=waited,
         patience=patience,
-        shown=shown,
+        shown=proof.shown,
         answered=answered,
         bounded=state.bounded,
-        rising=rising,
+        rising=suspicion.rising,
     )
 
 

@@ -8,7 +8,8 @@ from adaptive_ff.adaptive.balance import Balance, balanced_share
 from adaptive_ff.adaptive.candidate_state import slides
 from adaptive_ff.adaptive.change_detection import shows_cause
 from adaptive_ff.adaptive.counts import fine_share, first_counts, kicked_share
-from adaptive_ff.adaptive.drive_limit import DriveLimit, answered_share, believed_share
+from adaptive_ff.adaptive.drive_limit import answered_share, believed_share
+from adaptive_ff.adaptive.drive_limit_state import DriveLimit
 from adaptive_ff.adaptive.observer import helping_share, observer_gain
 from adaptive_ff.adaptive.observer_state import ObserverState
 from adaptive_ff.adaptive.period import Fed

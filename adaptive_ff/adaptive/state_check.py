@@ -14,7 +14,7 @@ from adaptive_ff.adaptive.candidates import (
     candidate_distance,
     candidate_velocity,
 )
-from adaptive_ff.adaptive.drive_limit import DriveLimit
+from adaptive_ff.adaptive.drive_limit_state import DriveLimit
 from adaptive_ff.adaptive.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
 from adaptive_ff.adaptive.held_friction import LEAST_SHARE, HeldFriction

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from adaptive_ff.adaptive.balance import Balance
 from adaptive_ff.adaptive.command import CommandParameters, CommandState
 from adaptive_ff.adaptive.doubt import Doubt
-from adaptive_ff.adaptive.drive_limit import DriveLimit
+from adaptive_ff.adaptive.drive_limit_state import DriveLimit
 from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
 from adaptive_ff.adaptive.held_friction import HeldFriction
 from adaptive_ff.adaptive.held_integral import HeldIntegral

@@ -17,7 +17,8 @@ from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
 from adaptive_ff.adaptive.balance import Balance, advance_balance, initial_balance
 from adaptive_ff.adaptive.command import fade, limited
 from adaptive_ff.adaptive.counts import spurious_torque
-from adaptive_ff.adaptive.drive_limit import initial_drive_limit, is_impossible, without_never_given
+from adaptive_ff.adaptive.drive_limit import is_impossible, without_never_given
+from adaptive_ff.adaptive.drive_limit_state import initial_drive_limit
 from adaptive_ff.adaptive.estimator_state import begin_anew_in_place
 from adaptive_ff.adaptive.fed_shares import Shares, fed_shares
 from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_shown, initial_held_friction

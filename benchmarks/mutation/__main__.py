@@ -55,6 +55,7 @@ MUTATED = (
     "adaptive_ff.adaptive.observer_effect",
     "adaptive_ff.adaptive.one_way",
     "adaptive_ff.adaptive.outer_loop",
+    "adaptive_ff.adaptive.proven_torque",
     "adaptive_ff.adaptive.ringing",
     "adaptive_ff.adaptive.rising_resistance",
     "adaptive_ff.adaptive.seen_velocity",

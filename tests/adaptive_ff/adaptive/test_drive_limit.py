@@ -10,20 +10,18 @@ from closed_loops import SCENARIO
 from adaptive_ff import AdaptiveController, simulate
 from adaptive_ff.adaptive.drive_limit import (
     ANSWERED,
-    BELIEVED,
-    GIVEN,
     IMPOSSIBLE,
     LOOSENS,
-    PATIENCE,
     advance_drive_limit,
     answered_share,
     believed_share,
     given_torque,
-    initial_drive_limit,
     is_impossible,
     reassured,
     without_never_given,
 )
+from adaptive_ff.adaptive.drive_limit_state import PATIENCE, initial_drive_limit
+from adaptive_ff.adaptive.proven_torque import BELIEVED, GIVEN
 from controllers import PI
 
 PERIOD, INERTIA = 0.01, 20.0
