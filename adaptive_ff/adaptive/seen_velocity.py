@@ -134,6 +134,17 @@ class SeenVelocity(NamedTuple):
     decays: float
 
 
+class Resolution(NamedTuple):
+    """How finely a sensor tells velocities; fields as of :class:`SeenVelocity`."""
+
+    finest: float
+    changes: float
+    fine: float
+    multiples: float
+    ratio: float
+    decays: float
+
+
 def initial_seen_velocity() -> SeenVelocity:
     """Return the state before anything was measured."""
     return SeenVelocity(
@@ -218,6 +229,76 @@ def has_leapt(seen: SeenVelocity, before: float, change: float, rate: float, dur
 
 
 @register_jitable
+def resolution_after(old: SeenVelocity, velocity: float, possible: float) -> Resolution:
+    """Return what the sensor resolves after a velocity, where a joint may have one of ``possible`` (rad/s)."""
+    difference = abs(velocity - old.last)
+    finest, changes, fine, multiples = old.finest, old.changes, old.fine, old.multiples
+    if difference > ROUNDED * possible:
+        changes += 1.0
+        if difference * NEAR < finest or finest == 0.0:
+            fine = 0.0
+        if finest == 0.0 or difference < (1.0 - WHOLE) * finest:
+            multiples = multiples if is_whole(finest / difference) else 0.0
+            finest = difference
+        if difference < NEAR * finest:
+            fine += 1.0
+        if is_whole(difference / finest):
+            multiples += 1.0
+    ratio, decays = 0.0, old.decays
+    if velocity * old.last > 0.0 and ROUNDED * possible < abs(velocity) < abs(old.last):
+        ratio = velocity / old.last
+        if abs(ratio - old.ratio) < ALIKE * ratio:
+            decays += 1.0
+    return Resolution(finest, changes, fine, multiples, ratio, decays)
+
+
+@register_jitable
+def without_velocity(old: SeenVelocity, falls: float, rises: float, gap: float, share: float) -> SeenVelocity:
+    """Return what is remembered after a sample without a velocity; parameters as of :class:`SeenVelocity`."""
+    return SeenVelocity(
+        last=old.last,
+        believed=old.believed,
+        falls=falls,
+        rises=rises,
+        gap=gap,
+        plan=old.plan,
+        finest=old.finest,
+        changes=old.changes,
+        fine=old.fine,
+        leapt=0,
+        missing=False,
+        share=share,
+        leaps=old.leaps,
+        multiples=old.multiples,
+        ratio=old.ratio,
+        decays=old.decays,
+    )
+
+
+@register_jitable
+def believed(seen: SeenVelocity, leaps: int, share: float) -> SeenVelocity:
+    """Return what is remembered where the present velocity is believed, after so many leaps."""
+    return SeenVelocity(
+        last=seen.last,
+        believed=seen.last,
+        falls=0.0,
+        rises=0.0,
+        gap=0.0,
+        plan=seen.plan,
+        finest=seen.finest,
+        changes=seen.changes,
+        fine=seen.fine,
+        leapt=0,
+        missing=False,
+        share=share,
+        leaps=leaps,
+        multiples=seen.multiples,
+        ratio=seen.ratio,
+        decays=seen.decays,
+    )
+
+
+@register_jitable
 def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocity:
     """Return what is remembered after a sample.
 
@@ -236,90 +317,35 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
     weight = duration / (LATELY + duration)
     share = old.share - weight * old.share
     if not math.isfinite(velocity):
-        return SeenVelocity(
-            last=old.last,
-            believed=old.believed,
-            falls=falls,
-            rises=rises,
-            gap=gap,
-            plan=old.plan,
-            finest=old.finest,
-            changes=old.changes,
-            fine=old.fine,
-            leapt=0,
-            missing=False,
-            share=share,
-            leaps=old.leaps,
-            multiples=old.multiples,
-            ratio=old.ratio,
-            decays=old.decays,
-        )
-    difference, level = abs(velocity - old.last), noise_level(state.observer.noise)
-    possible = possible_speed(block, state)
-    finest, changes, fine, multiples = old.finest, old.changes, old.fine, old.multiples
-    if difference > ROUNDED * possible:
-        changes += 1.0
-        if difference * NEAR < finest or finest == 0.0:
-            fine = 0.0
-        if finest == 0.0 or difference < (1.0 - WHOLE) * finest:
-            multiples = multiples if is_whole(finest / difference) else 0.0
-            finest = difference
-        if difference < NEAR * finest:
-            fine += 1.0
-        if is_whole(difference / finest):
-            multiples += 1.0
-    ratio, decays = 0.0, old.decays
-    if velocity * old.last > 0.0 and ROUNDED * possible < abs(velocity) < abs(old.last):
-        ratio = velocity / old.last
-        if abs(ratio - old.ratio) < ALIKE * ratio:
-            decays += 1.0
-    missing, plan, leapt, leaps = False, inputs.reference, old.leapt + 1, old.leaps + 1
-    repeated = difference == 0.0 and abs(velocity) > STANDS * possible
-    if repeated:
-        plan, leapt, leaps = old.plan, 0, old.leaps
+        return without_velocity(old, falls, rises, gap, share)
+    level, possible = noise_level(state.observer.noise), possible_speed(block, state)
+    shown = resolution_after(old, velocity, possible)
+    repeated = velocity == old.last and abs(velocity) > STANDS * possible
     seen = SeenVelocity(
         last=velocity,
         believed=old.believed,
         falls=falls,
         rises=rises,
         gap=gap,
-        plan=plan,
-        finest=finest,
-        changes=changes,
-        fine=fine,
-        leapt=leapt,
+        plan=old.plan if repeated else inputs.reference,
+        finest=shown.finest,
+        changes=shown.changes,
+        fine=shown.fine,
+        leapt=0 if repeated else old.leapt + 1,
         missing=True,
         share=share + weight,
-        leaps=leaps,
-        multiples=multiples,
-        ratio=ratio,
-        decays=decays,
+        leaps=old.leaps if repeated else old.leaps + 1,
+        multiples=shown.multiples,
+        ratio=shown.ratio,
+        decays=shown.decays,
     )
+    missing = False
     if repeated:
-        missing = is_held(seen, inputs.reference - plan, max(0.0, level))
-    elif level >= 0.0 and leapt <= LONGEST:
+        missing = is_held(seen, inputs.reference - seen.plan, max(0.0, level))
+    elif level >= 0.0 and seen.leapt <= LONGEST:
         largest = max(state.estimator.levels.torque, LIKELY * block.feedback.proportional * possible)
         missing = has_leapt(seen, old.last, change, LEAP * largest / inertia, duration, NOISY * level)
-    if missing:
-        return seen
-    return SeenVelocity(
-        last=velocity,
-        believed=velocity,
-        falls=0.0,
-        rises=0.0,
-        gap=0.0,
-        plan=plan,
-        finest=finest,
-        changes=changes,
-        fine=fine,
-        leapt=0,
-        missing=False,
-        share=share,
-        leaps=old.leaps,
-        multiples=multiples,
-        ratio=ratio,
-        decays=decays,
-    )
+    return seen if missing else believed(seen, old.leaps, share)
 
 
 @register_jitable
