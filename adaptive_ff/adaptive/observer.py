@@ -40,6 +40,7 @@ the PI loop respect and the observer would not. By default it is at most 65 rad/
 """
 
 import math
+from typing import NamedTuple
 
 from numba.extending import register_jitable
 
@@ -48,10 +49,10 @@ from adaptive_ff.adaptive.colour import advance_colour, is_coloured, mean_length
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, likely_variance, noise_known
-from adaptive_ff.adaptive.observer_effect import advance_effect, demand_help, look_for_ringing
+from adaptive_ff.adaptive.observer_effect import ObserverEffect, advance_effect, demand_help, look_for_ringing
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.ringing import beside_correction, far_error, loudest
-from controllers import PIParameters, remember
+from controllers import PIParameters
 
 WINDOW = 0.3
 """Length of the short means, s."""
@@ -144,6 +145,97 @@ def bridged_torque(mean: float, torque: float, gap: float, duration: float) -> f
     return mean + (torque - mean) * (duration / gap)
 
 
+class Answer(NamedTuple):
+    """How the joint has answered over a period, by which the effect of the observer is judged.
+
+    Attributes
+    ----------
+    error, predicted, correction : float
+        Error that the feedback sees, error ``ehat``, and what an outer loop asks for, rad/s.
+    observed : float
+        Mean square of what is observed, N^2 m^2.
+    coloured : bool
+        Whether the noise of the measured velocity is coloured.
+    stands : bool
+        Whether the joint stands although its plan moves: it does not answer as predicted then.
+    turned : bool
+        Whether the plan has changed its sign.
+    """
+
+    error: float
+    predicted: float
+    correction: float
+    observed: float
+    coloured: bool
+    stands: bool
+    turned: bool
+
+
+@register_jitable
+def effect_after(
+    state: ObserverState,
+    observer: ObserverParameters,
+    feedback: PIParameters,
+    noise: NoiseState,
+    answer: Answer,
+    known: Circumstances,
+    duration: float,
+) -> ObserverEffect:
+    """Return what is known of the effect of the observer after a period (s); nothing new while it is held."""
+    effect, gain = state.effect, state.gain
+    if known.held:
+        return effect
+    error, predicted, correction = answer.error, answer.predicted, answer.correction
+    variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
+    if not answer.stands:
+        if noise_known(noise):
+            effect = advance_effect(
+                effect, error, predicted, correction, noise.variance, known.peak, gain, known.believed, duration
+            )
+        effect = demand_help(effect, error, predicted, correction, variance, gain, answer.coloured, duration)
+    own = beside_correction(error, correction)
+    load = 0.0 if known.saturates else math.sqrt(answer.observed)  # then it may be torque that never acted
+    far = far_error(max(known.friction, load), feedback.proportional, correction)
+    loud = loudest(known.peak, far) if known.saturates else known.peak
+    return look_for_ringing(effect, own, variance, loud, far, gain, answer.turned, known.falls, time_constant, duration)
+
+
+@register_jitable
+def astray(
+    state: ObserverState, noise: NoiseState, error: float, sticks: bool, known: Circumstances, duration: float
+) -> tuple[float, float]:
+    """Return for how long the joint has stuck although its plan moves, and for how long it has run away from it, s.
+
+    Parameters
+    ----------
+    state : ObserverState
+        The state before the period.
+    noise : NoiseState
+        Noise of the measured velocity after it.
+    error : float
+        Error that the feedback sees, rad/s.
+    sticks : bool
+        Whether the joint sticks now.
+    known : Circumstances
+        What is known of it.
+    duration : float
+        Length of the period, s.
+    """
+    stuck = state.stuck + duration if sticks else 0.0
+    if known.strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
+        stuck = CLAMPED + duration
+    away = state.away + duration if runs_away(state.noise, error, known.peak) else max(0.0, state.away - duration)
+    if hunts(noise, known.peak):
+        away = max(away, GONE + CALM)
+    return stuck, away
+
+
+@register_jitable
+def is_astray(stuck: float, away: float) -> bool:
+    """Tell whether the observer lets go of a joint that has stuck, or run away, for so long (s)."""
+    return stuck > CLAMPED or away > GONE
+
+
 @register_jitable
 def observe(
     observer: ObserverParameters,
@@ -188,7 +280,7 @@ def observe(
         What is known of the joint beside that.
     """
     seen = reference
-    lagged_torque, held, peak = state.lagged_torque, known.held, known.peak
+    lagged_torque = state.lagged_torque
     if observer.velocity_lag > 0.0:
         seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
         lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
@@ -199,44 +291,30 @@ def observe(
     now = seen + correction - velocity
     sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
     share = -math.expm1(-observer.pole * duration)
-    if held or (sticks and (residual - state.disturbance) * now < 0.0):
+    if known.held or (sticks and (residual - state.disturbance) * now < 0.0):
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)
-    stuck = state.stuck + duration if sticks else 0.0
-    if known.strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
-        stuck = CLAMPED + duration
-    away = state.away + duration if runs_away(state.noise, now, peak) else max(0.0, state.away - duration)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
     length = mean_length(observer.pole, observer.period)
     colour = advance_colour(state.colour, seen - velocity, tells, length, duration)
-    if hunts(noise, peak):
-        away = max(away, GONE + CALM)
-    if stuck > CLAMPED or away > GONE:
+    stuck, away = astray(state, noise, now, sticks, known, duration)
+    if is_astray(stuck, away):
         disturbance = state.disturbance * math.exp(-observer.pole * duration)
     # the residual is behind the low-pass of the velocity already
     response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
-    weight = 0.0 if held else duration / (WINDOW + duration)
+    weight = 0.0 if known.held else duration / (WINDOW + duration)
     squared = state.squared + weight * (disturbance * disturbance - state.squared)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
-    effect, stands = state.effect, sticks and abs(velocity) < STUCK * abs(seen)
-    if noise_known(noise) and not (held or stands):  # a joint that stands does not answer as predicted
-        effect = advance_effect(
-            effect, now, response.velocity, correction, noise.variance, peak, state.gain, known.believed, duration
-        )
-    if not held:
-        variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
-        if not stands:
-            coloured = is_coloured(colour, noise, length, feedback.proportional, known.friction)
-            effect = demand_help(effect, now, response.velocity, correction, variance, state.gain, coloured, duration)
-        turned = seen * state.reference < 0.0
-        own = beside_correction(now, correction)
-        load = 0.0 if known.saturates else math.sqrt(squared)  # then it may be torque that never acted
-        far = far_error(max(known.friction, load), feedback.proportional, correction)
-        loud = loudest(peak, far) if known.saturates else peak
-        effect = look_for_ringing(
-            effect, own, variance, loud, far, state.gain, turned, known.falls, time_constant, duration
-        )
+    answer = Answer(
+        error=now,
+        predicted=response.velocity,
+        correction=correction,
+        observed=squared,
+        coloured=is_coloured(colour, noise, length, feedback.proportional, known.friction),
+        stands=sticks and abs(velocity) < STUCK * abs(seen),
+        turned=seen * state.reference < 0.0,
+    )
     error = state.error + share * (now - state.error)
     quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
     return ObserverState(
@@ -255,8 +333,8 @@ def observe(
         quiet=quiet,
         stuck=stuck,
         away=away,
-        let_go=state.let_go or stuck > CLAMPED or away > GONE,
-        effect=effect,
+        let_go=state.let_go or is_astray(stuck, away),
+        effect=effect_after(state, observer, feedback, noise, answer, known, duration),
         colour=colour,
         unforeseen=unforeseen,
     )
@@ -335,105 +413,3 @@ def helping_share(state: ObserverState, friction: float) -> float:
     level = MUCH * MUCH * friction * friction
     observed = max(state.squared, AT_ONCE * state.disturbance * state.disturbance)
     return state.effect.help + (1.0 - state.effect.help) * saturated(observed / (level + TINY) - 1.0)
-
-
-@register_jitable
-def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[ObserverState, float]:
-    """Return the state, and what leaves the integral (N m), once a joint moves that the observer had let go of.
-
-    Meanwhile the integral alone has grown to what sets the joint free. Friction that is learnt now would come on top of
-    it, for as long as the integral takes to unwind. The observer takes it instead, and gives back what is not needed
-    within its time constant; the torque does not jump.
-
-    Parameters
-    ----------
-    state : ObserverState
-        The state.
-    integral : float
-        Integral of the feedback, N m.
-    moves : bool
-        Whether the joint is sure to move.
-    """
-    if not state.let_go or not moves or state.stuck > CLAMPED or state.away > GONE:
-        return state, 0.0
-    return (
-        ObserverState(
-            disturbance=state.disturbance + integral,
-            gain=state.gain,
-            velocity=state.velocity,
-            reference=state.reference,
-            lagged_torque=state.lagged_torque,
-            fed=state.fed,
-            squared=state.squared,
-            response=state.response,
-            predicted_squared=state.predicted_squared,
-            noise=state.noise,
-            error=state.error,
-            error_squared=state.error_squared,
-            quiet=state.quiet,
-            stuck=state.stuck,
-            away=state.away,
-            let_go=False,
-            effect=state.effect,
-            colour=state.colour,
-            unforeseen=state.unforeseen,
-        ),
-        state.gain * integral,
-    )
-
-
-@register_jitable
-def hand_over_to_observer(
-    state: ObserverState, change: float, gain: float, fed: float, integral: float, spurious: float
-) -> tuple[ObserverState, float]:
-    """Return the state with what is fed forward now, and what leaves the integral of the feedback, N m.
-
-    Neither a change of the feedforward nor one of the gain lets the torque jump: what the feedforward gives from now on
-    (N m, ``change``), observer and integral need no longer give; what the observer no longer gives goes into the
-    integral. Where the observer's gain rises, the integral holds part of what the observer now gives: that share goes.
-
-    Parameters
-    ----------
-    state : ObserverState
-        The state.
-    change : float
-        By how much the estimates have changed the torque that is fed forward, N m.
-    gain : float
-        The new gain.
-    fed : float
-        Torque that is fed forward over the coming period, known loads included, N m.
-    integral : float
-        Integral of the feedback, N m.
-    spurious : float
-        Part of what is observed that this sample has brought and that is none, N m: the integral takes none of it.
-    """
-    disturbance = state.disturbance - change
-    leaves = (1.0 - state.gain) * change  # shared out at the old gain: the change of the gain comes after it
-    if gain < state.gain:
-        leaves -= (state.gain - gain) * (disturbance - spurious)
-    elif gain > state.gain:
-        leaves += (integral - leaves) * (gain - state.gain) / (1.0 - state.gain)
-    return (
-        ObserverState(
-            disturbance=disturbance,
-            gain=gain,
-            velocity=state.velocity,
-            reference=state.reference,
-            lagged_torque=state.lagged_torque,
-            fed=remember(state.fed, fed),
-            squared=state.squared,
-            response=state.response,
-            predicted_squared=state.predicted_squared,
-            noise=state.noise,
-            error=state.error,
-            error_squared=state.error_squared,
-            quiet=state.quiet,
-            stuck=state.stuck,
-            away=state.away,
-            let_go=state.let_go,
-            effect=state.effect,
-            colour=state.colour,
-            unforeseen=state.unforeseen,
-        ),
-        leaves,
-    )

@@ -24,7 +24,8 @@ from adaptive_ff.adaptive.fed_shares import Shares, fed_shares
 from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_shown, initial_held_friction
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import note_friction
-from adaptive_ff.adaptive.observer import hand_over_to_observer, misfit, take_up
+from adaptive_ff.adaptive.observer import misfit
+from adaptive_ff.adaptive.observer_hand_over import hand_over_to_observer, take_up
 from adaptive_ff.adaptive.observer_state import ObserverState, initial_observer
 from adaptive_ff.adaptive.one_way import left_over, note_one_way_in_place
 from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction, unseen_error, unseen_velocity

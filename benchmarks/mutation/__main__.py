@@ -53,6 +53,7 @@ MUTATED = (
     "adaptive_ff.adaptive.noise_level",
     "adaptive_ff.adaptive.observer",
     "adaptive_ff.adaptive.observer_effect",
+    "adaptive_ff.adaptive.observer_hand_over",
     "adaptive_ff.adaptive.one_way",
     "adaptive_ff.adaptive.outer_loop",
     "adaptive_ff.adaptive.proven_torque",

@@ -13,13 +13,12 @@ from adaptive_ff.adaptive.circumstances import Circumstances, strains
 from adaptive_ff.adaptive.observer import (
     CLAMPED,
     bridged_torque,
-    hand_over_to_observer,
     misfit,
     observe,
     observed_inertia,
     observer_gain,
-    take_up,
 )
+from adaptive_ff.adaptive.observer_hand_over import hand_over_to_observer, take_up
 from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer, start_observer
 from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.simulation.experiment import empty_record
