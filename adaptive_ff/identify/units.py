@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.model.friction import UNITS
+from adaptive_ff.scenario.axis_units import of_linear
 
 ROTARY = {
     **UNITS,
@@ -17,15 +18,8 @@ ROTARY = {
 }
 """Units of a rotary joint."""
 
-LINEAR = {
-    "inertia": "kg",
-    **dict.fromkeys(("coulomb", "stiction", "stiction_excess", *SATURATIONS, "offset", "torque"), "N"),
-    **dict.fromkeys(("viscous", "viscous_asymmetry"), "N s/m"),
-    **dict.fromkeys(("velocity", "stribeck_velocity", *(f"{shape}_velocity" for shape in SATURATIONS)), "m/s"),
-    "friction_lag": "s",
-}
+LINEAR = {name: of_linear(unit) for name, unit in ROTARY.items()}
 """Units of a linear axis."""
-
 
 MASS_IN_AMPERES = {"kg m²": "A s²/rad", "kg": "A s²/m"}
 """Unit of the inertia where a torque, or a force, is given as a current."""
