@@ -34,6 +34,15 @@ CAUSES = {
 
 def supervision(controller: AdaptiveBase) -> Iterator[str]:
     """Yield what the controller distrusts of its model, and what its observer does; nothing for one without them."""
+    yield from _last_change(controller)
+    if isinstance(controller, AdaptiveController):
+        yield from _friction_withheld(controller)
+        yield from _observer_withheld(controller)
+        yield from _sensor(controller)
+
+
+def _last_change(controller: AdaptiveBase) -> Iterator[str]:
+    """Yield what the last sudden change of the torque is taken for."""
     alarm = controller.state.estimator.alarm
     if alarm.cause in CAUSES:
         yield CAUSES[alarm.cause]
@@ -43,8 +52,10 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             f"The last sudden load that was told from friction changed the torque by {load:.3g} N m; the offset "
             "followed it, inertia and friction did not."
         )
-    if not isinstance(controller, AdaptiveController):
-        return
+
+
+def _friction_withheld(controller: AdaptiveController) -> Iterator[str]:
+    """Yield why less than all of the identified friction is fed forward."""
     block, state = controller.parameters, controller.state
     time, learnt = state.feedback.samples * block.period, state.estimator.levels.learnt
     bound = caution(state.trust, block.slowest, learnt, block.estimator.memory, time)
@@ -75,29 +86,34 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "says: presliding (bristles), gravity, motion within the Stribeck regime, or a Stribeck velocity assumed "
             "wrong."
         )
-    stage = state.observer.effect.acquittal.stage
+
+
+def _observer_withheld(controller: AdaptiveController) -> Iterator[str]:
+    """Yield why the observer is used with less than all of its gain, but for its gates."""
+    state, effect = controller.state, controller.state.observer.effect
+    stage = effect.acquittal.stage
     if stage in (TRIED, ACQUITTED):
         yield f"Oscillation is not held against the observer: without it the joint oscillates as well, {OSCILLATES}"
     if stage == GUILTY:
         yield (
-            f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: it takes nothing of "
+            f"The observer is used with {100.0 * effect.share:.0f} % of its gain: it takes nothing of "
             f"an oscillation that is there without it as well, {OSCILLATES}"
         )
-    elif state.observer.effect.ringing.blamed:
+    elif effect.ringing.blamed:
         yield (
             "The observer is not used until the controller is reset: the loop oscillated with it, as where the drive "
             "or a filter of the velocity lags by more than has been told, or the torque rises more slowly than it is "
             "asked to. Tell delay and velocity_lag and hand over realised_torque, or take a slower observer_bandwidth."
         )
-    elif state.observer.effect.ceiling < SHOWN:
+    elif effect.ceiling < SHOWN:
         yield (
-            f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: the loop oscillated "
+            f"The observer is used with {100.0 * effect.share:.0f} % of its gain: the loop oscillated "
             "with it, as where the drive or a filter of the velocity lags by more than has been told. Tell delay and "
             "velocity_lag, or take a slower observer_bandwidth."
         )
-    elif state.observer.effect.share < SHOWN:
+    elif effect.share < SHOWN:
         yield (
-            f"The observer is used with {100.0 * state.observer.effect.share:.0f} % of its gain: the error is more "
+            f"The observer is used with {100.0 * effect.share:.0f} % of its gain: the error is more "
             "than the loop would make without it, as where the measured velocity lags by more than has been told (a "
             "filter behind a coarse encoder)."
         )
@@ -108,6 +124,12 @@ def supervision(controller: AdaptiveBase) -> Iterator[str]:
             "noise of the measured velocity changes slowly, as behind a filter that makes a velocity of an encoder's "
             "counts. A finer encoder leaves more to gain."
         )
+
+
+def _sensor(controller: AdaptiveController) -> Iterator[str]:
+    """Yield what the sensor lets the controller make of the observed torque, and what it feeds back of that."""
+    block, state = controller.parameters, controller.state
+    friction, gain = breakaway(state.estimator), block.feedback.proportional
     kicked = kicked_by_counts(block, state, state.observer, state.trust.peak, state.seen)
     if kicked > 0.0:
         kick = gain * shown_deviation(state.seen, state.observer.noise)
