@@ -155,32 +155,32 @@ def draw(seed: int) -> tuple[DrawnJoint, DrawnLoop, Array]:
     inertia, speed = 10.0 ** random.uniform(-4.0, 2.0), 10.0 ** random.uniform(-1.3, 1.3)
     coulomb = 6.0 * inertia * speed * 10.0 ** random.uniform(-0.7, 1.0)
     joint = DrawnJoint(
-        inertia,
-        coulomb,
-        coulomb * random.uniform(1.0, 1.6),
-        coulomb / speed * random.uniform(0.0, 1.0),
-        speed * 10.0 ** random.uniform(-2.0, -0.5),
-        coulomb * float(random.choice([0.0, 0.0, 0.3])),
-        coulomb * float(random.choice([0.0, 0.0, 0.05, 0.2])),
-        float(random.choice([6, 36, 100])),
+        inertia=inertia,
+        coulomb=coulomb,
+        stiction=coulomb * random.uniform(1.0, 1.6),
+        viscous=coulomb / speed * random.uniform(0.0, 1.0),
+        stribeck_velocity=speed * 10.0 ** random.uniform(-2.0, -0.5),
+        load=coulomb * float(random.choice([0.0, 0.0, 0.3])),
+        cogging=coulomb * float(random.choice([0.0, 0.0, 0.05, 0.2])),
+        poles=float(random.choice([6, 36, 100])),
     )
     period, sensor = 1.0 / float(random.choice([100, 200, 250, 500, 1000, 2000])), str(random.choice(SENSORS))
     counts = float(random.choice([4000, 20000, 131072, 2**20])) * float(random.choice([1.0, 50.0]))
     loop = DrawnLoop(
-        period,
-        random.uniform(3.0, 15.0),
-        sensor,
-        2.0 * math.pi / counts,
-        speed * 10.0 ** random.uniform(-4.0, -2.0),
-        random.uniform(0.5, 3.0) * period,
-        sensor != "tachometer" and bool(random.random() < 0.6),
-        bool(random.random() < 0.7),
-        bool(random.random() < 0.5),
-        bool(random.random() < 0.8),
-        int(random.choice([0, 2**12, 2**16])),
-        int(random.choice([0, 0, 1])),
-        float(random.choice([0.0, 0.0, 0.05])),
-        float(random.choice([1.0, 1.0, 0.7, 1.4])),
+        period=period,
+        bandwidth=random.uniform(3.0, 15.0),
+        sensor=sensor,
+        resolution=2.0 * math.pi / counts,
+        noise=speed * 10.0 ** random.uniform(-4.0, -2.0),
+        low_pass=random.uniform(0.5, 3.0) * period,
+        cascade=sensor != "tachometer" and bool(random.random() < 0.6),
+        tells_lag=bool(random.random() < 0.7),
+        tells_torque=bool(random.random() < 0.5),
+        tells_plan=bool(random.random() < 0.8),
+        levels=int(random.choice([0, 2**12, 2**16])),
+        delay=int(random.choice([0, 0, 1])),
+        jitter=float(random.choice([0.0, 0.0, 0.05])),
+        inertia_error=float(random.choice([1.0, 1.0, 0.7, 1.4])),
     )
     lag = (loop.delay + 0.5) * period + loop.velocity_lag
     bandwidth = min(loop.bandwidth, 1.0 / (12.0 * period), PHASE / (2.0 * math.pi * lag))

@@ -164,14 +164,14 @@ def fit_least_squares(
     residuals = target - matrix @ values
     spread = spread_along(factors.orthogonal, residuals, correlated_samples, size)
     return LeastSquaresFit(
-        labels,
-        values,
-        factors.inverse @ spread @ factors.inverse.T,
-        residuals,
-        factors.condition_number,
-        factors.raw_condition_number,
-        float(confidence),
-        factors.inverse,
+        names=labels,
+        values=values,
+        covariance=factors.inverse @ spread @ factors.inverse.T,
+        residuals=residuals,
+        condition_number=factors.condition_number,
+        raw_condition_number=factors.raw_condition_number,
+        confidence=float(confidence),
+        inverse=factors.inverse,
     )
 
 

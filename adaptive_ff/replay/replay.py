@@ -150,19 +150,19 @@ def replay_log(
     notes += worse_than_none(left)
     notes += gravity_left_out(settings, runners)
     return Replay(
-        log.name,
-        linear,
-        is_current,
-        settings,
-        judged,
-        log.time.size,
-        used,
-        skipped,
-        notes,
-        model,
-        left,
-        tape.series(),
-        tape.adaptive(),
+        name=log.name,
+        linear=linear,
+        is_current=is_current,
+        settings=settings,
+        band=judged,
+        samples=log.time.size,
+        used=used,
+        skipped=skipped,
+        notes=notes,
+        fixed=model,
+        left=left,
+        series=tape.series(),
+        controllers=tape.adaptive(),
     )
 
 

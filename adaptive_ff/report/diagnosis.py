@@ -230,20 +230,20 @@ def diagnose(controller: AdaptiveBase, run: Recorded | None = None) -> Diagnosis
     unexplained = math.sqrt(mean_squared_error(block.estimator, estimator)) * block.estimator.torque_scale
     model_torque = state.model_torques[0]
     return Diagnosis(
-        learning,
-        words,
-        float(estimator.levels.learnt),
-        parameters,
-        unexplained,
-        float(estimator.levels.torque),
-        controller.feedforward_lag,
-        state.feedback.commands[0] - model_torque - state.known_torques[0],
-        model_torque,
-        None if run is None else feedback_share(run),
-        controller.rejected,
-        tuple(supervision(controller)),
-        tuple(find_warnings(controller, confidence, unexplained)),
-        tuple(map_sentences(controller.learnt_map)),
+        learning=learning,
+        learning_words=words,
+        learnt=float(estimator.levels.learnt),
+        parameters=parameters,
+        unexplained=unexplained,
+        largest_torque=float(estimator.levels.torque),
+        feedforward_lag=controller.feedforward_lag,
+        feedback_torque=state.feedback.commands[0] - model_torque - state.known_torques[0],
+        model_torque=model_torque,
+        feedback_share=None if run is None else feedback_share(run),
+        rejected=controller.rejected,
+        supervision=tuple(supervision(controller)),
+        warnings=tuple(find_warnings(controller, confidence, unexplained)),
+        friction_map=tuple(map_sentences(controller.learnt_map)),
     )
 
 

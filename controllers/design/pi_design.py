@@ -157,16 +157,16 @@ def design_pi(
     relative = max(bandwidth * period, SLOWEST)
     margins = _margins(relative, int(delay))
     return PIDesign(
-        proportional,
-        integral,
-        bandwidth,
-        margins.crossover * bandwidth / relative,
-        margins.maximum_sensitivity,
-        margins.gain_margin,
-        margins.phase_margin,
-        inertia,
-        period,
-        int(delay),
+        proportional=proportional,
+        integral=integral,
+        bandwidth=bandwidth,
+        crossover=margins.crossover * bandwidth / relative,
+        maximum_sensitivity=margins.maximum_sensitivity,
+        gain_margin=margins.gain_margin,
+        phase_margin=margins.phase_margin,
+        inertia=inertia,
+        period=period,
+        delay=int(delay),
     )
 
 
