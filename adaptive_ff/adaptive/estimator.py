@@ -64,7 +64,6 @@ from adaptive_ff.adaptive.estimator_state import (
 from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_place, taken_over
 from adaptive_ff.adaptive.prediction import (
     add_friction,
-    add_loads,
     predict_torque,
     scale_friction_in_place,
     scale_inertia_in_place,
@@ -78,15 +77,14 @@ from adaptive_ff.estimation.resetting import (
     update_resetting_in_place,
 )
 from adaptive_ff.model.bounds import (
-    COULOMB,
     FRICTION_LAG,
     INERTIA,
     OFFSET,
-    STICTION,
     write_ranges,
 )
 from adaptive_ff.regression.known_loads import advance_loads_in_place, load_torque, write_loads
 from adaptive_ff.regression.torque_form import DAMPING, FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
+from controllers.arrays import MutableArray
 
 FLOOR = 0.2
 """Floor of the information, times the mean squared prediction error in units of the torque scale squared."""
@@ -96,15 +94,6 @@ SMALLEST_FLOOR = 1e-9
 
 LARGEST_FLOOR = 1e-3
 """Floor of the information where the prediction is far off, as after a change of friction."""
-
-GUESS = 0.9
-"""Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""
-
-STILL = 0.1
-"""Speed, as a share of the largest of the reference, below which joint or reference stand nearly still."""
-
-CLAMPED = 1.0
-"""Time without following, s, from which the joint is taken for clamped."""
 
 PEAK_MEMORIES = 10.0
 """Time constant with which peaks fade, and time learnt from which they do, in memories."""
@@ -157,70 +146,6 @@ def learn_friction_map(
     new = learn_map_in_place(parameters, old, friction, error, duration, estimator.memory)
     scale_estimate_in_place(estimate, taken_over(parameters, old, new), load_count(estimator))
     return with_map(state, new)
-
-
-@register_jitable
-def time_stuck(levels: Levels, speed: float, measured: Signals, model: Signals, duration: float) -> float:
-    """Return for how long the joint has not followed its reference, s; while that is slow itself, nothing is known.
-
-    Parameters
-    ----------
-    levels : Levels
-        Levels so far.
-    speed : float
-        Largest filtered reference speed, rad/s.
-    measured, model : Signals
-        Filters over the measurements and over the reference.
-    duration : float
-        Time since the last sample, s.
-    """
-    if abs(measured.filters[FILTER_VELOCITY, 0]) >= STILL * speed:
-        return 0.0
-    if abs(model.filters[FILTER_VELOCITY, 0]) < STILL * speed:
-        return levels.stuck
-    return levels.stuck + duration
-
-
-@register_jitable
-def guess_friction_in_place(
-    state: EstimatorState,
-    measured: Signals,
-    model: Signals,
-    duration: float,
-    ratio: float = 1.0,
-) -> EstimatorState:
-    """Guess Coulomb friction and stiction from the largest friction torque so far, before there is anything to learn.
-
-    Whether the joint sticks or slides, the torque that does not accelerate it is friction; at rest it is less than the
-    stiction. So the guess is on the safe side, and better than none at the first reversals. A joint that does not
-    follow its reference for long may be clamped by a brake: then the guess rises no further.
-
-    Returns
-    -------
-    EstimatorState
-        The new state; it shares the arrays of the old one, of which the estimate is changed in place.
-    """
-    estimate, levels = state.recursion.estimate, state.levels
-    speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
-    if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
-        return with_levels(
-            state,
-            Levels(levels.squared_error, levels.torque, speed, levels.learnt, levels.stuck),
-            state.surprise,
-            state.alarm,
-        )
-    torque = measured.filters[FILTER_TORQUE, 0]
-    largest = max(levels.torque, abs(torque))
-    friction = torque - estimate[INERTIA] * ratio * measured.filters[FILTER_VELOCITY, 1]
-    write_loads(state.loads, state.scratch.row)
-    friction -= add_loads(0.0, estimate, state.scratch.row)
-    guess = min(GUESS * math.copysign(friction, friction * model.velocity), PEAK_FACTOR * largest)
-    stuck = time_stuck(levels, speed, measured, model, duration)
-    if guess > estimate[COULOMB] and stuck <= CLAMPED:
-        estimate[COULOMB] = guess
-        estimate[STICTION] = guess
-    new = Levels(levels.squared_error, largest, speed, levels.learnt, stuck)
-    return with_levels(state, new, state.surprise, state.alarm)
 
 
 @register_jitable
@@ -328,6 +253,35 @@ def is_change(
 
 
 @register_jitable
+def write_equation(
+    estimator: EstimatorParameters,
+    state: EstimatorState,
+    signals: Signals,
+    ratio: float,
+    factor: float,
+    gradient: MutableArray,
+) -> float:
+    """Write the row of the regression that signals make, and its gradient; return the torque that it explains, N m.
+
+    Parameters
+    ----------
+    estimator, state, ratio, factor : EstimatorParameters, EstimatorState, float, float
+        As of :func:`learn_in_place`; the row is that of the scratch.
+    signals : Signals
+        Filters over the measurements, or over the reference and the torque of the model.
+    gradient : ndarray, shape (n,)
+        Written: gradient of the predicted torque.
+    """
+    row = state.scratch.row
+    torque = write_regressors(estimator.form, signals, row)
+    write_loads(state.loads, row)
+    scale_inertia_in_place(row, ratio)
+    scale_friction_in_place(row, factor, load_count(estimator))
+    write_gradient(estimator, state.recursion.estimate, row, gradient)
+    return torque
+
+
+@register_jitable
 def learn_in_place(
     estimator: EstimatorParameters,
     state: EstimatorState,
@@ -361,18 +315,10 @@ def learn_in_place(
     EstimatorState
         The new state; it shares the arrays of the old one, which are changed in place.
     """
-    recursion, scratch, levels, loads = state.recursion, state.scratch, state.levels, load_count(estimator)
+    recursion, scratch, levels = state.recursion, state.scratch, state.levels
     estimate, row, gradient = recursion.estimate, scratch.row, scratch.measured_gradient
-    write_regressors(estimator.form, model, row)
-    write_loads(state.loads, row)
-    scale_inertia_in_place(row, ratio)
-    scale_friction_in_place(row, factor, loads)
-    write_gradient(estimator, estimate, row, scratch.model_gradient)
-    torque = write_regressors(estimator.form, measured, row)
-    write_loads(state.loads, row)
-    scale_inertia_in_place(row, ratio)
-    scale_friction_in_place(row, factor, loads)
-    write_gradient(estimator, estimate, row, gradient)
+    write_equation(estimator, state, model, ratio, factor, scratch.model_gradient)
+    torque = write_equation(estimator, state, measured, ratio, factor, gradient)
     keep = math.exp(-duration / estimator.memory)
     levels = faded(levels, keep, estimator.memory)
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))

@@ -32,7 +32,6 @@ from adaptive_ff.adaptive.estimator import (
     estimated_load,
     follow_friction_map,
     follow_loads_in_place,
-    guess_friction_in_place,
     learn_friction_map,
     learn_in_place,
 )
@@ -46,6 +45,7 @@ from adaptive_ff.adaptive.estimator_state import (
     may_guess,
     with_candidates,
 )
+from adaptive_ff.adaptive.friction_guess import guess_friction_in_place
 from adaptive_ff.adaptive.friction_map import coming_factor, filtered_factor
 from adaptive_ff.adaptive.lag_tuning import (
     FIRST,

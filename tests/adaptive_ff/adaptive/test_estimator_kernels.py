@@ -9,6 +9,7 @@ from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive import estimator as kernels
 from adaptive_ff.adaptive.change_detection import JUMP_WINDOW, NOTHING, UNDECIDED, Surprise
 from adaptive_ff.adaptive.estimator_state import PRIOR, Levels, initial_estimator_state, with_levels
+from adaptive_ff.adaptive.friction_guess import guess_friction_in_place, time_stuck
 from adaptive_ff.adaptive.friction_map import POSITION
 from adaptive_ff.model.bounds import COULOMB, OFFSET
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
@@ -41,7 +42,7 @@ def guessed(measured, model, *, times=1, ratio=1.0, levels=None, names=ESTIMATED
     if levels is not None:
         state = with_levels(state, levels, state.surprise, state.alarm)
     for _ in range(times):
-        state = kernels.guess_friction_in_place(state, measured, model, PERIOD, ratio)
+        state = guess_friction_in_place(state, measured, model, PERIOD, ratio)
     return state.recursion.estimate, state.levels
 
 
@@ -99,7 +100,7 @@ def test_a_joint_that_is_stuck_for_a_second_is_clamped(times, rises):
     """The torque goes on rising; what is guessed of it after a second does not."""
     state = initial_estimator_state(parameters(ESTIMATED))
     for k in range(1, times + 1):
-        state = kernels.guess_friction_in_place(state, signals(float(k), 0.0), MODEL, PERIOD)
+        state = guess_friction_in_place(state, signals(float(k), 0.0), MODEL, PERIOD)
     assert state.levels.stuck == pytest.approx(times * PERIOD)
     assert state.recursion.estimate[1] == pytest.approx(0.9 * times if rises else 0.9 * 100.0, rel=0.011)
     assert (state.recursion.estimate[1] < 0.9 * times) is not rises
@@ -108,7 +109,7 @@ def test_a_joint_that_is_stuck_for_a_second_is_clamped(times, rises):
 def test_a_joint_is_not_yet_clamped_after_exactly_a_second():
     state = initial_estimator_state(parameters(ESTIMATED))
     for k in range(1, 6):  # quarters of a second add up without rounding
-        state = kernels.guess_friction_in_place(state, signals(float(k), 0.0), MODEL, 0.25)
+        state = guess_friction_in_place(state, signals(float(k), 0.0), MODEL, 0.25)
     assert state.recursion.estimate[1:3].tolist() == [0.9 * 4.0] * 2
 
 
@@ -118,7 +119,7 @@ def test_a_joint_is_not_yet_clamped_after_exactly_a_second():
 )
 def test_time_stuck_goes_on_while_the_reference_moves_and_the_joint_does_not(measured, planned, expected):
     levels = Levels(0.0, 0.0, 0.0, 0.0, 0.7)
-    found = kernels.time_stuck(levels, 1.0, signals(speed=measured), signals(speed=planned), 0.01)
+    found = time_stuck(levels, 1.0, signals(speed=measured), signals(speed=planned), 0.01)
     assert found == pytest.approx(expected)
 
 
