@@ -141,27 +141,15 @@ def identify_log(
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
     if asked.periods:
         check_periods(asked, log.name, *_positions(prepared, fitting))
-    problem = regression_problem(prepared, fitting, torque_delay)
-    select = partial(_select, log, family=model, rotary=not linear, confidence=confidence)
-    selection = select(problem)
-    if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
-        prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
-    basis: MapBasis | None = None
-    if asked != MapAsked():
-        problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
-    elif model == AUTO and _has_positions(prepared, validation):
-        rippled = _with_ripple(problem, prepared, fitting, selection, confidence)
-        if rippled is not None:
-            problem, selection, basis = rippled
-            asked = basis.asked
+    rippled = model == AUTO and _has_positions(prepared, validation)
+    chosen = _choose(
+        prepared, fitting, torque_delay, asked, family=model, rotary=not linear, rippled=rippled, confidence=confidence
+    )
+    prepared, problem, selection, basis, asked = chosen
     later = None if told else fit_if_held(problem, prepared, fitting, selection)
     if LAG in selection.chosen.terms:  # which a held torque does as well, where there is such a fit
         selection = selection._replace(held=later)
-    other, unseen, name = prepared, holding, "the end of the log"
-    if validation is not None:
-        check_asked(asked, validation)
-        other = prepare(validation, prepared.bandwidth, linear=linear)._replace(rest=prepared.rest)
-        unseen, name = other.pieces, validation.name
+    other, unseen, name = _unseen(prepared, holding, validation, asked, linear=linear)
     held = regression_problem(other, unseen, torque_delay)
     if basis is not None and selection.varied is not None:
         held = with_map(held, other, unseen, basis, selection.varied)
@@ -180,6 +168,55 @@ def identify_log(
     said = [] if validation is None else [f"{name}: {sentence}" for sentence in other.said]
     said += [*cautions(found, log), *held_words(found, later)]
     return replace(found, verdict=verdict(found), cautions=[*prepared.said, *said])
+
+
+class _Chosen(NamedTuple):
+    """Rows that are fitted, the models that were compared on them, and the map that was asked for, or found."""
+
+    prepared: Prepared
+    problem: Problem
+    selection: Selection
+    basis: MapBasis | None
+    asked: MapAsked
+
+
+def _choose(
+    prepared: Prepared,
+    fitting: list[Piece],
+    torque_delay: float,
+    asked: MapAsked,
+    *,
+    family: str,
+    rotary: bool,
+    rippled: bool,
+    confidence: float,
+) -> _Chosen:
+    """Choose rows and model of some pieces of a log; where no map is asked for a ripple may be looked for."""
+    problem = regression_problem(prepared, fitting, torque_delay)
+    select = partial(_select, prepared.log, family=family, rotary=rotary, confidence=confidence)
+    selection = select(problem)
+    if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
+        prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
+    basis: MapBasis | None = None
+    if asked != MapAsked():
+        problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
+    elif rippled:
+        found = _with_ripple(problem, prepared, fitting, selection, confidence)
+        if found is not None:
+            problem, selection, basis = found
+            asked = basis.asked
+    return _Chosen(prepared, problem, selection, basis, asked)
+
+
+def _unseen(
+    prepared: Prepared, holding: list[Piece], validation: Log | None, asked: MapAsked, *, linear: bool
+) -> tuple[Prepared, list[Piece], str]:
+    """Return the log, its pieces and its name that the model is validated on: what was held out, or another log."""
+    if validation is None:
+        return prepared, holding, "the end of the log"
+    check_asked(asked, validation)
+    other = prepare(validation, prepared.bandwidth, linear=linear)._replace(rest=prepared.rest)
+    return other, other.pieces, validation.name
 
 
 class Used(NamedTuple):

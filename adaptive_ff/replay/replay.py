@@ -127,10 +127,7 @@ def replay_log(
     if saved is None:
         largest = largest_reference(log, pieces, period, reference_band)
         settings = usual_settings(Recorded(log, pieces, period, reference_band, largest), given, model, further, note)
-    if log.position is None and has_gravity(IDENTIFIED[settings.identify]):
-        raise InputError(f"identify = {settings.identify!r} is not allowed: {log.name} has no position")
-    if log.position is None and settings.ripple_periods:
-        raise InputError(f"ripple_periods = {settings.ripple_periods} is not allowed: {log.name} has no position")
+    _check_position(log, settings)
     notes = [
         note,
         *(sentence(words) for words in said),
@@ -164,6 +161,16 @@ def replay_log(
         series=tape.series(),
         controllers=tape.adaptive(),
     )
+
+
+def _check_position(log: Log, settings: ReplaySettings) -> None:
+    """Raise ``InputError`` for what is identified over a position that the log has not."""
+    if log.position is not None:
+        return
+    if has_gravity(IDENTIFIED[settings.identify]):
+        raise InputError(f"identify = {settings.identify!r} is not allowed: {log.name} has no position")
+    if settings.ripple_periods:
+        raise InputError(f"ripple_periods = {settings.ripple_periods} is not allowed: {log.name} has no position")
 
 
 def _sample_time(log: Log) -> float:
