@@ -34,12 +34,7 @@ For comparing short with long means see M. Basseville and I. Nikiforov, "Detecti
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
-
-from adaptive_ff.estimation.quadratic import quadratic_form, take_square_in_place, write_unit_in_place
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET
 
 JUMP = 6.0
 """How many times the usual mean squared error the part that a factor on friction explains must be."""
@@ -69,9 +64,6 @@ LETTING_GO = 0.1
 UNDONE = 0.3
 """Difference between a change and the reverse of the last load, as a share of it, up to which the load is undone."""
 
-LEAST_FACTOR, LARGEST_FACTOR = 0.2, 5.0
-"""Range of the factor by which friction is taken to have changed at once."""
-
 HEDGE = 0.5
 """Share of a change that is fed forward as friction while it may be a load.
 
@@ -82,16 +74,6 @@ friction had 0.39, 0.36, 0.32 and 0.29 of PI's error with 0, 0.5, 0.8 and 1, aft
 
 LEAST_LIKELY, LARGEST_LIKELY = 0.3, 4.0
 """Range of the factor on friction in which a change may be one of friction; what goes beyond looks like a load."""
-
-FIRST_ERRORS = 5.0
-"""Largest error, times the usual one, that is learnt from before a change is noticed."""
-
-SUDDEN = 0.01
-"""What is left of the information of the offset when a change was a load, times that of the short window.
-
-Gravity changes with the position, and not at once: with little left the offset takes all of a sudden load, so that
-nothing of a push that ends stays in gravity.
-"""
 
 SETTLING = 20.0
 """Time after a decision in which no other is made, in short windows, but that a load that was followed ends."""
@@ -142,29 +124,6 @@ def explained_by_friction(surprise: Surprise) -> float:
     if not surprise.friction_squared > 0.0:
         return 0.0
     return surprise.product * surprise.product / surprise.friction_squared
-
-
-@register_jitable
-def release_in_place(
-    information: NDArray[np.float64], direction: NDArray[np.float64], known: float, work: NDArray[np.float64]
-) -> None:
-    """Reduce the information along a direction.
-
-    Parameters
-    ----------
-    information : ndarray, shape (n, n)
-        Information matrix ``M``; changed in place.
-    direction : ndarray, shape (n,)
-        The direction ``d``.
-    known : float
-        What is left of ``d'M d``, more than zero, where it was more.
-    work : ndarray, shape (n,)
-        Scratch.
-    """
-    total = quadratic_form(information, direction, work)
-    if not total > known:
-        return
-    take_square_in_place(information, (1.0 - known / total) / total, work)
 
 
 NOTHING, UNDECIDED, FRICTION, LOAD, EITHER = range(5)
@@ -223,6 +182,84 @@ def since_turned(mean: float, before: float, windows: float) -> float:
 
 
 @register_jitable
+def begun(alarm: Alarm, cause: int, product: float, friction: float) -> Alarm:
+    """Return the alarm with a cause from now on; what is known of the last load stays."""
+    return Alarm(
+        cause=cause,
+        product=product,
+        friction=friction,
+        age=0.0,
+        turned=0.0,
+        load=alarm.load,
+        undone=alarm.undone,
+    )
+
+
+@register_jitable
+def begun_load(alarm: Alarm, product: float, load: float, undone: bool) -> Alarm:
+    """Return the alarm with a load (in units of the torque scale) as its cause from now on."""
+    return Alarm(
+        cause=LOAD,
+        product=product,
+        friction=alarm.friction,
+        age=0.0,
+        turned=0.0,
+        load=load,
+        undone=undone,
+    )
+
+
+@register_jitable
+def gone_on(alarm: Alarm, product: float, age: float, turned: float) -> Alarm:
+    """Return the alarm of the same cause, with the age and the time since the joint turned that it has by now (s)."""
+    return Alarm(
+        cause=alarm.cause,
+        product=product,
+        friction=alarm.friction,
+        age=age,
+        turned=turned,
+        load=alarm.load,
+        undone=alarm.undone,
+    )
+
+
+@register_jitable
+def settle_change(alarm: Alarm, other_way: bool, window: float, duration: float) -> Alarm:
+    """Return the alarm of a change whose cause is decided, after a sample with motion the other way or not."""
+    age, turned = alarm.age + duration, alarm.turned
+    if alarm.cause == EITHER and turned == 0.0 and not other_way:
+        age = 0.0  # only the other way shows which it was: what is surprising there is no other change
+    elif alarm.cause == EITHER:
+        turned += duration
+    if age > SETTLING * window:
+        return begun(alarm, NOTHING, 0.0, 0.0)
+    return gone_on(alarm, alarm.product, age, turned)
+
+
+@register_jitable
+def decide_change(
+    alarm: Alarm, surprise: Surprise, friction: float, window: float, longest: float, duration: float
+) -> Alarm:
+    """Return the alarm of a change without a cause; parameters are those of :func:`attribute_change`."""
+    product, age, turned = alarm.product, alarm.age + duration, alarm.turned
+    if abs(friction) > TURNED * abs(alarm.friction):
+        if friction * alarm.friction < 0.0:
+            turned += duration
+        else:
+            turned = 0.0  # not for long enough: the means are mixed
+            if abs(surprise.product) > RENEWED * abs(product):
+                product = surprise.product  # the latest: a push may have ended since
+    if turned > TURNED_FOR * window:
+        if surprise.product * product < 0.0:
+            return begun_load(alarm, product, surprise.error, False)
+        since = since_turned(surprise.product, product, turned / window)
+        return begun(alarm, FRICTION, since, alarm.friction)
+    if age > longest:
+        return begun(alarm, EITHER, product, alarm.friction)
+    return gone_on(alarm, product, age, turned)
+
+
+@register_jitable
 def attribute_change(
     alarm: Alarm, noticed: bool, surprise: Surprise, friction: float, window: float, longest: float, duration: float
 ) -> Alarm:
@@ -247,41 +284,16 @@ def attribute_change(
     duration : float
         Time since the last sample, s.
     """
-    load, undone = alarm.load, alarm.undone
     if alarm.cause == NOTHING:
-        if noticed:
-            return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load, undone)
-        return alarm
-    age, turned = alarm.age + duration, alarm.turned
+        return begun(alarm, UNDECIDED, surprise.product, friction) if noticed else alarm
     if (noticed or alarm.cause == UNDECIDED) and load_is_undone(alarm, surprise, window):
-        return Alarm(LOAD, alarm.product, alarm.friction, 0.0, 0.0, -load, True)
-    lets_go = not undone and surprise.error * load < -LETTING_GO * load * load
+        return begun_load(alarm, alarm.product, -alarm.load, True)
+    lets_go = not alarm.undone and surprise.error * alarm.load < -LETTING_GO * alarm.load * alarm.load
     if alarm.cause == LOAD and noticed and lets_go:
-        return Alarm(UNDECIDED, surprise.product, friction, 0.0, 0.0, load, undone)
-    product, other_way = alarm.product, friction * alarm.friction < 0.0
-    if alarm.cause == EITHER and turned == 0.0 and not other_way:
-        age = 0.0  # only the other way shows which it was: what is surprising there is no other change
-    elif alarm.cause == EITHER:
-        turned += duration
-    if alarm.cause != UNDECIDED:
-        if age > SETTLING * window:
-            return Alarm(NOTHING, 0.0, 0.0, 0.0, 0.0, load, undone)
-        return Alarm(alarm.cause, product, alarm.friction, age, turned, load, undone)
-    if abs(friction) > TURNED * abs(alarm.friction):
-        if other_way:
-            turned += duration
-        else:
-            turned = 0.0  # not for long enough: the means are mixed
-            if abs(surprise.product) > RENEWED * abs(product):
-                product = surprise.product  # the latest: a push may have ended since
-    if turned > TURNED_FOR * window:
-        if surprise.product * product < 0.0:
-            return Alarm(LOAD, product, alarm.friction, 0.0, 0.0, surprise.error, False)
-        since = since_turned(surprise.product, product, turned / window)
-        return Alarm(FRICTION, since, alarm.friction, 0.0, 0.0, load, undone)
-    if age > longest:
-        return Alarm(EITHER, product, alarm.friction, 0.0, 0.0, load, undone)
-    return Alarm(UNDECIDED, product, alarm.friction, age, turned, load, undone)
+        return begun(alarm, UNDECIDED, surprise.product, friction)
+    if alarm.cause == UNDECIDED:
+        return decide_change(alarm, surprise, friction, window, longest, duration)
+    return settle_change(alarm, friction * alarm.friction < 0.0, window, duration)
 
 
 @register_jitable
@@ -308,122 +320,3 @@ def shows_cause(alarm: Alarm, plan: float) -> bool:
 def is_decided(alarm: Alarm) -> bool:
     """Return whether a change has just been attributed to a load or to friction."""
     return (alarm.cause == LOAD or alarm.cause == FRICTION) and alarm.age == 0.0
-
-
-@register_jitable
-def scale_estimate_in_place(estimate: NDArray[np.float64], factor: float, loads: int) -> None:
-    """Multiply all friction of an estimate by a factor, but for so many loads at the end."""
-    for i in range(estimate.size - loads):
-        if COULOMB <= i < FRICTION_LAG or i > OFFSET:
-            estimate[i] *= factor
-
-
-@register_jitable
-def follow_friction_in_place(estimate: NDArray[np.float64], product: float, squared: float, loads: int) -> None:
-    """Scale friction, in place, by the factor that ``<e f>`` and ``<f^2>`` say, but for so many loads at the end."""
-    if squared > 0.0:
-        factor = min(max(1.0 + product / squared, LEAST_FACTOR), LARGEST_FACTOR)
-        scale_estimate_in_place(estimate, factor, loads)
-
-
-@register_jitable
-def leave_to_loads_in_place(correction: NDArray[np.float64], loads: int) -> None:
-    """Keep of a correction that of the offset and of known loads, while a change that was a load settles.
-
-    What is left of the error is the load's then; inertia and friction would be made to explain its transients.
-    """
-    for i in range(correction.size - loads):
-        if i != OFFSET:
-            correction[i] = 0.0
-
-
-@register_jitable
-def explain_in_place(correction: NDArray[np.float64], gradient: NDArray[np.float64], error: float) -> None:
-    """Scale a correction so that it explains an error, all in the scaled units of the gradient."""
-    explained = 0.0
-    for i in range(correction.size):
-        explained += correction[i] * gradient[i]
-    if explained * error > 0.0:
-        for i in range(correction.size):
-            correction[i] *= error / explained
-
-
-@register_jitable
-def error_to_learn(alarm: Alarm, followed: bool, surprise: Surprise, error: float, usual: float) -> float:
-    """Return the prediction error that is learnt from, in units of the torque scale.
-
-    A load that has just been told is followed by all of it. The first errors of a change, before it is noticed, are cut
-    off; what they did to the estimates would stay.
-
-    Parameters
-    ----------
-    alarm : Alarm
-        The change.
-    followed : bool
-        Whether it has just been attributed, and holds.
-    surprise : Surprise
-        Means over the short window.
-    error : float
-        The error at this sample.
-    usual : float
-        Mean squared error that is usual; infinite while no change can be noticed.
-    """
-    if followed and alarm.cause == LOAD:
-        return surprise.error
-    if alarm.cause == NOTHING:
-        largest = FIRST_ERRORS * math.sqrt(usual)
-        return min(max(error, -largest), largest)
-    return error
-
-
-@register_jitable
-def forget_friction_in_place(
-    information: NDArray[np.float64],
-    estimate: NDArray[np.float64],
-    scale: NDArray[np.float64],
-    mean: float,
-    share: float,
-    work: NDArray[np.float64],
-    loads: int = 0,
-) -> None:
-    """Forget how large friction is, but for what the short window holds.
-
-    Parameters
-    ----------
-    information : ndarray, shape (n, n)
-        Information matrix of the scaled parameters; changed in place.
-    estimate, scale : ndarray, shape (n,)
-        The parameters, and the unit of each.
-    mean : float
-        Mean squared friction over the short window, in units of the torque scale squared.
-    share : float
-        Length of the short window as a share of the memory.
-    work : ndarray, shape (n, n)
-        Scratch.
-    loads : int, optional
-        How many of the last parameters are sizes of known loads, which are kept.
-    """
-    direction, size = work[0], estimate.size - loads
-    for i in range(estimate.size):
-        direction[i] = estimate[i] / scale[i] if COULOMB <= i < FRICTION_LAG or OFFSET < i < size else 0.0
-    release_in_place(information, direction, share * mean, work[1])
-
-
-@register_jitable
-def forget_offset_in_place(
-    information: NDArray[np.float64],
-    scale: NDArray[np.float64],
-    unit: float,
-    share: float,
-    work: NDArray[np.float64],
-    loads: int = 0,
-) -> None:
-    """Forget the offset, but for what the short window holds.
-
-    Arguments are those of :func:`forget_friction_in_place`, beside them the torque scale ``unit``, N m.
-    """
-    if scale.size - loads > OFFSET:
-        direction = work[0]
-        write_unit_in_place(direction, OFFSET)
-        size = scale[OFFSET] / unit
-        release_in_place(information, direction, share * (size * size), work[1])

@@ -25,7 +25,6 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.candidate_state import forgetful
 from adaptive_ff.adaptive.change_detection import (
-    EITHER,
     FRICTION,
     JUMP,
     JUMP_WINDOW,
@@ -33,21 +32,12 @@ from adaptive_ff.adaptive.change_detection import (
     LOAD,
     LONGEST_WAIT,
     NOTHING,
-    SUDDEN,
     UNDECIDED,
-    Alarm,
     Surprise,
     attribute_change,
-    error_to_learn,
-    explain_in_place,
     explained_by_friction,
-    follow_friction_in_place,
-    forget_friction_in_place,
-    forget_offset_in_place,
     is_decided,
-    leave_to_loads_in_place,
     note_surprise,
-    scale_estimate_in_place,
 )
 from adaptive_ff.adaptive.correction import correct_in_place
 from adaptive_ff.adaptive.estimator_state import (
@@ -61,6 +51,14 @@ from adaptive_ff.adaptive.estimator_state import (
     with_levels,
     with_map,
 )
+from adaptive_ff.adaptive.forgetting import (
+    error_to_learn,
+    explain_in_place,
+    follow_friction_in_place,
+    forget_in_place,
+    leave_to_loads_in_place,
+    scale_estimate_in_place,
+)
 from adaptive_ff.adaptive.friction_map import follow_map_in_place, learn_map_in_place, taken_over
 from adaptive_ff.adaptive.prediction import (
     add_friction,
@@ -71,7 +69,6 @@ from adaptive_ff.adaptive.prediction import (
 )
 from adaptive_ff.estimation.instruments import choose_instrument_in_place
 from adaptive_ff.estimation.resetting import (
-    ResettingState,
     prediction_variance_in_place,
     total_of,
     update_resetting_in_place,
@@ -183,35 +180,6 @@ def recover_in_place(estimator: EstimatorParameters, state: EstimatorState) -> b
         recursion.gain[i] = 0.0
     lose_evidence_in_place(estimator, state)
     return True
-
-
-@register_jitable
-def forget_in_place(
-    estimator: EstimatorParameters, recursion: ResettingState, mean: float, alarm: Alarm, share: float
-) -> None:
-    """Forget, but for what the short window holds, what a sudden change is attributed to.
-
-    Parameters
-    ----------
-    estimator : EstimatorParameters
-        The estimator.
-    recursion : ResettingState
-        Estimate and information; the latter is changed in place.
-    mean : float
-        Mean squared friction over the short window, in units of the torque scale squared.
-    alarm : Alarm
-        The change.
-    share : float
-        Length of the short window as a share of the memory.
-    """
-    information, scale, unit = recursion.information, estimator.scale, estimator.torque_scale
-    loads, work = load_count(estimator), recursion.factor
-    if alarm.cause != LOAD:
-        forget_friction_in_place(information, recursion.estimate, scale, mean, share, work, loads)
-    if alarm.cause == LOAD:
-        forget_offset_in_place(information, scale, unit, SUDDEN * share, work, loads)
-    elif alarm.cause == EITHER:
-        forget_offset_in_place(information, scale, unit, share, work, loads)
 
 
 @register_jitable

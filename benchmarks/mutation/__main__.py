@@ -47,6 +47,7 @@ MUTATED = (
     "adaptive_ff.adaptive.doubt",
     "adaptive_ff.adaptive.drive_limit",
     "adaptive_ff.adaptive.foresight",
+    "adaptive_ff.adaptive.forgetting",
     "adaptive_ff.adaptive.friction_guess",
     "adaptive_ff.adaptive.held_friction",
     "adaptive_ff.adaptive.held_integral",

@@ -28,13 +28,11 @@ from adaptive_ff.adaptive.change_detection import (
     Alarm,
     Surprise,
     attribute_change,
-    error_to_learn,
-    explain_in_place,
     explained_by_friction,
-    follow_friction_in_place,
     load_is_undone,
     note_surprise,
 )
+from adaptive_ff.adaptive.forgetting import error_to_learn, explain_in_place, follow_friction_in_place
 
 WINDOW, LONGEST, DURATION = 0.5, 4.0, 0.25
 SIZES = (0.0, 1.0, -1.0)

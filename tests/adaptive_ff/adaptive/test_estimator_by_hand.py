@@ -10,6 +10,7 @@ from adaptive_ff.adaptive import change_detection as changes
 from adaptive_ff.adaptive import estimator as kernels
 from adaptive_ff.adaptive.change_detection import NO_ALARM, Surprise, attribute_change, note_surprise
 from adaptive_ff.adaptive.estimator_state import Levels, initial_estimator_state, load_count
+from adaptive_ff.adaptive.forgetting import FIRST_ERRORS, LARGEST_FACTOR, LEAST_FACTOR, SUDDEN, forget_in_place
 from adaptive_ff.estimation.instruments import AGREEMENT, EXCITED
 from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.regression.torque_form import Signals
@@ -150,7 +151,7 @@ class Twin:
             if followed and self.alarm.cause == changes.LOAD:
                 error = self.surprise.error
             elif self.alarm.cause == changes.NOTHING and learnt > estimator.memory:
-                first = changes.FIRST_ERRORS * math.sqrt(usual / changes.JUMP)
+                first = FIRST_ERRORS * math.sqrt(usual / changes.JUMP)
                 error = np.clip(error, -first, first)
             if self.alarm.cause == changes.UNDECIDED:
                 self.levels = Levels(squared_error, peak, speed, learnt, stuck)
@@ -190,7 +191,7 @@ class Twin:
 
     def follow(self, change):
         """What the short window says of friction holds at once."""
-        factor = np.clip(1.0 + change, changes.LEAST_FACTOR, changes.LARGEST_FACTOR)
+        factor = np.clip(1.0 + change, LEAST_FACTOR, LARGEST_FACTOR)
         self.estimate += (factor - 1.0) * self.friction()
 
     def forget(self, share):
@@ -200,7 +201,7 @@ class Twin:
         if cause in (changes.LOAD, changes.EITHER) and self.estimate.size - load_count(estimator) > 5:
             unit = np.zeros(self.estimate.size)
             unit[5] = 1.0
-            share *= changes.SUDDEN if cause == changes.LOAD else 1.0
+            share *= SUDDEN if cause == changes.LOAD else 1.0
             self.release(unit, share * (estimator.scale[5] / estimator.torque_scale) ** 2)
 
     def release(self, direction, known):
@@ -286,7 +287,7 @@ def test_what_a_change_is_attributed_to_is_forgotten(names, cause):
     twin.surprise, twin.alarm = Surprise(0.0, 0.3, 0.0), NO_ALARM._replace(cause=cause)
     recursion = initial_estimator_state(estimator).recursion
     recursion.estimate[:], recursion.information[:] = twin.estimate, twin.information
-    kernels.forget_in_place(estimator, recursion, 0.3, twin.alarm, 0.1)
+    forget_in_place(estimator, recursion, 0.3, twin.alarm, 0.1)
     twin.forget(0.1)
     assert recursion.information == pytest.approx(twin.information, rel=1e-8, abs=1e-9)
     assert twin.forgotten == {changes.LOAD: 0, changes.EITHER: 1}.get(cause, 1) + (

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController, load_scenario
-from adaptive_ff.adaptive.change_detection import scale_estimate_in_place
 from adaptive_ff.adaptive.estimator import follow_friction_map, learn_friction_map
 from adaptive_ff.adaptive.estimator_state import initial_estimator_state
+from adaptive_ff.adaptive.forgetting import scale_estimate_in_place
 from adaptive_ff.adaptive.friction_map import (
     LEAST_FACTOR,
     LOAD,
