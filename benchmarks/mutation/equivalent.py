@@ -7,7 +7,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "if -joint.backward.breakaway <= free_velocity < joint.forward.breakaway:",
     ): "at the speed of breaking away the solution for sliding is zero as well",
     (
-        "adaptive_ff.adaptive.change_detection.forget_friction_in_place",
+        "adaptive_ff.adaptive.forgetting.forget_friction_in_place",
         "release_in_place(information, direction, share * mean, work[1])",
         "release_in_place(information, direction, share * mean, work[2])",
     ): "any row of the scratch but the first will do",
@@ -27,7 +27,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "if free_velocity <= 0.0:",
     ): "a free velocity of zero sticks",
     (
-        "adaptive_ff.adaptive.change_detection.forget_offset_in_place",
+        "adaptive_ff.adaptive.forgetting.forget_offset_in_place",
         "release_in_place(information, direction, share * (size * size), work[1])",
         "release_in_place(information, direction, share * (size * size), work[2])",
     ): "any row of the scratch but the first will do",
