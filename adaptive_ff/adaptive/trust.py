@@ -168,6 +168,29 @@ def initial_trust(feedback: PIParameters) -> TrustState:
 
 
 @register_jitable
+def plan_speeds(state: TrustState, reference: float, duration: float) -> tuple[float, float, float, float]:
+    """Return largest speed of the plan of late, time in the present span, and largest speeds of this and the last one.
+
+    Parameters
+    ----------
+    state : TrustState
+        The state before the period.
+    reference : float
+        Planned velocity now, rad/s.
+    duration : float
+        Length of the period, s.
+    """
+    moved = duration if reference != 0.0 else 0.0
+    peak = max(abs(reference), state.peak * math.exp(-moved / PEAK_MEMORY))
+    span, fastest, before = state.span + moved, max(abs(reference), state.fastest), state.before
+    if span > SPAN:
+        span, fastest, before = 0.0, abs(reference), fastest
+    if max(fastest, before) < peak / SLOWER:
+        peak = max(fastest, before)
+    return peak, span, fastest, before
+
+
+@register_jitable
 def advance_trust(
     state: TrustState,
     feedback: PIParameters,
@@ -211,13 +234,7 @@ def advance_trust(
     """
     friction = delayed(state.frictions, feedback.delay) - from_integral
     response = advance_loop_response(state.response, feedback, inertia, velocity_lag, friction, duration)
-    moved = duration if reference != 0.0 else 0.0
-    peak = max(abs(reference), state.peak * math.exp(-moved / PEAK_MEMORY))
-    span, fastest, before = state.span + moved, max(abs(reference), state.fastest), state.before
-    if span > SPAN:
-        span, fastest, before = 0.0, abs(reference), fastest
-    if max(fastest, before) < peak / SLOWER:
-        peak = max(fastest, before)
+    peak, span, fastest, before = plan_speeds(state, reference, duration)
     if not valid:
         return TrustState(
             trust=state.earned,
