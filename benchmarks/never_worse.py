@@ -107,6 +107,37 @@ SENSOR_FAULTS: dict[str, dict[str, Any]] = {
 }
 """Faults of the sensor of the built-in joint, by name: single velocities that leap, and messages that are lost."""
 
+
+class Rippled(NamedTuple):
+    """A velocity that is off by a share of itself, so many times in a turn, on the built-in joint at 500 Hz.
+
+    Attributes
+    ----------
+    share : float
+        Amplitude, over the velocity.
+    times : int
+        Periods in a turn.
+    reverses : bool
+        Whether the plan is the built-in multisine, up to 2 rad/s, or a staircase of speeds of one sign.
+    """
+
+    share: float
+    times: int
+    reverses: bool = False
+
+
+RIPPLED = {
+    "sensor_ripple_4": Rippled(0.01, 4),
+    "sensor_ripple_20": Rippled(0.01, 20),
+    "sensor_ripple_60": Rippled(0.01, 60),
+    "sensor_ripple_120": Rippled(0.005, 120),
+    "sensor_ripple_reverses": Rippled(0.005, 120, reverses=True),
+}
+"""Velocities out of resolvers, tachometers and discs that are not round, by name."""
+
+STAIRS, STAIR_SPEEDS = 20, (1.0, 3.0)
+"""Number and range (rad/s) of the speeds of their plans, drawn for each reference."""
+
 TOLD_INERTIAS = {"inertia_told_double": 2.0, "inertia_told_half": 0.5}
 """Inertia that is told, and the feedback is designed for, over that of the built-in joint, by name."""
 
@@ -153,6 +184,9 @@ ENCODERS = {
 }
 """Encoders of few counts by name; at 100 Hz the loop has 6 Hz, since PI itself hunts with 10."""
 
+MADE = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, DRIVES_UNTOLD, SENSOR_FAULTS, RIPPLED, DATA_SHEETS, ENCODERS, MAPS)
+"""All tables of situations that are not in the matrix."""
+
 SITUATIONS: dict[str, Asked] = {
     "paper_100hz": Asked(start=0.36),
     "noisy_1khz": Asked(start=0.15),
@@ -175,6 +209,7 @@ SITUATIONS: dict[str, Asked] = {
     **dict.fromkeys(TOLD_NOTHING, Asked()),
     **dict.fromkeys(DRIVES_UNTOLD, Asked()),
     **dict.fromkeys(SENSOR_FAULTS, Asked()),
+    **dict.fromkeys(RIPPLED, Asked()),
     **dict.fromkeys(DATA_SHEETS, Asked()),
     "steep_2": Asked(),
     "steep_5": Asked(),
@@ -232,6 +267,8 @@ def named_scenario(name: str, seed: int) -> Scenario:
         return load_scenario().modified(seed=seed, actuator={**DRIVES_UNTOLD[name], "reports_torque": False})
     if name in SENSOR_FAULTS:
         return load_scenario().modified(seed=seed, sensor=SENSOR_FAULTS[name])
+    if name in RIPPLED:
+        return rippled(RIPPLED[name], seed)
     if name in TOLD_INERTIAS:
         told_inertia = TOLD_INERTIAS[name] * load_scenario().joint.inertia
         return load_scenario().modified(seed=seed, feedback={"inertia": told_inertia})
@@ -248,6 +285,19 @@ def named_scenario(name: str, seed: int) -> Scenario:
             feedback={"bandwidth": encoder.bandwidth},
         )
     return load_scenario(SCENARIOS / f"{name}.toml").modified(seed=seed)
+
+
+def rippled(sensor: Rippled, seed: int) -> Scenario:
+    """Return the built-in joint with a velocity that ripples."""
+    period = 2.0 * np.pi / sensor.times
+    speeds = np.random.default_rng([seed, STAIRS]).uniform(*STAIR_SPEEDS, STAIRS).round(3)
+    stairs = {"kind": "staircase", "velocities": speeds.tolist(), "hold": 3.0, "acceleration": 2.0}
+    return load_scenario().modified(
+        seed=seed,
+        sampling={"period": 0.002},
+        sensor={"ripple_amplitude": sensor.share * period / (2.0 * np.pi), "ripple_period": period},
+        reference={"peak": 2.0} if sensor.reverses else stairs,
+    )
 
 
 def drawn_cases(joints: int, seed: int) -> list[Case]:
@@ -411,7 +461,17 @@ def main(
     json: Annotated[Path | None, typer.Option(help="Write the rows there.")] = None,
 ) -> None:
     """Print how a controller fares against PI, and where what is asked is missed."""
-    made = (LIGHT_PEAKS, TOLD_INERTIAS, TOLD_NOTHING, DRIVES_UNTOLD, SENSOR_FAULTS, DATA_SHEETS, ENCODERS, MAPS)
+    made = (
+        LIGHT_PEAKS,
+        TOLD_INERTIAS,
+        TOLD_NOTHING,
+        DRIVES_UNTOLD,
+        SENSOR_FAULTS,
+        RIPPLED,
+        DATA_SHEETS,
+        ENCODERS,
+        MAPS,
+    )
     known = [*scenario_names(), *(name for table in made for name in table)]
     for option, given, allowed in (("--scenario", scenario or [], known), ("--controller", [controller], CONTROLLERS)):
         for name in given:

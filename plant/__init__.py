@@ -43,7 +43,7 @@ from plant.schedule import (
     phase_change,
     schedule,
 )
-from plant.sensor import Sensor, encoder_reading
+from plant.sensor import AngleRipple, Sensor, encoder_reading, measured_angle, measured_speed
 from plant.step import JointParameters, JointState, scaled_joint, step_joint
 
 __all__ = [
@@ -58,6 +58,7 @@ __all__ = [
     "UNCHANGED",
     "Actuator",
     "ActuatorParameters",
+    "AngleRipple",
     "AnyJoint",
     "BacklashJoint",
     "BacklashParameters",
@@ -94,6 +95,8 @@ __all__ = [
     "heated",
     "initial_state",
     "lagged_torque",
+    "measured_angle",
+    "measured_speed",
     "phase_change",
     "realise_torque",
     "ripple_torque",

@@ -1,7 +1,7 @@
 """What the controller sees of the joint: a velocity with noise, or a position with a resolution, and faults of both."""
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 from numba.extending import register_jitable
@@ -17,6 +17,37 @@ Share = Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, strict=True)
 def encoder_reading(resolution: float, position: float) -> float:
     """Return the multiple of the resolution next to a position, both in rad."""
     return resolution * math.floor(position / resolution + 0.5)
+
+
+class AngleRipple(NamedTuple):
+    """By how much an angle is off as a joint turns: of a resolver, a tachometer or a disc that is not round.
+
+    Attributes
+    ----------
+    amplitude : float
+        Amplitude, rad; zero where there is none.
+    waves : float
+        Periods in a radian, times ``2 pi``.
+    """
+
+    amplitude: float
+    waves: float
+
+
+@register_jitable
+def measured_angle(ripple: AngleRipple, position: float) -> float:
+    """Return a position (rad) as it is measured, before it is rounded."""
+    if ripple.amplitude == 0.0:
+        return position
+    return position + ripple.amplitude * math.sin(ripple.waves * position)
+
+
+@register_jitable
+def measured_speed(ripple: AngleRipple, position: float, velocity: float) -> float:
+    """Return the derivative of the measured angle, rad/s, at a position (rad) and a velocity (rad/s)."""
+    if ripple.amplitude == 0.0:
+        return velocity
+    return velocity * (1.0 + ripple.amplitude * ripple.waves * math.cos(ripple.waves * position))
 
 
 class Sensor(Table):
@@ -37,6 +68,11 @@ class Sensor(Table):
         lost, ...
     held_share : float, optional
         ... and the share of the samples at which it begins to.
+    ripple_amplitude : float, optional
+        By how much the measured angle is off, to and fro as the joint turns, rad: in the velocity that is a share of
+        ``2 pi ripple_amplitude / ripple_period``, which must be below one, ...
+    ripple_period : float, optional
+        ... and the motion over which that repeats, rad; a turn by default.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -47,6 +83,8 @@ class Sensor(Table):
     leap_share: Share = 0.0
     held: Annotated[int, Field(ge=0, strict=True)] = 0
     held_share: Share = 0.0
+    ripple_amplitude: NonNegative = 0.0
+    ripple_period: Positive = 2.0 * math.pi
 
     @model_validator(mode="after")
     def _check_choice(self) -> Self:
@@ -63,7 +101,18 @@ class Sensor(Table):
             size, share = getattr(self, name), getattr(self, f"{name}_share")
             if (size > 0) != (share > 0.0):
                 raise ValueError(f"{name} = {size:g} and {name}_share = {share:g} are not allowed: give both or none")
+        ripple = self.angle_ripple
+        if ripple.amplitude * ripple.waves >= 1.0:
+            raise ValueError(
+                f"ripple_amplitude = {self.ripple_amplitude:g} rad is not allowed: it must be below ripple_period over "
+                f"2 pi, {1.0 / ripple.waves:.3g} rad, or the angle would run backwards"
+            )
         return self
+
+    @property
+    def angle_ripple(self) -> AngleRipple:
+        """How far the measured angle is off, as the kernels take it."""
+        return AngleRipple(self.ripple_amplitude, 2.0 * math.pi / self.ripple_period)
 
     @property
     def is_random(self) -> bool:

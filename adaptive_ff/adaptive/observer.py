@@ -49,7 +49,13 @@ from adaptive_ff.adaptive.colour import advance_colour, is_coloured, mean_length
 from adaptive_ff.adaptive.lag_tuning import lag_torque
 from adaptive_ff.adaptive.loop_response import advance_loop_response
 from adaptive_ff.adaptive.noise_level import RISE, NoiseState, advance_noise, hunts, likely_variance, noise_known
-from adaptive_ff.adaptive.observer_effect import ObserverEffect, advance_effect, demand_help, look_for_ringing
+from adaptive_ff.adaptive.observer_effect import (
+    ObserverEffect,
+    advance_effect,
+    demand_help,
+    look_for_ringing,
+    steadily_oscillates,
+)
 from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.ringing import beside_correction, far_error, loudest
 from controllers import PIParameters
@@ -406,10 +412,13 @@ def observer_gain(
 
 @register_jitable
 def helping_share(state: ObserverState, friction: float) -> float:
-    """Return the share of its gain that the observer is used with beside noise that a filter has made slow.
+    """Return the share of its gain that the observer is used with beside slow noise or a steady oscillation.
 
-    Where it does not help that is less than one, unless what it observes is much of the friction (N m).
+    Where it does not help that is less than one, unless what it observes is much of the friction (N m): a load. Of an
+    oscillation it may be what a sensor that ripples feigns.
     """
+    if steadily_oscillates(state.effect, state.noise.variance):
+        return state.effect.help
     level = MUCH * MUCH * friction * friction
     observed = max(state.squared, AT_ONCE * state.disturbance * state.disturbance)
     return state.effect.help + (1.0 - state.effect.help) * saturated(observed / (level + TINY) - 1.0)

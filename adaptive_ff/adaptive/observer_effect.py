@@ -25,6 +25,17 @@ a mean over 0.3 s. Without that a load of 80 N m that came later left 0.2 to 0.8
 counts, and friction was not trusted any more; with it 0.2 to 0.3 (0.15 to 0.2 for an observer that need not help).
 Where an outer loop asks for a correction the error is what that asks for, and nothing is asked of the observer.
 
+So it must where the error is a steady oscillation of any size, clear of the noise, as ``kappa`` below tells one: a
+velocity whose error turns with the joint (a resolver, a tachometer, a disc that is not round) is taken for a torque and
+followed, and beyond the band of the loop that leaves as much of the error that is measured, and up to 1.9 times the
+true one. How much torque is observed does not count there, since such a ripple feigns any; what comes as a load makes
+an error of one sign first. On motion one way joints with 0.5 to 1 % of the speed 60 and 120 times a turn settled at
+0.69 and 1.50 of PI, with it at 1.13 and 2.27 (rows ``sensor_ripple_60`` and ``_120``, seeds 101 to 106). Of 890 drawn
+joints, machines, cascades and drives that saturate 28 change, by 1.00 in the geometric mean (seeds 101 and 201). With
+cogging of half the Coulomb friction every 0.02 rad, told wrong, the error is 1.25 times what it was, 0.76 of PI's.
+Within the band of the loop such an observer makes less of the error that is measured, and nothing tells it from one
+that helps.
+
 On the built-in joint at 1, 2 and 5 ms with 2^13 to 2^18 counts (112 runs, seeds 101 to 108) 17 have a window above 1.2
 times PI's error, 56 had, and what they settle at is 1.18 times better in the geometric mean; the constants are on a
 plateau. Not used: a level of the noise for the gates that is that of the means (as many windows, since at reversals
@@ -129,7 +140,7 @@ class ObserverEffect(NamedTuple):
     acquittal : Acquittal
         What the error does without the observer.
     help : float
-        Share of its gain that the observer is used with beside noise that a filter has made slow.
+        Share of its gain that the observer is used with beside noise that a filter has made slow, or an oscillation.
     used_squared, used_expected : float
         Short means of the squared error, without noise, and of ``ehat^2`` while it is in use, rad^2/s^2.
     """
@@ -244,7 +255,7 @@ def demand_help(
     coloured: bool,
     duration: float,
 ) -> ObserverEffect:
-    """Return the state with an observer that is held back where it does not help beside coloured noise.
+    """Return the state with an observer held back where it does not help beside coloured noise or an oscillation.
 
     Parameters
     ----------
@@ -253,7 +264,7 @@ def demand_help(
     error, predicted, correction, variance, gain, duration : float
         As of :func:`advance_effect`. With an outer loop the error is what that asks for as well: it tells nothing here.
     coloured : bool
-        Whether the noise of the measured velocity is coloured.
+        Whether the noise of the measured velocity is coloured; a steady oscillation counts like that.
     """
     help = min(1.0, state.help + duration / RETURN)
     squared, expected = state.used_squared, state.used_expected
@@ -261,7 +272,7 @@ def demand_help(
         weight = duration / (SHORT + duration)
         squared += weight * (error * error - variance - squared)
         expected += weight * (predicted * predicted - expected)
-        if coloured:
+        if coloured or steadily_oscillates(state, variance):
             help = min(help, helpful_share(squared, expected, LITTLE, NOTHING))
     return ObserverEffect(
         error_squared=state.error_squared,
@@ -345,6 +356,13 @@ def look_for_ringing(
 def may_be_blamed(acquittal: Acquittal) -> bool:
     """Return whether an oscillation may be the observer's: where the joint oscillates without it as well, it is not."""
     return acquittal.stage != TRIED and acquittal.stage != ACQUITTED
+
+
+@register_jitable
+def steadily_oscillates(state: ObserverEffect, variance: float) -> bool:
+    """Tell whether the error is a steady oscillation of any size, clear of noise with a variance (rad^2/s^2)."""
+    squared = state.error_squared
+    return oscillates(squared - variance, state.mean, squared, state.fourth, variance, 0.0)
 
 
 @register_jitable

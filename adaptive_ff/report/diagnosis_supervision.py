@@ -9,6 +9,7 @@ from adaptive_ff.adaptive.counts import shown_deviation
 from adaptive_ff.adaptive.fed_shares import kicked_by_counts
 from adaptive_ff.adaptive.noise_level import noise_known
 from adaptive_ff.adaptive.observer import helping_share
+from adaptive_ff.adaptive.observer_effect import steadily_oscillates
 from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.unexplained import breakaway
 from adaptive_ff.adaptive.watching import holding_friction
@@ -118,7 +119,13 @@ def _observer_withheld(controller: AdaptiveController) -> Iterator[str]:
             "filter behind a coarse encoder)."
         )
     helping = helping_share(state.observer, holding_friction(state))
-    if helping < SHOWN:
+    if helping < SHOWN and steadily_oscillates(state.observer.effect, state.observer.noise.variance):
+        yield (
+            f"The observer is used with {100.0 * helping:.0f} % of its gain: the error oscillates steadily and the "
+            "observer takes little of it, as where the measured velocity ripples as the joint turns (a resolver, a "
+            "tachometer, a disc that is not round), or cogging is too fast for it."
+        )
+    elif helping < SHOWN:
         yield (
             f"The observer is used with {100.0 * helping:.0f} % of its gain: it takes little of the error, and the "
             "noise of the measured velocity changes slowly, as behind a filter that makes a velocity of an encoder's "

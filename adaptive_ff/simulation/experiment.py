@@ -11,11 +11,13 @@ from controllers import PositionLoopParameters, direct_velocity
 from plant import (
     Actuator,
     ActuatorParameters,
+    AngleRipple,
     AnyJoint,
     FrictionSchedule,
     Gravity,
     JointParameters,
     LuGreParameters,
+    Sensor,
     schedule,
 )
 
@@ -41,6 +43,8 @@ class Course(NamedTuple):
         Solver steps between a sample and the moment from which its command acts.
     resolution : float
         Step of the encoder, rad; zero where the velocity is measured.
+    angle_ripple : AngleRipple
+        By how much the measured angle is off, in the velocity and in the position.
     observer : NamedTuple
         What makes a velocity of the measurement, of a class in ``controllers.VELOCITY_ESTIMATORS``.
     solver_period : float
@@ -75,6 +79,7 @@ class Course(NamedTuple):
     actuator: ActuatorParameters
     delay: int
     resolution: float
+    angle_ripple: AngleRipple
     observer: Any
     solver_period: float
     samples: NDArray[np.int64]
@@ -200,6 +205,7 @@ def lay_plain_course(
         actuator=drive.parameters,
         delay=round(drive.delay / period),
         resolution=0.0,
+        angle_ripple=Sensor().angle_ripple,
         observer=direct_velocity(period),
         solver_period=period,
         samples=samples,
@@ -220,23 +226,26 @@ def lay_plain_course(
 def lay_course(scenario: Scenario) -> Course:
     """Compute everything of a scenario that does not depend on the controller."""
     joint, period, reference = scenario.joint.parameters, scenario.joint.solver_period, scenario.reference_velocity()
+    noise, held = scenario.sensed()
     course = Course(
-        joint,
-        scenario.plan,
-        scenario.actuator.parameters,
-        round(scenario.actuator.delay / period),
-        scenario.sensor.encoder_resolution or 0.0,
-        scenario.velocity_estimator,
-        period,
-        scenario.sample_steps,
-        reference,
-        *scenario.sensed(),
-        scenario.joint.weight,
-        scenario.position_loop or NO_POSITION_LOOP,
-        scenario.position_resolution or POSITION_STEP,
-        np.zeros(reference.size) if scenario.position is None else planned_position(joint, reference, period),
-        0,
-        np.zeros(0),
-        -1,
+        joint=joint,
+        plan=scenario.plan,
+        actuator=scenario.actuator.parameters,
+        delay=round(scenario.actuator.delay / period),
+        resolution=scenario.sensor.encoder_resolution or 0.0,
+        angle_ripple=scenario.sensor.angle_ripple,
+        observer=scenario.velocity_estimator,
+        solver_period=period,
+        samples=scenario.sample_steps,
+        reference=reference,
+        noise=noise,
+        held=held,
+        gravity=scenario.joint.weight,
+        outer=scenario.position_loop or NO_POSITION_LOOP,
+        position_step=scenario.position_resolution or POSITION_STEP,
+        planned=np.zeros(reference.size) if scenario.position is None else planned_position(joint, reference, period),
+        begin=0,
+        acting=np.zeros(0),
+        lead=-1,
     )
     return with_preview(course, scenario.assumed_delay * scenario.sampling.period)

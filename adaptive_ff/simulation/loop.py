@@ -43,6 +43,8 @@ from plant import (
     gravity_torque,
     heated,
     lagged_torque,
+    measured_angle,
+    measured_speed,
     phase_change,
     realise_torque,
     ripple_torque,
@@ -201,14 +203,16 @@ def run_plain(
         record.velocity[begin] = motion.velocity
         record.position[begin] = motion.position
         if course.resolution > 0.0:
-            reading = encoder_reading(course.resolution, motion.position)
+            reading = encoder_reading(course.resolution, measured_angle(course.angle_ripple, motion.position))
         else:
-            reading = sensed_velocity(motion) + course.noise[sample]
+            speed = measured_speed(course.angle_ripple, motion.position, sensed_velocity(motion))
+            reading = speed + course.noise[sample]
         if course.held[sample]:
             reading = last_reading
         last_reading = reading
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
-        angle, correction = encoder_reading(course.position_step, motion.position), 0.0
+        angle = encoder_reading(course.position_step, measured_angle(course.angle_ripple, motion.position))
+        correction = 0.0
         if course.outer.gain > 0.0:
             correction, outer = step_position_loop(course.outer, outer, course.planned[begin], angle)
         inputs = Inputs(

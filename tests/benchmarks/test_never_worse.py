@@ -17,6 +17,7 @@ from benchmarks.never_worse import (
     ENCODERS,
     LIGHT_PEAKS,
     MAPS,
+    RIPPLED,
     SENSOR_FAULTS,
     SITUATIONS,
     TOLD_INERTIAS,
@@ -36,7 +37,7 @@ def judgement(settled=2.0, window=0.5, start=0.2, after=(0.2,)):
 
 
 def test_situations_are_scenarios_of_the_matrix():
-    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DRIVES_UNTOLD, *SENSOR_FAULTS, *DATA_SHEETS}
+    made = {*MAPS, *LIGHT_PEAKS, *TOLD_INERTIAS, *TOLD_NOTHING, *DRIVES_UNTOLD, *SENSOR_FAULTS, *RIPPLED, *DATA_SHEETS}
     made |= ENCODERS.keys()
     assert SITUATIONS.keys() - made <= set(scenario_names())
 

@@ -5,7 +5,15 @@ import pytest
 from pydantic import ValidationError
 from scipy import stats
 
-from plant import Actuator, Sensor, encoder_reading, realise_torque, ripple_torque
+from plant import (
+    Actuator,
+    Sensor,
+    encoder_reading,
+    measured_angle,
+    measured_speed,
+    realise_torque,
+    ripple_torque,
+)
 
 
 def test_noise_is_white_and_gaussian_with_the_stated_deviation():
@@ -63,11 +71,27 @@ def test_faults_of_a_sensor_come_as_often_as_stated_and_leave_the_noise_as_it_is
         ({"leap": 3.0, "leap_share": 0.1, "encoder_resolution": 1e-4}, "leap = 3 rad/s is not allowed beside encoder"),
         ({"leap": 3.0, "leap_share": 1.0}, "less than 1"),
         ({"held": 2.5, "held_share": 0.1}, "held"),
+        ({"ripple_amplitude": 0.02, "ripple_period": 0.1}, "ripple_amplitude = 0.02 rad is not allowed: .*0.0159 rad"),
+        ({"ripple_amplitude": 0.001, "ripple_period": 0.0}, "ripple_period"),
     ],
 )
 def test_faults_that_cannot_be_are_refused(fields, message):
     with pytest.raises(ValidationError, match=message):
         Sensor(**fields)
+
+
+def test_a_measured_speed_is_the_slope_of_the_measured_angle():
+    ripple, step = Sensor(ripple_amplitude=2e-3, ripple_period=0.05).angle_ripple, 1e-6
+    angles = np.linspace(-0.1, 0.1, 41)
+    rise = [measured_angle(ripple, angle + step) - measured_angle(ripple, angle - step) for angle in angles]
+    speeds = np.array([measured_speed(ripple, angle, 3.0) for angle in angles])
+    assert speeds == pytest.approx(3.0 * np.array(rise) / (2.0 * step), rel=1e-6)
+    assert np.ptp(speeds) == pytest.approx(2.0 * 3.0 * 2e-3 * 2.0 * np.pi / 0.05, rel=1e-3)
+
+
+def test_an_angle_without_ripple_is_measured_as_it_is():
+    ripple = Sensor().angle_ripple
+    assert (measured_angle(ripple, 0.1), measured_speed(ripple, 0.1, 3.0)) == (0.1, 3.0)
 
 
 @pytest.mark.parametrize("value", [-0.001, math.nan, math.inf, "0.002", True, None])

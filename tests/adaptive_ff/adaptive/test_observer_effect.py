@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario
+from adaptive_ff.adaptive.observer import helping_share
 from adaptive_ff.adaptive.observer_effect import (
     FAR_WORSE,
     FORGIVES,
@@ -15,9 +16,12 @@ from adaptive_ff.adaptive.observer_effect import (
     demand_help,
     initial_effect,
 )
+from adaptive_ff.adaptive.observer_state import initial_observer
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.comparison.windows import judge
+from benchmarks.never_worse import named_cases
+from controllers import check_gains
 from tests.helpers.changed_effect import with_effect
 
 PERIOD = 0.01
@@ -124,6 +128,33 @@ def test_another_error_is_none(error):
 def test_an_oscillation_without_the_observer_or_within_the_noise_is_none():
     assert shaken(OSCILLATION, gain=0.4).ceiling == 1.0
     assert shaken(OSCILLATION, variance=0.5 * 0.05**2).ceiling == 1.0
+
+
+def test_beside_a_small_steady_oscillation_an_observer_must_help_whatever_it_observes():
+    small = shaken(0.1 * OSCILLATION)
+    assert (small.ceiling, small.share) == (1.0, 1.0)
+    left = demand_help(small, 0.1, 0.1, 0.0, 0.0, 1.0, False, PERIOD)
+    assert left.help <= PERIOD / RETURN
+    assert demand_help(shaken(np.full(500, 0.005)), 0.1, 0.1, 0.0, 0.0, 1.0, False, PERIOD).help == 1.0
+    within_noise = 0.1**2 * 0.05**2
+    assert demand_help(small, 0.1, 0.1, 0.0, within_noise, 1.0, False, PERIOD).help == 1.0
+    state = initial_observer(check_gains(1000.0, 0.0, PERIOD))
+    much = state._replace(effect=left, squared=60.0**2, disturbance=60.0)
+    assert helping_share(much, 60.0) == left.help
+    assert helping_share(much._replace(effect=initial_effect()._replace(help=0.0)), 60.0) == 1.0
+
+
+@pytest.mark.parametrize("name", ["sensor_ripple_60", "sensor_ripple_120"])
+def test_a_sensor_that_ripples_as_the_joint_turns_is_not_followed(name):
+    (case,) = named_cases([name], 101, 1)
+    assert judge(case.scenario, draws=1).settled > 1.0
+
+
+def test_that_a_sensor_ripples_is_said():
+    (case,) = named_cases(["sensor_ripple_120"], 101, 1)
+    controller = make_controller(case.scenario, "adaptive")
+    simulate(case.scenario, controller)
+    assert "ripples as the joint turns" in " ".join(controller.diagnose().supervision)
 
 
 @pytest.mark.parametrize(("name", "value"), [("share", 1.5), ("ceiling", -0.1), ("help", 1.1)])

@@ -205,6 +205,7 @@ def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once()
     scenario = SCENARIO.modified(
         duration=2.0,
         sampling={"jitter": 0.9},
+        sensor={"ripple_amplitude": 1e-4, "ripple_period": 0.02},
         feedback={"bandwidth": 5.0},
         actuator={"delay": 0.004, "torque_resolution": 0.5, "ripple_amplitude": 2.0, "rate_limit": 2e4},
         variation={
@@ -219,6 +220,27 @@ def test_loop_serves_its_compiled_and_plain_form_alike_with_everything_at_once()
     assert np.array_equal(plain.torque, fast.torque)
     assert np.array_equal(plain.velocity, fast.velocity)
     assert np.ptp(fast.velocity) > 0.1
+
+
+def test_a_sensor_that_ripples_shows_it_in_velocity_and_position_alike():
+    ripple = {"ripple_amplitude": 1e-4, "ripple_period": 0.02}
+    scenario = SHORT.modified(duration=2.0, sensor={"velocity_noise": 0.0, **ripple})
+    course = lay_course(scenario)
+    record, _ = drive(make("pi"), course)
+    velocity, position = (series[course.samples[:-1]] for series in (record.velocity, record.position))
+    expected = velocity * (1.0 + 1e-4 * 100.0 * np.pi * np.cos(100.0 * np.pi * position))
+    assert record.measured == pytest.approx(expected, abs=1e-12)
+    assert np.max(np.abs(record.measured - velocity)) > 0.02 * np.max(np.abs(velocity))
+    encoder = SHORT.modified(
+        duration=2.0,
+        sensor={"velocity_noise": 0.0, "encoder_resolution": 1e-7, **ripple},
+        velocity={"method": "difference"},
+    )
+    course = lay_course(encoder)
+    record, _ = drive(make("pi", encoder), course)
+    position = record.position[course.samples[:-1]]
+    angle = position + 1e-4 * np.sin(100.0 * np.pi * position)
+    assert record.measured[1:] == pytest.approx(np.diff(angle) / encoder.sampling.period, abs=2e-5)
 
 
 def test_delay_that_the_bandwidth_does_not_allow_is_refused():
