@@ -95,18 +95,8 @@ def planned_inputs(
 @register_jitable
 def _changed(inputs: Inputs, reference: float, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
     # all fields are listed: compiled code knows no ``_replace``
-    return Inputs(
-        reference=reference,
-        velocity=velocity,
-        next_reference=inputs.next_reference,
-        correction=inputs.correction,
-        position=inputs.position,
-        realised_torque=realised_torque,
-        feedforward=feedforward,
-        inertia=inputs.inertia,
-        dt=inputs.dt,
-        acting_reference=inputs.acting_reference,
-        next_acting_reference=inputs.next_acting_reference,
+    return inputs._replace(
+        reference=reference, velocity=velocity, realised_torque=realised_torque, feedforward=feedforward
     )
 
 
@@ -142,19 +132,7 @@ def present_inertia(inputs: Inputs, inertia: float) -> float:
 
 @register_jitable
 def _planned(inputs: Inputs, following: float, start: float, end: float) -> Inputs:
-    return Inputs(
-        reference=inputs.reference,
-        velocity=inputs.velocity,
-        next_reference=following,
-        correction=inputs.correction,
-        position=inputs.position,
-        realised_torque=inputs.realised_torque,
-        feedforward=inputs.feedforward,
-        inertia=inputs.inertia,
-        dt=inputs.dt,
-        acting_reference=start,
-        next_acting_reference=end,
-    )
+    return inputs._replace(next_reference=following, acting_reference=start, next_acting_reference=end)
 
 
 @register_jitable

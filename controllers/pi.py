@@ -137,7 +137,7 @@ def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
     """
     if pi.integral <= 0.0:
         return state
-    return PIState(state.integral - torque, state.velocity, state.commands, state.samples, state.rejected, state.guard)
+    return state._replace(integral=state.integral - torque)
 
 
 STEPS[PIParameters] = step_pi

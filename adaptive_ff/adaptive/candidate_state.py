@@ -140,12 +140,7 @@ def with_numbers(
     presliding: float,
 ) -> CandidateState:
     """Return the state with all that is no array given anew; it shares the arrays."""
-    return CandidateState(
-        filters=state.filters,
-        bent=state.bent,
-        moments=state.moments,
-        estimates=state.estimates,
-        errors=state.errors,
+    return state._replace(
         chosen=chosen,
         turn=turn,
         phase=phase,
@@ -154,13 +149,6 @@ def with_numbers(
         waited=waited,
         stribeck_velocity=velocity,
         presliding=presliding,
-        reversals=state.reversals,
-        row=state.row,
-        products=state.products,
-        factor=state.factor,
-        gain=state.gain,
-        work=state.work,
-        ranges=state.ranges,
     )
 
 

@@ -212,15 +212,7 @@ def begun_load(alarm: Alarm, product: float, load: float, undone: bool) -> Alarm
 @register_jitable
 def gone_on(alarm: Alarm, product: float, age: float, turned: float) -> Alarm:
     """Return the alarm of the same cause, with the age and the time since the joint turned that it has by now (s)."""
-    return Alarm(
-        cause=alarm.cause,
-        product=product,
-        friction=alarm.friction,
-        age=age,
-        turned=turned,
-        load=alarm.load,
-        undone=alarm.undone,
-    )
+    return alarm._replace(product=product, age=age, turned=turned)
 
 
 @register_jitable

@@ -185,16 +185,9 @@ def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
     """
     if not doubt.doubted:
         return inputs
-    return Inputs(
+    return inputs._replace(
         reference=doubt.reference,
         velocity=math.nan,
         next_reference=doubt.reference if doubt.leapt else inputs.next_reference,
         correction=0.0,
-        position=inputs.position,
-        realised_torque=inputs.realised_torque,
-        feedforward=inputs.feedforward,
-        inertia=inputs.inertia,
-        dt=inputs.dt,
-        acting_reference=inputs.acting_reference,
-        next_acting_reference=inputs.next_acting_reference,
     )

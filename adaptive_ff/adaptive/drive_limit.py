@@ -271,30 +271,8 @@ def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> Dri
     if state.doubt == 0.0 and not (state.unproven or state.bounded):
         return state
     doubt = max(0.0, state.doubt - duration / (DOUBTED * answers_in(feedback)))
-    return DriveLimit(
-        torque=state.torque,
-        moved=state.moved,
-        error=state.error,
-        velocity=state.velocity,
-        proven=state.proven,
-        usual=state.usual,
-        moving=state.moving,
-        follows=state.follows,
-        stuck=state.stuck,
-        broke=state.broke,
-        doubt=doubt,
-        suspect=state.suspect and doubt > 0.0,
-        unproven=False,
-        given=0.0,
-        largest=state.largest,
-        anew=False,
-        established=state.established,
-        waited=state.waited,
-        patience=state.patience,
-        shown=state.shown,
-        answered=state.answered,
-        bounded=False,
-        rising=state.rising,
+    return state._replace(
+        doubt=doubt, suspect=state.suspect and doubt > 0.0, unproven=False, given=0.0, anew=False, bounded=False
     )
 
 

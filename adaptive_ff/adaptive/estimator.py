@@ -163,7 +163,7 @@ def faded(levels: Levels, keep: float, memory: float) -> Levels:
     if levels.learnt <= PEAK_MEMORIES * memory:
         return levels
     fading = 1.0 - (1.0 - keep) / PEAK_MEMORIES
-    return Levels(levels.squared_error, fading * levels.torque, fading * levels.speed, levels.learnt, levels.stuck)
+    return levels._replace(torque=fading * levels.torque, speed=fading * levels.speed)
 
 
 @register_jitable

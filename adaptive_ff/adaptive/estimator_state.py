@@ -214,18 +214,7 @@ def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
 @register_jitable
 def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm: Alarm) -> EstimatorState:
     """Return the state with other levels, short means and alarm; it shares the arrays."""
-    return EstimatorState(
-        recursion=state.recursion,
-        agreement=state.agreement,
-        levels=levels,
-        surprise=surprise,
-        alarm=alarm,
-        loads=state.loads,
-        regressors=state.regressors,
-        scratch=state.scratch,
-        candidates=state.candidates,
-        friction_map=state.friction_map,
-    )
+    return state._replace(levels=levels, surprise=surprise, alarm=alarm)
 
 
 @register_jitable
@@ -257,18 +246,7 @@ def begin_anew_in_place(estimator: EstimatorParameters, state: EstimatorState) -
 @register_jitable
 def with_curve(state: EstimatorState, candidates: CandidateState, friction_map: MapState) -> EstimatorState:
     """Return the state with other states of the candidates and of the map; it shares the arrays."""
-    return EstimatorState(
-        recursion=state.recursion,
-        agreement=state.agreement,
-        levels=state.levels,
-        surprise=state.surprise,
-        alarm=state.alarm,
-        loads=state.loads,
-        regressors=state.regressors,
-        scratch=state.scratch,
-        candidates=candidates,
-        friction_map=friction_map,
-    )
+    return state._replace(candidates=candidates, friction_map=friction_map)
 
 
 @register_jitable

@@ -185,22 +185,7 @@ def follow_map_in_place(
         decay = filter_decay(pole, duration)
         advance_load_in_place(state.signals[POSITION], pole, decay, angle, duration, not state.known)
         advance_load_in_place(state.signals[LOAD], pole, decay, abs(load), duration, first or not state.known)
-    return MapState(
-        coefficients=state.coefficients,
-        before=state.before,
-        information=state.information,
-        signals=state.signals,
-        known=known,
-        direction=state.direction,
-        age=state.age,
-        share=state.share,
-        seen=state.seen,
-        xx=state.xx,
-        xy=state.xy,
-        yy=state.yy,
-        friction=state.friction,
-        load=state.load,
-    )
+    return state._replace(known=known)
 
 
 @register_jitable

@@ -159,17 +159,7 @@ def empty_evidence(identified: float) -> Evidence:
 @register_jitable
 def with_evidence(state: TimingState, evidence: Evidence, lag: float, seen: float) -> TimingState:
     """Return the state with other evidence, lag (s) of the feedforward, and information seen so far (1/s^2)."""
-    return TimingState(
-        sensitivity=state.sensitivity,
-        velocity=state.velocity,
-        integral=state.integral,
-        slope=state.slope,
-        sensitivities=state.sensitivities,
-        commands=state.commands,
-        evidence=evidence,
-        lag=lag,
-        seen=seen,
-    )
+    return state._replace(evidence=evidence, lag=lag, seen=seen)
 
 
 @register_jitable
@@ -207,16 +197,8 @@ def advance_response(
     response = LoopResponse(state.velocity, state.slope, state.integral, state.commands)
     sensitivity = delayed(state.sensitivities, feedback.delay)
     response = advance_loop_response(response, feedback, inertia, velocity_lag, sensitivity, duration)
-    return TimingState(
-        sensitivity=state.sensitivity,
-        velocity=response.velocity,
-        integral=response.integral,
-        slope=response.measured,
-        sensitivities=state.sensitivities,
-        commands=response.commands,
-        evidence=state.evidence,
-        lag=state.lag,
-        seen=state.seen,
+    return state._replace(
+        velocity=response.velocity, integral=response.integral, slope=response.measured, commands=response.commands
     )
 
 
@@ -329,14 +311,4 @@ def note_friction(state: TimingState, start: float, end: float, lag: float, peri
     """
     mean, sensitivity = lag_torque(lag, state.sensitivity, (start - end) / period, period)
     sensitivities = remember(state.sensitivities, mean)
-    return TimingState(
-        sensitivity=sensitivity,
-        velocity=state.velocity,
-        integral=state.integral,
-        slope=state.slope,
-        sensitivities=sensitivities,
-        commands=state.commands,
-        evidence=state.evidence,
-        lag=lag,
-        seen=state.seen,
-    )
+    return state._replace(sensitivity=sensitivity, sensitivities=sensitivities, lag=lag)

@@ -92,7 +92,7 @@ def advance_noise(state: NoiseState, error: float, counts: bool, duration: float
         Time since the last sample, s.
     """
     if not counts:
-        return NoiseState(error, state.last, state.mean, state.measured, state.variance, state.least, state.usual)
+        return state._replace(last=error, before=state.last)
     difference = error - 2.0 * state.last + state.before
     squared = difference * difference / SECOND_DIFFERENCE
     mean = state.mean + duration / (WINDOW + duration) * (squared - state.mean)

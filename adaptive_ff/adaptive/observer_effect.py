@@ -274,19 +274,7 @@ def demand_help(
         expected += weight * (predicted * predicted - expected)
         if coloured or steadily_oscillates(state, variance):
             help = min(help, helpful_share(squared, expected, LITTLE, NOTHING))
-    return ObserverEffect(
-        error_squared=state.error_squared,
-        expected_squared=state.expected_squared,
-        share=state.share,
-        mean=state.mean,
-        fourth=state.fourth,
-        ceiling=state.ceiling,
-        ringing=state.ringing,
-        acquittal=state.acquittal,
-        help=help,
-        used_squared=squared,
-        used_expected=expected,
-    )
+    return state._replace(help=help, used_squared=squared, used_expected=expected)
 
 
 @register_jitable
@@ -337,19 +325,7 @@ def look_for_ringing(
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
     elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak):
         share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
-    return ObserverEffect(
-        error_squared=state.error_squared,
-        expected_squared=state.expected_squared,
-        share=share,
-        mean=state.mean,
-        fourth=state.fourth,
-        ceiling=ceiling,
-        ringing=ringing,
-        acquittal=state.acquittal,
-        help=state.help,
-        used_squared=state.used_squared,
-        used_expected=state.used_expected,
-    )
+    return state._replace(share=share, ceiling=ceiling, ringing=ringing)
 
 
 @register_jitable

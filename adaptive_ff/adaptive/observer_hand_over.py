@@ -27,27 +27,7 @@ def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[Observe
     if not state.let_go or not moves or is_astray(state.stuck, state.away):
         return state, 0.0
     return (
-        ObserverState(
-            disturbance=state.disturbance + integral,
-            gain=state.gain,
-            velocity=state.velocity,
-            reference=state.reference,
-            lagged_torque=state.lagged_torque,
-            fed=state.fed,
-            squared=state.squared,
-            response=state.response,
-            predicted_squared=state.predicted_squared,
-            noise=state.noise,
-            error=state.error,
-            error_squared=state.error_squared,
-            quiet=state.quiet,
-            stuck=state.stuck,
-            away=state.away,
-            let_go=False,
-            effect=state.effect,
-            colour=state.colour,
-            unforeseen=state.unforeseen,
-        ),
+        state._replace(disturbance=state.disturbance + integral, let_go=False),
         state.gain * integral,
     )
 
@@ -84,26 +64,6 @@ def hand_over_to_observer(
     elif gain > state.gain:
         leaves += (integral - leaves) * (gain - state.gain) / (1.0 - state.gain)
     return (
-        ObserverState(
-            disturbance=disturbance,
-            gain=gain,
-            velocity=state.velocity,
-            reference=state.reference,
-            lagged_torque=state.lagged_torque,
-            fed=remember(state.fed, fed),
-            squared=state.squared,
-            response=state.response,
-            predicted_squared=state.predicted_squared,
-            noise=state.noise,
-            error=state.error,
-            error_squared=state.error_squared,
-            quiet=state.quiet,
-            stuck=state.stuck,
-            away=state.away,
-            let_go=state.let_go,
-            effect=state.effect,
-            colour=state.colour,
-            unforeseen=state.unforeseen,
-        ),
+        state._replace(disturbance=disturbance, gain=gain, fed=remember(state.fed, fed)),
         leaves,
     )

@@ -128,24 +128,4 @@ def initial_observer(feedback: PIParameters) -> ObserverState:
 @register_jitable
 def start_observer(state: ObserverState, reference: float, velocity: float) -> ObserverState:
     """Return the state at the first sample, from which on differences are taken."""
-    return ObserverState(
-        disturbance=state.disturbance,
-        gain=state.gain,
-        velocity=velocity,
-        reference=reference,
-        lagged_torque=state.lagged_torque,
-        fed=state.fed,
-        squared=state.squared,
-        response=state.response,
-        predicted_squared=state.predicted_squared,
-        noise=state.noise,
-        error=state.error,
-        error_squared=state.error_squared,
-        quiet=state.quiet,
-        stuck=state.stuck,
-        away=state.away,
-        let_go=state.let_go,
-        effect=state.effect,
-        colour=state.colour,
-        unforeseen=0.0,
-    )
+    return state._replace(velocity=velocity, reference=reference, unforeseen=0.0)

@@ -86,7 +86,7 @@ def note_correction(state: OuterLoop, correction: float, velocity: float, rests:
         return OuterLoop(correction, state.step, state.seen, 0.0, 0.0)
     rested = min(state.rested + duration, SETTLED)
     if not answers(state, correction, velocity):
-        return OuterLoop(correction, state.step, state.seen, state.play, rested)
+        return state._replace(correction=correction, rested=rested)
     play, change = play_after(state, correction), abs(correction - state.correction)
     if state.seen == 0 or change < (1.0 - SAME) * state.step:
         return OuterLoop(correction, change, 1, 0.0, rested)

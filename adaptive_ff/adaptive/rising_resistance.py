@@ -98,15 +98,7 @@ def can_be_judged(state: RisingResistance, integral_time: float) -> bool:
 @register_jitable
 def judged(state: RisingResistance) -> RisingResistance:
     """Return the state in which the line is believed, or not, and what comes next counts alone."""
-    return RisingResistance(
-        0.0,
-        state.speed,
-        state.resistance,
-        state.speed_variance,
-        state.covariance,
-        state.resistance_variance,
-        rises(state),
-    )
+    return state._replace(lasted=0.0, believed=rises(state))
 
 
 @register_jitable

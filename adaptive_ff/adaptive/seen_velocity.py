@@ -255,46 +255,14 @@ def resolution_after(old: SeenVelocity, velocity: float, possible: float) -> Res
 @register_jitable
 def without_velocity(old: SeenVelocity, falls: float, rises: float, gap: float, share: float) -> SeenVelocity:
     """Return what is remembered after a sample without a velocity; parameters as of :class:`SeenVelocity`."""
-    return SeenVelocity(
-        last=old.last,
-        believed=old.believed,
-        falls=falls,
-        rises=rises,
-        gap=gap,
-        plan=old.plan,
-        finest=old.finest,
-        changes=old.changes,
-        fine=old.fine,
-        leapt=0,
-        missing=False,
-        share=share,
-        leaps=old.leaps,
-        multiples=old.multiples,
-        ratio=old.ratio,
-        decays=old.decays,
-    )
+    return old._replace(falls=falls, rises=rises, gap=gap, leapt=0, missing=False, share=share)
 
 
 @register_jitable
 def believed(seen: SeenVelocity, leaps: int, share: float) -> SeenVelocity:
     """Return what is remembered where the present velocity is believed, after so many leaps."""
-    return SeenVelocity(
-        last=seen.last,
-        believed=seen.last,
-        falls=0.0,
-        rises=0.0,
-        gap=0.0,
-        plan=seen.plan,
-        finest=seen.finest,
-        changes=seen.changes,
-        fine=seen.fine,
-        leapt=0,
-        missing=False,
-        share=share,
-        leaps=leaps,
-        multiples=seen.multiples,
-        ratio=seen.ratio,
-        decays=seen.decays,
+    return seen._replace(
+        believed=seen.last, falls=0.0, rises=0.0, gap=0.0, leapt=0, missing=False, share=share, leaps=leaps
     )
 
 

@@ -236,19 +236,8 @@ def advance_trust(
     response = advance_loop_response(state.response, feedback, inertia, velocity_lag, friction, duration)
     peak, span, fastest, before = plan_speeds(state, reference, duration)
     if not valid:
-        return TrustState(
-            trust=state.earned,
-            response=response,
-            frictions=state.frictions,
-            xx=state.xx,
-            xy=state.xy,
-            yy=state.yy,
-            missed=state.missed,
-            peak=peak,
-            earned=state.earned,
-            span=span,
-            fastest=fastest,
-            before=before,
+        return state._replace(
+            trust=state.earned, response=response, peak=peak, span=span, fastest=fastest, before=before
         )
     x = response.measured
     y = predicted + state.trust * x
@@ -329,17 +318,4 @@ def soft_bound(state: TrustState, proportional: float, friction: float, time: fl
 @register_jitable
 def with_friction(state: TrustState, trust: float, friction: float) -> TrustState:
     """Return the state with the trust in force over the coming period and the model's friction (N m) for it."""
-    return TrustState(
-        trust=trust,
-        response=state.response,
-        frictions=remember(state.frictions, friction),
-        xx=state.xx,
-        xy=state.xy,
-        yy=state.yy,
-        missed=state.missed,
-        peak=state.peak,
-        earned=state.earned,
-        span=state.span,
-        fastest=state.fastest,
-        before=state.before,
-    )
+    return state._replace(trust=trust, frictions=remember(state.frictions, friction))

@@ -41,6 +41,8 @@ class Calls:
 
     def translate(self, expressions: "Expressions", node: ast.Call) -> Value:
         """Return a call in C; ``NotExportable`` where it has no translation."""
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
+            return self._replaced(expressions, node, node.func.value)
         function = resolve(expressions.kernel, node.func)
         if function in LIBRARY and not node.keywords:
             arguments = [expressions.real(argument).text for argument in node.args]
@@ -75,13 +77,29 @@ class Calls:
 
     def _record(self, expressions: "Expressions", node: ast.Call, origin: Any) -> Value:
         signature = inspect.signature(origin)
-        values = []
         given = self._arguments(expressions, node, list(signature.parameters))
         for name, parameter in signature.parameters.items():
-            if name in given:
-                values.append(given[name])
-            else:
-                values.append(expressions.known(node, parameter.default))
+            if name not in given:
+                given[name] = expressions.known(node, parameter.default)
+        return self._made(expressions, node, origin, [given[name] for name in signature.parameters])
+
+    def _replaced(self, expressions: "Expressions", node: ast.Call, owner: ast.expr) -> Value:
+        """Return a named tuple with other values of the fields that are named."""
+        record, shown = expressions.translate(owner), ast.unparse(node)
+        kind = record.type
+        if not isinstance(kind, Record) or kind.origin is None:
+            raise expressions.kernel.refusal(node, f"{shown}: {ast.unparse(owner)} is no named tuple")
+        if node.args:
+            raise expressions.kernel.refusal(node, f"{shown}: name every field that changes")
+        names = [name for name, _ in kind.fields]
+        given = self._arguments(expressions, node, names)
+        if not record.root:
+            root = expressions.hoisted(node, record)
+            record = Value(root, kind, root=root)
+        values = [given[name] if name in given else record.member(name) for name in names]
+        return self._made(expressions, node, kind.origin, values)
+
+    def _made(self, expressions: "Expressions", node: ast.Call, origin: Any, values: list[Value]) -> Value:
         kinds = [value.type for value in values]
         if None in kinds:
             raise expressions.kernel.refusal(node, f"{ast.unparse(node)}: a field has no value")

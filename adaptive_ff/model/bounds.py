@@ -137,38 +137,18 @@ def torque_model(
 @register_jitable
 def with_bristles(model: TorqueModel, presliding: float, micro_damping: float) -> TorqueModel:
     """Return the model with a presliding distance (rad) and the damping of the bristles (N m)."""
-    return TorqueModel(
-        inertia=model.inertia,
-        coulomb=model.coulomb,
-        stiction=model.stiction,
-        viscous=model.viscous,
-        friction_lag=model.friction_lag,
-        stribeck_velocity=model.stribeck_velocity,
-        stribeck_shape=model.stribeck_shape,
-        offset=model.offset,
-        stiction_asymmetry=model.stiction_asymmetry,
-        viscous_asymmetry=model.viscous_asymmetry,
-        presliding=presliding,
-        micro_damping=micro_damping,
-    )
+    return model._replace(presliding=presliding, micro_damping=micro_damping)
 
 
 @register_jitable
 def with_friction_times(model: TorqueModel, factor: float) -> TorqueModel:
     """Return the model with all its friction, but for the offset and the damping of bristles, times a factor."""
-    return TorqueModel(
-        inertia=model.inertia,
+    return model._replace(
         coulomb=factor * model.coulomb,
         stiction=factor * model.stiction,
         viscous=factor * model.viscous,
-        friction_lag=model.friction_lag,
-        stribeck_velocity=model.stribeck_velocity,
-        stribeck_shape=model.stribeck_shape,
-        offset=model.offset,
         stiction_asymmetry=factor * model.stiction_asymmetry,
         viscous_asymmetry=factor * model.viscous_asymmetry,
-        presliding=model.presliding,
-        micro_damping=model.micro_damping,
     )
 
 

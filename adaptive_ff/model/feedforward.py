@@ -113,7 +113,7 @@ def released(model: TorqueModel, state: FeedforwardState, share: float, duration
     if model.friction_lag > 0.0:
         excess *= -math.expm1(-duration / model.friction_lag)
     left = state.friction - excess
-    return FeedforwardState(left, state.reference, state.started, state.slip, state.adhesion, state.turned)
+    return state._replace(friction=left)
 
 
 @register_jitable
@@ -209,11 +209,11 @@ def exchange_model(
     slip, adhesion : float
         Shares of Coulomb friction and stiction behind the new model's lag over the path; the state's where that stays.
     """
-    following = FeedforwardState(state.friction, state.reference, state.started, slip, adhesion, state.turned)
+    following = state._replace(slip=slip, adhesion=adhesion)
     if reference == 0.0:
         return following
     change = static_friction(new, following, reference) - static_friction(old, state, reference)
-    return FeedforwardState(state.friction + change, state.reference, state.started, slip, adhesion, state.turned)
+    return state._replace(friction=state.friction + change, slip=slip, adhesion=adhesion)
 
 
 @register_jitable

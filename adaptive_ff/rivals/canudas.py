@@ -246,16 +246,12 @@ def finish_canudas(
 ) -> tuple[Output, CanudasState]:
     """Do the feedback with a torque (N m) fed forward, and keep what the next sample needs."""
     output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, torque), guard)
-    return output, CanudasState(
+    return output, state._replace(
         feedback=feedback,
-        recursion=state.recursion,
-        physical=state.physical,
         velocity=velocity,
         reference=inputs.reference,
         known_torque=inputs.feedforward,
         valid=state.valid + 1 if math.isfinite(inputs.velocity) else 0,
-        enabled=state.enabled,
-        row=state.row,
     )
 
 

@@ -198,9 +198,7 @@ def step_feedback_error(
         learn_from_feedback_in_place(block, state, output.torque - output.feedforward, inputs.dt)
     for i in range(block.scale.size):
         state.active[i] = state.row[i]
-    return output, FeedbackErrorState(
-        feedback, state.weights, state.friction, state.active, inputs.reference, state.enabled, state.row
-    )
+    return output, state._replace(feedback=feedback, reference=inputs.reference)
 
 
 @register_jitable

@@ -208,7 +208,7 @@ def step_learnt(block: LearntParameters, state: LearntState, inputs: Inputs) -> 
     for i in range(VISCOUS, block.scale.size):
         torque += state.weights[i] * state.features[i]
     output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, torque), guard)
-    return output, LearntState(feedback, state.weights, state.features, inputs.reference, state.enabled, time_refused)
+    return output, state._replace(feedback=feedback, reference=inputs.reference, refused=time_refused)
 
 
 STEPS[LearntParameters] = step_learnt

@@ -236,16 +236,7 @@ def step_lugre_gradient(
     friction = 0.5 * (state.bristles + bristles) + values[VISCOUS] * velocity + values[OFFSET]
     torque = present_inertia(inputs, values[INERTIA]) * slope + friction
     output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, torque), guard)
-    return output, LuGreGradientState(
-        feedback=feedback,
-        parameters=values,
-        bristles=bristles,
-        slopes=state.slopes,
-        sensitivities=state.sensitivities,
-        integrals=state.integrals,
-        reference=inputs.reference,
-        enabled=state.enabled,
-    )
+    return output, state._replace(feedback=feedback, parameters=values, bristles=bristles, reference=inputs.reference)
 
 
 @register_jitable

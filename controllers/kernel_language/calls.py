@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 def translate_call(expressions: "Expressions", node: ast.Call) -> Value:
     """Return the value of a call; ``NotTranslatable`` where it has none."""
     if not expressions.is_global(node.func):
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
+            return _replaced(expressions, node, node.func.value)
         raise expressions.refusal(node, f"{ast.unparse(node.func)} is no function of a module")
     function = expressions.resolved(node.func)
     if not callable(function) or not isinstance(function, Hashable):
@@ -55,7 +57,27 @@ def _record(expressions: "Expressions", node: ast.Call, origin: Any) -> Value:
     if makes_itself(origin):
         problem = f"{origin.__name__} has a __new__ of its own; write a kernel that makes a plain named tuple"
         raise expressions.refusal(node, problem)
-    values = _bound(expressions, node, inspect.signature(origin), expressions.spread(node.args))
+    return _made(
+        expressions, node, origin, _bound(expressions, node, inspect.signature(origin), expressions.spread(node.args))
+    )
+
+
+def _replaced(expressions: "Expressions", node: ast.Call, owner: ast.expr) -> Value:
+    """Return a named tuple with other values of the fields that are named."""
+    record, shown = expressions.translate(owner), ast.unparse(node)
+    if not isinstance(record.kind, Record) or not record.kind.origin:
+        raise expressions.refusal(node, f"{shown}: {ast.unparse(owner)} is no named tuple")
+    names = [keyword.arg for keyword in node.keywords]
+    if node.args or None in names:
+        raise expressions.refusal(node, f"{shown}: name every field that changes")
+    if unknown := set(names) - set(record.kind.places):
+        raise expressions.refusal(node, f"{shown}: {record.kind.origin.__name__} has no field {min(map(str, unknown))}")
+    given = {keyword.arg: expressions.translate(keyword.value) for keyword in node.keywords}
+    values = [given.get(name) or expressions.body.member(record, place) for name, place in record.kind.places.items()]
+    return _made(expressions, node, record.kind.origin, values)
+
+
+def _made(expressions: "Expressions", node: ast.Call, origin: Any, values: list[Value]) -> Value:
     for place, name in enumerate(origin._fields):  # integers given for real fields become real
         if values[place].kind is INTEGER and origin.__annotations__.get(name) in (float, "float"):
             values[place] = expressions.body.real(node, values[place])

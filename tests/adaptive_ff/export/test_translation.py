@@ -145,6 +145,25 @@ def kernel(row):
     assert "const double new_ = change(row);" in translated(alone, tmp_path, monkeypatch, np.zeros(2))
 
 
+def test_a_named_tuple_with_other_values_of_some_fields_is_written_out(tmp_path, monkeypatch):
+    text = """from typing import NamedTuple
+
+class Pair(NamedTuple):
+    x: float
+    y: float
+
+def swapped(pair):
+    return pair._replace(x=pair.y, y=pair.x)
+
+def kernel(a, b):
+    return swapped(Pair(a, b))._replace(y=a).x
+"""
+    made = translated(text, tmp_path, monkeypatch, 0.5, 1.5)
+    assert "{pair.y, pair.x}" in made.replace(".x = ", "").replace(".y = ", "")
+    with pytest.raises(NotExportable, match="x is no named tuple"):
+        translated("def kernel(x):\n    return x._replace(y=1.0)\n", tmp_path, monkeypatch, 0.5)
+
+
 def test_an_index_outside_of_an_array_is_refused(tmp_path, monkeypatch):
     with pytest.raises(NotExportable, match="outside of its 2 elements"):
         translated("def kernel(row):\n    return row[2]\n", tmp_path, monkeypatch, np.zeros(2))

@@ -41,6 +41,10 @@ def both(text, arguments, tmp_path, monkeypatch):
         ("from math import pi, sin\ndef kernel(x):\n    return pi * sin(x)\n", (0.5,)),
         ("from enum import Enum\nclass M(int, Enum):\n    A = 3\nQ = M.A\n"
          "def g(n, m=Q):\n    return n + m\ndef kernel(n):\n    return g(n)\n", (1,)),
+        ("from typing import NamedTuple\nclass P(NamedTuple):\n    x: float\n    n: int\n    y: float\n"
+         "def moved(p):\n    return p._replace(x=p.y, y=p.x)\n"
+         "def kernel(a, b):\n    p = moved(P(a, 2, b))\n    p = p._replace(n=p.n + 1)\n"
+         "    q = moved(p)._replace(x=1)\n    return p.x, p.n, p.y, q.x, q.n, q.y\n", (0.5, 1.5)),
     ],
 )  # fmt: skip
 def test_machine_code_does_what_python_does(text, arguments, tmp_path, monkeypatch):

@@ -12,6 +12,7 @@ from controllers.memory_layout import Memory
 
 HEAD = """import collections
 import math
+from typing import NamedTuple
 
 LARGE = 2**64
 LEAST = -(2**63)
@@ -27,6 +28,11 @@ first = twice
 
 def twice(x):
     return 2.0 * x
+
+class Pair(NamedTuple):
+    a: float
+    b: float
+
 
 def yielding(x):
     return x
@@ -49,6 +55,9 @@ def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
         ("return n + (9223372036854775807 + 1)", 0, "beyond the 64 bits"),
         ("return n + 4611686018427387904 * 4", 0, "beyond the 64 bits"),
         ("return n + -LEAST", 0, "beyond the 64 bits"),
+        ("return x._replace(y=1.0)", 0, "x._replace(y=1.0): x is no named tuple"),
+        ("return Pair(x, x)._replace(x).a", 0, "name every field that changes"),
+        ("return Pair(x, x)._replace(c=x).a", 0, "Pair has no field c"),
         ("return Doubling(x).x", 0, "Doubling has a __new__ of its own; write a kernel"),
         ("for _ in range(n):\n    x += 1.0\nreturn _", 2, "_ keeps no value; give the variable a name"),
         ("if n > 0:\n    s = t.shape\nelse:\n    s = t.shape\nreturn s[0]", 3, "s gets a value once more, and cannot"),
