@@ -22,6 +22,12 @@ Its weight is such that it adds no more than this. Else 2 s of a wrong plan woul
 what the plan did then would pass for bristles.
 """
 
+LEAST_LEFT = 0.0
+"""Squared error that an estimate leaves at least, over the mean squared torque: nothing in double precision.
+
+In single precision, what rounding leaves of the moments stands here (``export.literals``): below it, errors are none.
+"""
+
 
 @register_jitable
 def write_own_columns_in_place(candidates: CandidateState, place: int, factor: float) -> None:
@@ -87,7 +93,8 @@ def residual_moments_in_place(
         for i in range(COULOMB, estimate.size):
             predicted += estimate[i] * moments[i + 1, j]
         correlation[j] = moments[last, j] - predicted
-    return max(left_of(correlation, estimate), 0.0)
+    least: float = LEAST_LEFT * moments[last, last]
+    return max(left_of(correlation, estimate), least)
 
 
 @register_jitable

@@ -83,7 +83,7 @@ def _constants(export: Export) -> str:
 def _definitions(export: Export, name: str, constant: Constant) -> list[str]:
     values = constant.value if isinstance(constant.value, tuple) else None
     pairs = [(name, constant.value)] if values is None else [(f"{name}_{i}", item) for i, item in enumerate(values)]
-    texts = [(key, export.precision.literal(item, key)) for key, item in pairs]
+    texts = [(key, export.precision.constant(key, item)) for key, item in pairs]
     return [f"#define {key} {f'({text})' if text.startswith('-') else text}" for key, text in texts]
 
 
