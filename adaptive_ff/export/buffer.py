@@ -3,7 +3,8 @@
 A header of 24 bytes, then all numbers of the state in their order. Numbers are little-endian on every machine: reals
 of 8 bytes, or 4 in single precision, integers of 8, truth values of 1. The header holds the letters ``AFFS``, the
 version of this format, the whole size, a checksum of the numbers (FNV-1a, 32 bits) and a hash of what the state holds
-(64 bits), so that a state of another controller, or of another version of it, is refused.
+and belongs to (64 bits), so that a state of another controller, of one for another joint, or of another version of it,
+is refused.
 """
 
 import hashlib
@@ -35,12 +36,29 @@ def formats(single: bool) -> dict[Type, str]:
     return {REAL: "f" if single else "d", INTEGER: "q", BOOLEAN: "B"}
 
 
+def belongings(controller: Controller) -> list[str]:
+    """Return what a state belongs to: what JSON keeps with it, and the curves that are tried, of which it names one.
+
+    Numbers have nine digits: the same design on another machine may differ in the last ones.
+    """
+    estimator = getattr(controller.parameters, "estimator", None)
+    tried = {name: np.ravel(getattr(estimator, name, ())).tolist() for name in ("candidates", "presliding")}
+    return [f"{name} {_nine_digits(value)}" for name, value in {**controller._belongs_to(), **tried}.items()]
+
+
+def _nine_digits(value: Any) -> str:
+    if isinstance(value, list):
+        return " ".join(map(_nine_digits, value))
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
 def layout_hash(controller: Controller, single: bool) -> int:
-    """Return the hash of what the state holds: of the controller's class, all names, types and shapes."""
+    """Return the hash of what the state holds and belongs to: the controller's class, its joint and loop, all names."""
     text = ";".join(
         [
             type(controller).__name__,
             "single" if single else "double",
+            *belongings(controller),
             *(f"{leaf.path} {leaf.kind.kind} {leaf.shape}" for leaf in layout(controller)),
         ]
     )
@@ -96,7 +114,10 @@ def state_from_bytes(controller: Controller, content: bytes, *, single: bool = F
     if letters != MAGIC or version != VERSION or size != expected:
         raise InputError(f"state = {content[:12]!r}... is no saved state of version {VERSION}")
     if found != layout_hash(controller, single):
-        raise InputError(f"state with hash {found:016x} is of another controller than this {type(controller).__name__}")
+        raise InputError(
+            f"state with hash {found:016x} is of another controller than this {type(controller).__name__}, or of one "
+            "with another period, inertia, gain or list of estimates"
+        )
     if total != checksum(payload):
         raise InputError("state is damaged: its checksum does not agree with its numbers")
     numbers = list(_numbers(controller, payload, single))

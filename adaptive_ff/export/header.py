@@ -113,7 +113,8 @@ def _functions(export: Export) -> str:
             f"int {prefix}_save_state(const {prefix}_Controller *controller, unsigned char *buffer, size_t size);",
         ),
         (
-            "Restore a saved state; one that is damaged, or of another controller, is refused and nothing changes.",
+            "Restore a saved state; one that is damaged, of another controller, or of one with another period, inertia "
+            "or gain, is refused and nothing changes.",
             f"int {prefix}_load_state({prefix}_Controller *controller, const unsigned char *buffer, size_t size);",
         ),
     ]

@@ -20,11 +20,12 @@ from exports import (
     steps_in_python,
 )
 
-from adaptive_ff import run_in_c
+from adaptive_ff import AdaptiveController, run_in_c
 from adaptive_ff.errors import InputError
 from adaptive_ff.export import compiler as c_compiler
 from adaptive_ff.export.buffer import HEADER, state_from_bytes, state_to_bytes
 from adaptive_ff.rivals.repetitive import Repetitive
+from controllers import PI
 
 pytest.importorskip("cffi", reason="cffi is not installed")
 pytestmark = needs_gcc
@@ -195,3 +196,24 @@ def test_bytes_of_a_state_that_are_damaged_or_of_another_controller_are_refused(
         with pytest.raises(InputError, match=message):
             state_from_bytes(controller, wrong)
     assert controller.state_to_json() == kept
+
+
+def test_a_state_of_another_joint_is_refused():
+    """All axes of a machine have states of one layout; the friction of one would throw another."""
+
+    def axis(inertia=20.0, period=0.01, stribeck_velocity=0.05, **further):
+        gains = PI.design(inertia=inertia, period=period, bandwidth=10.0)
+        made_for = {"inertia": inertia, "stribeck_velocity": stribeck_velocity, **further}
+        return AdaptiveController(gains.proportional, gains.integral, period, **made_for)
+
+    runner = run_in_c(axis())
+    content = state_to_bytes(runner.in_python())
+    for other in (axis(inertia=0.02), axis(period=0.005), axis(stribeck_velocity=0.5), axis(delay=1.0)):
+        with pytest.raises(InputError, match=r"of another controller|bytes is not allowed"):
+            state_from_bytes(other, content)
+        foreign = state_to_bytes(other)
+        assert runner._library.controller_load_state(runner._handle, foreign, len(foreign)) != 0
+    limited = axis(torque_limit=400.0)
+    state_from_bytes(limited, content)
+    again = state_to_bytes(limited)
+    assert runner._library.controller_load_state(runner._handle, again, len(again)) == 0
