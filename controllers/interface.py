@@ -255,8 +255,7 @@ class Controller:
     def _begin_at(self, torque: float, reference: float, velocity: float, given: dict[str, Any]) -> None:
         """Make the next step with these arguments return a torque (N m)."""
         self._prepare(float(reference), torque)
-        feedback = feedback_state(self.state)
-        started = feedback._replace(commands=(torque,) * len(feedback.commands), samples=0)
+        started = _started(feedback_state(self.state), torque)
         begun = with_feedback_state(self.state, started)
         self.state = copy.deepcopy(begun)
         self.step(reference, velocity, **given)
@@ -265,6 +264,17 @@ class Controller:
 
     def _prepare(self, reference: float, torque: float) -> None:
         """Forget what the last motion left in filters, before a takeover at a reference (rad/s) and a torque (N m)."""
+
+    def restart(self) -> None:
+        """Begin at standstill with what has been learnt: forget the motion that a restored state was saved in.
+
+        A state goes on where it was saved, with the integral and the filters of that motion: at standstill they would
+        throw the joint. The first torque is that of a new feedback; an adaptive controller fades its feedforward in.
+        """
+        self.state = copy.deepcopy(self.state)  # whose arrays may be those of a saved one
+        self._prepare(0.0, 0.0)
+        begun = _started(feedback_state(self.state), 0.0)._replace(integral=0.0)
+        self.state = with_feedback_state(self.state, begun)
 
     def reset(self) -> None:
         """Return to the state of a new controller; estimates are forgotten."""
@@ -357,6 +367,11 @@ def inertia_of(parameters: Any) -> dict[str, float]:
         if hasattr(item, "_asdict") and (found := inertia_of(item)):
             return found
     return {}
+
+
+def _started(feedback: Any, torque: float) -> Any:
+    """Return the state of a feedback at whose first sample a torque (N m) acts; its counts are those of a new run."""
+    return feedback._replace(commands=(torque,) * len(feedback.commands), samples=0, rejected=0)
 
 
 def feedback_state(state: Any) -> Any:

@@ -15,6 +15,7 @@ def entry_points(export: Export) -> str:
         [
             _bind(export),
             _starting(export),
+            _restart(export),
             _default_inputs(export),
             _step(export),
             _regressors(export),
@@ -87,6 +88,18 @@ def _starting(export: Export) -> str:
             _function(f"void {prefix}_reset({prefix}_Controller *controller)", [*reset, *ending]),
         ]
     )
+
+
+def _restart(export: Export) -> str:
+    """Return the function that forgets the motion, as ``restart`` does in Python."""
+    lines = []
+    for leaf, value in export.restarted:
+        if leaf.is_array and leaf.count:
+            place = f"controller->state_arrays.{leaf.storage}"
+            lines += [f"memset({place}, 0,", f"    sizeof {place});"]
+        elif not leaf.is_array:
+            lines.append(f"controller->state.{leaf.member} = {export.precision.literal(value, leaf.member)};")
+    return _function(f"void {export.prefix}_restart({export.prefix}_Controller *controller)", lines)
 
 
 def _default_inputs(export: Export) -> str:

@@ -13,7 +13,7 @@ from adaptive_ff.export.functions import Function
 from adaptive_ff.export.leaves import Leaf, leaves
 from adaptive_ff.export.literals import DOUBLE, SINGLE
 from adaptive_ff.export.names import RESERVED
-from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, switches
+from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
 from adaptive_ff.export.types import REAL, Array, Record, type_of
 from adaptive_ff.export.unit import Unit
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
@@ -79,6 +79,7 @@ class Export:
             self.write_estimates = self.unit.function(writes, (self.parameters, self.state, row))
         self.switches = switches(controller)
         self.regressors = regressor_leaf(controller)
+        self.restarted = restarted(controller)
 
     @cached_property
     def parameter_leaves(self) -> list[Leaf]:

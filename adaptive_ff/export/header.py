@@ -95,6 +95,11 @@ def _functions(export: Export) -> str:
         ),
         ("Return to the state of a new controller.", f"void {prefix}_reset({prefix}_Controller *controller);"),
         (
+            "Begin at standstill with what has been learnt, and forget the motion that the state was saved in: to be "
+            "called after init or load_state unless that motion goes on, else the joint is thrown.",
+            f"void {prefix}_restart({prefix}_Controller *controller);",
+        ),
+        (
             f"Return inputs of zero, with dt the nominal period and not known: {', '.join(optional_inputs())}.",
             f"{prefix}_Inputs {prefix}_default_inputs(void);",
         ),

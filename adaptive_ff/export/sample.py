@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff.export.comments import section
 from adaptive_ff.export.errors import NotExportable
-from adaptive_ff.export.leaves import Leaf, leaves, value_at
+from adaptive_ff.export.leaves import Leaf, leaves, rebuilt, value_at
 from adaptive_ff.export.types import BOOLEAN, type_of
 from controllers import ESTIMATES, STEPS, Controller, Inputs
 
@@ -112,6 +112,36 @@ def switches(controller: Controller) -> list[Switch]:
             )
         found.append(Switch(name, (inspect.getdoc(item) or "").partition("\n")[0], tuple(differ)))
     return found
+
+
+def restarted(controller: Controller) -> list[tuple[Leaf, Any]]:
+    """Return what ``restart`` sets in the state, and to which value; of an array, all numbers to zero.
+
+    The state is marked in two ways, and what keeps neither mark has been set.
+
+    Raises
+    ------
+    NotExportable
+        What is set depends on the state.
+    """
+    found = list(leaves(type_of(controller.state, "state")))
+    pairs = []
+    for marks in ({"real": 0.125, "integer": 3, "boolean": True}, {"real": 0.375, "integer": 5, "boolean": False}):
+        marked = copy.deepcopy(controller).run_uncompiled()
+        values = [np.full(leaf.shape, marks[leaf.kind.kind]) for leaf in found]
+        numbers = (value if leaf.is_array else value.item() for leaf, value in zip(found, values, strict=True))
+        marked.state = rebuilt(controller.state, numbers)
+        marked.restart()
+        after = [np.asarray(value_at(marked.state, leaf.path)) for leaf in found]
+        pairs.append(list(zip(values, after, strict=True)))
+    changed = []
+    for leaf, (old, new), (older, newer) in zip(found, *pairs, strict=True):
+        if np.array_equal(old, new) and np.array_equal(older, newer):
+            continue
+        if not np.array_equal(new, newer) or (leaf.is_array and np.any(new)):
+            raise NotExportable(f"{type(controller).__name__}.restart cannot be exported: state.{leaf.member} varies")
+        changed.append((leaf, 0.0 if leaf.is_array else new.item()))
+    return changed
 
 
 def regressor_leaf(controller: Controller) -> Leaf | None:

@@ -47,6 +47,39 @@ def test_takeover_after_a_pause_keeps_what_was_learnt():
     assert controller.step(plan(12.0), joint.state.velocity) == pytest.approx(33.0, abs=1e-9)
 
 
+def stood(controller, period=PERIOD):
+    """Largest speed of a joint that stands at first and shall stay there, over a second, rad/s."""
+    joint, speeds, torque = reference_joint(), [], None
+    for _ in range(round(1.0 / period)):
+        torque = controller.step(0.0, joint.state.velocity, next_reference=0.0, realised_torque=torque)
+        joint.step(torque, period)
+        speeds.append(abs(joint.state.velocity))
+    return max(speeds)
+
+
+def test_a_state_that_was_saved_in_motion_does_not_throw_a_joint_at_rest():
+    """Without a restart it goes on with the integral and the observed torque of that motion."""
+    moving, joint = make(), reference_joint()
+    drive(moving, joint, 0.0, 10.0)
+    assert abs(joint.state.velocity) > 0.1
+    restored = make()
+    restored.state_from_json(moving.state_to_json())
+    assert stood(restored) > 0.05
+    restored.state_from_json(moving.state_to_json())
+    restored.restart()
+    assert restored.estimates == moving.estimates
+    assert stood(restored) < 1e-3
+
+
+def test_a_state_is_restored_right_after_a_takeover_though_readings_were_rejected_before():
+    """Rejected readings were more than the samples of the new run, which no state was allowed to hold."""
+    controller = make()
+    for k in range(20):
+        controller.step(0.1, math.nan if k == 10 else 0.09)
+    controller.take_over(5.0, 0.1, 0.09)
+    make().state_from_json(controller.state_to_json())
+
+
 def test_takeover_is_refused_where_it_cannot_be():
     for wrong in (math.nan, math.inf):
         with pytest.raises(ValueError, match=r"^torque = "):

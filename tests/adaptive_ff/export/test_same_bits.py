@@ -160,6 +160,19 @@ def test_a_takeover_in_c_is_that_of_python():
     assert runner.state_to_json() == before
 
 
+@pytest.mark.parametrize(
+    "name", ["pi", "kalman_disturbance", "adaptive by direction with delay", "adaptive with ripples"]
+)
+def test_a_restart_in_c_is_that_of_python(name):
+    controller = MADE[name]()
+    runner = run_in_c(controller)
+    steps_in_python(controller, inputs(controller))
+    controller.restart()
+    steps_in_c(runner, inputs(controller))
+    runner._library.controller_restart(runner._handle)
+    assert runner.state_to_json() == controller.state_to_json()
+
+
 def test_the_controller_that_it_was_made_from_stays_as_it_is():
     controller = adaptive()
     untouched = controller.state_to_json()
