@@ -61,6 +61,8 @@ class Variable:
 def fmu_variables(export: Export) -> list[Variable]:
     """Return the variables in their order; value references count those of each kind from zero."""
     units, described = field_units(Inputs), section(Inputs, "Attributes")
+    for name in optional_inputs():  # else one who connects it alone would not learn that it is not used
+        described[name] = f"Used only while {name}_known is true. {described[name]}"
     reals = [(name, "input", described[name], units[name], "0") for name in export.input_names if name != "dt"]
     reals += [
         (f"regressors[{i}]", "input", "Further known regressor.", "", "0") for i in range(regressor_count(export))

@@ -45,6 +45,7 @@ def test_its_description_has_units_start_values_and_all_inputs(learning):
     assert found["inertia"].unit == "kg m^2"
     assert found["estimates.viscous"].unit == "N m s/rad"
     assert found["next_reference_known"].start == "false"
+    assert found["realised_torque"].description.startswith("Used only while realised_torque_known is true.")
     assert found["enabled"].start == "true"
     assert found["velocity"].start == "0"
 
