@@ -16,6 +16,7 @@
     static constexpr std::size_t regressors = 0;                                                             \
     static constexpr std::size_t state_size = PREFIX##_STATE_SIZE;                                           \
     static void init(Controller * c) { prefix##_init(c); }                                                   \
+    static void restart(Controller * c) { prefix##_restart(c); }                                             \
     static Inputs default_inputs() { return prefix##_default_inputs(); }                                     \
     static int step(Controller * c, const Inputs * i, Output * o) { return prefix##_step(c, i, o); }         \
     static int save_state(const Controller * c, unsigned char * b, std::size_t n)                            \

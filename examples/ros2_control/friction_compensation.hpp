@@ -54,6 +54,7 @@ public:
   CallbackReturn on_configure(const rclcpp_lifecycle::State &) override
   {
     Axis::init(&controller_);
+    used_ = false;
     if (!state_file_.empty()) {
       std::ifstream file(state_file_, std::ios::binary);
       if (file) {  // the first time there is none
@@ -62,6 +63,7 @@ public:
         if (Axis::load_state(&controller_, bytes, read.size()) != 0) {
           return CallbackReturn::ERROR;  // damaged, or of another controller: nothing was changed
         }
+        used_ = true;
       }
     }
     return CallbackReturn::SUCCESS;
@@ -70,6 +72,10 @@ public:
   CallbackReturn on_activate(const rclcpp_lifecycle::State &) override
   {
     begin_references();
+    if (used_) {
+      Axis::restart(&controller_);  // else it would go on with the integral of the motion in which it was left
+    }
+    used_ = true;
     last_torque_ = std::numeric_limits<double>::quiet_NaN();
     return CallbackReturn::SUCCESS;
   }
@@ -161,6 +167,7 @@ private:
   typename Axis::Controller controller_{};
   std::string joint_, state_file_;
   bool use_position_ = false;
+  bool used_ = false;  // whether the state is that of a motion
   double limit_ = std::numeric_limits<double>::infinity();
   double last_torque_ = std::numeric_limits<double>::quiet_NaN();
 };

@@ -57,6 +57,13 @@ int main(int, char ** arguments)
   if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::ERROR) { return 6; }
   if (axis.on_deactivate(state) != CallbackReturn::SUCCESS || command != 0.0) { return 7; }
   if (axis.on_configure(state) != CallbackReturn::SUCCESS) { return 8; }  // the state that it has left
+  if (axis.on_activate(state) != CallbackReturn::SUCCESS) { return 12; }
+  references[0].set_value(0.0);
+  references[1].set_value(0.0);
+  if (cascaded) { references[2].set_value(0.0); }
+  velocity = effort = 0.0;
+  if (axis.update(rclcpp::Time(), period) != controller_interface::return_type::OK) { return 13; }
+  if (std::fabs(command) > 1.0) { return 14; }  // a joint at rest is not thrown by the integral of the last motion
   return 0;
 }
 """
