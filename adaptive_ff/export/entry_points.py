@@ -1,5 +1,7 @@
 """Functions in C by which a program uses an exported controller, but for those of its saved state."""
 
+import math
+
 from adaptive_ff.adaptive.settings import LARGEST_REGRESSOR
 from adaptive_ff.export.comments import joined
 from adaptive_ff.export.export import Export
@@ -104,7 +106,7 @@ def _restart(export: Export) -> str:
 
 def _default_inputs(export: Export) -> str:
     values = {name: export.precision.literal(0.0) for name in export.input_names}
-    values |= dict.fromkeys(optional_inputs(), "NAN") | {"dt": f"{export.upper}_PERIOD"}
+    values |= dict.fromkeys(optional_inputs(), export.precision.literal(math.nan)) | {"dt": f"{export.upper}_PERIOD"}
     lines = [f"    .{c_name(name)} = {value}," for name, value in values.items()]
     head = f"{export.prefix}_Inputs {export.prefix}_default_inputs(void)"
     return _function(head, [f"return ({export.prefix}_Inputs){{", *lines, "};"])

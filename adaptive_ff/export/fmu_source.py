@@ -1,5 +1,7 @@
 """The functions of FMI 2.0 for co-simulation around an exported controller."""
 
+import math
+
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.names import c_name
 from adaptive_ff.export.sample import optional_inputs
@@ -349,7 +351,7 @@ def fmu_source(export: Export, guid: str) -> str:
     outputs = [c_name(name) for name, _ in export.output.fields]
     estimates = range(len(export.controller.estimate_names))
     knowable = optional_inputs()
-    real = export.precision.real
+    real, unknown = export.precision.real, export.precision.literal(math.nan)
     taken = [f"instance->inputs.{name}" for name in inputs] + [f"instance->regressors[{i}]" for i in range(regressors)]
     getters = taken + [f"instance->output.{name}" for name in outputs]
     getters += [f"instance->estimates[{place}]" for place in estimates]
@@ -373,7 +375,7 @@ def fmu_source(export: Export, guid: str) -> str:
         ),
         refresh=f"    {prefix}_estimates(&instance->controller, instance->estimates);\n" if estimates else "",
         unknown="".join(
-            f"    inputs.{c_name(name)} = instance->known[{place}] ? inputs.{c_name(name)} : NAN;\n"
+            f"    inputs.{c_name(name)} = instance->known[{place}] ? inputs.{c_name(name)} : {unknown};\n"
             for place, name in enumerate(knowable)
         ),
         real_setters=_cases(setters, ["return fmi2OK;"]),

@@ -42,9 +42,9 @@ class Precision:
         if isinstance(value, int | np.integer):
             return str(int(value))
         if math.isnan(value):
-            return "NAN"
+            return self._as_real("NAN")
         if math.isinf(value):
-            return "INFINITY" if value > 0.0 else "-INFINITY"
+            return self._as_real("INFINITY" if value > 0.0 else "-INFINITY")
         if not self.suffix:
             return repr(float(value))
         if abs(value) > LARGEST_SINGLE:
@@ -53,6 +53,10 @@ class Precision:
             value = math.copysign(SMALLEST_SINGLE, value)
         text = str(np.float32(value))
         return (text if any(sign in text for sign in ".e") else text + ".0") + self.suffix
+
+    def _as_real(self, text: str) -> str:
+        """Return one of the two macros of ``math.h``, which are single, without a promotion to warn of."""
+        return text if self.suffix else f"({self.real}){text}"
 
     def constant(self, name: str, value: float | bool) -> str:
         """Return a constant of a kernel, by its name in C, as C writes it."""

@@ -17,7 +17,7 @@ from controllers import PI, Inputs
 
 SCENARIO = load_scenario()
 DELAYED = SCENARIO.modified(actuator={"delay": 0.015}, feedback={"bandwidth": 3.0})
-WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic", "-Werror")
 GAINS = PI.design(inertia=20.0, period=0.01, bandwidth=10.0)
 SIZES = {
     "symmetric": ESTIMATED,
