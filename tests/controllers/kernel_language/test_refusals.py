@@ -17,6 +17,10 @@ from typing import NamedTuple
 LARGE = 2**64
 LEAST = -(2**63)
 
+class Pair(NamedTuple):
+    a: float
+    b: float
+
 class Doubling(collections.namedtuple("Doubling", "x")):
     def __new__(cls, x):
         return super().__new__(cls, 2.0 * x)
@@ -28,11 +32,6 @@ first = twice
 
 def twice(x):
     return 2.0 * x
-
-class Pair(NamedTuple):
-    a: float
-    b: float
-
 
 def yielding(x):
     return x
