@@ -40,6 +40,9 @@ ADDED = ("correction", "feedforward")
 DEFAULTS = tuple(0.0 if name in ADDED else None if name in OPTIONAL else object() for name in COLUMNS)
 """What a step is given of each column where it is left out; of those that cannot be, what nobody can give."""
 
+INSTEAD = {"parameters": "it is named by identify", "period": "all joints have that of the group"}
+"""Arguments of a controller that a table of a joint must not hold, and what stands in their place."""
+
 MAY_BE_UNKNOWN = (
     "velocity",
     "next_reference",
@@ -67,15 +70,17 @@ class JointGroup:
     joints : mapping of str to AdaptiveController
         The joints by name, in the order of the arrays. All must have the same period.
     preceding : mapping of str to sequence of str, optional
-        Names of the joints between the base and each joint; not named, a joint stands on the base.
+        Names of all joints between the base and each joint, not only of the one before it; not named, a joint stands
+        on the base.
 
     Raises
     ------
     TypeError
         The joints, or those that precede them, are not given by name, or the joints are no adaptive controllers.
     ValueError
-        There is no joint, one stands under two names, periods differ, a name is unknown or precedes itself, or a joint
-        was made for fewer regressors than those that follow make, two for each, or would need more than 20.
+        There is no joint, one stands under two names, periods differ, a name is unknown or precedes itself, one that
+        precedes another is left out behind that, or a joint was made for fewer regressors than those that follow make,
+        two for each, or would need more than 20.
 
     Examples
     --------
@@ -151,10 +156,13 @@ class JointGroup:
         joints = {}
         for place, (name, entry) in enumerate(entries.items()):
             identify = entry.pop("identify", "gravity")
-            if identify not in IDENTIFIED:
+            if not isinstance(identify, str) or identify not in IDENTIFIED:
                 raise ValueError(
                     f"{name}.identify = {identify!r} is not allowed: it must be one of {', '.join(IDENTIFIED)}"
                 )
+            for key, instead in INSTEAD.items():
+                if key in entry:
+                    raise ValueError(f"{name}.{key} is not allowed: {instead}")
             formed = 2 * carried_links(angles, place).size
             try:
                 if coupled:
@@ -335,8 +343,8 @@ class JointGroup:
 
     @property
     def enabled(self) -> Flags:
-        """Whether each joint learns; may be set for all, or joint by joint."""
-        return np.array([controller.enabled for controller in self._controllers])
+        """Whether each joint learns; may be set for all, or joint by joint, as a whole: ``enabled = [True, False]``."""
+        return _read_only([controller.enabled for controller in self._controllers])
 
     @enabled.setter
     def enabled(self, value: ArrayLike) -> None:
@@ -344,8 +352,8 @@ class JointGroup:
 
     @property
     def feedforward_enabled(self) -> Flags:
-        """Whether each joint feeds what it has learnt; may be set for all, or joint by joint. It fades in and out."""
-        return np.array([controller.feedforward_enabled for controller in self._controllers])
+        """Whether each joint feeds what it has learnt, fading in and out; may be set as ``enabled`` is."""
+        return _read_only([controller.feedforward_enabled for controller in self._controllers])
 
     @feedforward_enabled.setter
     def feedforward_enabled(self, value: ArrayLike) -> None:
@@ -386,11 +394,11 @@ class JointGroup:
             The text is no such state; all joints keep the one they have.
         """
         try:
-            saved = json.loads(text)["group"]
+            saved = dict(json.loads(text)["group"])
             names = list(saved)
         except KeyError as error:
             raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error} is missing") from error
-        except (json.JSONDecodeError, TypeError, RecursionError) as error:
+        except (ValueError, TypeError, RecursionError) as error:
             raise ValueError(f"text = {str(text)[:40]!r} is no saved state of a group: {error}") from error
         if names != list(self.joints):
             raise ValueError(f"joints = {names} is not allowed: this group has {list(self.joints)}")
@@ -410,6 +418,13 @@ class JointGroup:
         """Make this group step in plain Python, for debugging; returns itself."""
         self._compiled = False
         return self
+
+
+def _read_only(flags: list[bool]) -> Flags:
+    """Return flags that refuse to be written one by one: they are no part of the joints."""
+    array = np.array(flags)
+    array.flags.writeable = False
+    return array
 
 
 def _is_told(name: str, value: float) -> bool:

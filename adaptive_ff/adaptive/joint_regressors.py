@@ -34,8 +34,8 @@ class JointRegressors:
     Raises
     ------
     ValueError
-        A name is unknown or precedes itself, a joint was made for fewer regressors than are formed, or one behind
-        others is to learn what depends on its own position.
+        A name is unknown or precedes itself, one that precedes another is left out behind that, a joint was made for
+        fewer regressors than are formed, or one behind others is to learn what depends on its own position.
     """
 
     def __init__(self, joints: Mapping[str, AdaptiveController], preceding: Mapping[str, Sequence[str]] | None) -> None:
@@ -152,7 +152,7 @@ def link_angles(names: tuple[str, ...], preceding: Mapping[str, Sequence[str]]) 
     Raises
     ------
     ValueError
-        A name is unknown, comes twice or precedes itself.
+        A name is unknown, comes twice or precedes itself, or one that precedes another is left out behind that.
     """
     matrix = np.eye(len(names))
     for name, others in preceding.items():
@@ -165,4 +165,12 @@ def link_angles(names: tuple[str, ...], preceding: Mapping[str, Sequence[str]]) 
             raise ValueError(f"{name}.preceding = {list(others)} is not allowed: every name once, not its own")
         for other in others:
             matrix[names.index(name), names.index(other)] = 1.0
+    for name, others in preceding.items():
+        for other in others:
+            for first in preceding.get(other, ()):
+                if first not in others:
+                    raise ValueError(
+                        f"{name}.preceding = {list(others)} is not allowed: {first} precedes {other}; it must be all "
+                        "joints between the base and this one"
+                    )
     return matrix

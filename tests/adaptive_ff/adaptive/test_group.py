@@ -113,7 +113,7 @@ def test_state_of_all_joints_is_one_text():
     damaged = json.loads(first.state_to_json())
     damaged["group"]["elbow"]["state"]["sliding"] = None
     kept = second.state_to_json()
-    for text in (json.dumps(damaged), "no JSON", '{"group": {}}', "[]"):
+    for text in (json.dumps(damaged), "no JSON", '{"group": {}}', '{"group": ["shoulder", "elbow"]}', "[]"):
         with pytest.raises(ValueError, match=r"elbow|no saved state|this group has"):
             second.state_from_json(text)
         assert second.state_to_json() == kept
@@ -146,7 +146,21 @@ def test_group_from_a_file(tmp_path):
         ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": ["b"]}}}, r"^preceding: 'b' is not a joint"),
         ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": ["a"]}}}, r"^a\.preceding = \['a'\] is not allowed"),
         ({"period": PERIOD, "joints": {"a": {**JOINT, "preceding": "a"}}}, r"^a\.preceding = 'a' is not allowed"),
+        (
+            {**ARM, "joints": {**ARM["joints"], "wrist": {**LIGHT, "preceding": ["elbow"]}}},
+            r"^wrist\.preceding = \['elbow'\] is not allowed: shoulder precedes elbow; it must be all joints between",
+        ),
+        (
+            {**ARM, "joints": {**ARM["joints"], "shoulder": {**JOINT, "preceding": ["elbow"]}}},
+            r"^shoulder\.preceding = \['elbow'\] is not allowed: shoulder precedes elbow; it must be",
+        ),
         ({"period": PERIOD, "joints": {"a": {**JOINT, "identify": "all"}}}, r"^a\.identify = 'all' is not allowed"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "identify": ["offset"]}}}, r"^a\.identify = \['offset'\] is not"),
+        ({"period": PERIOD, "joints": {"a": {**JOINT, "period": 0.1}}}, r"^a\.period is not allowed: all joints have"),
+        (
+            {"period": PERIOD, "joints": {"a": {**JOINT, "parameters": []}}},
+            r"^a\.parameters is not allowed: it is named",
+        ),
         ({"period": PERIOD, "joints": {"a": {**JOINT, "torque_limit": "x"}}}, r"^a: torque_limit = 'x' is not allowed"),
         ({"period": PERIOD, "joints": {"a": 3}}, r"^a = 3 is not allowed: it must be a table of settings"),
         ({"period": PERIOD, "joints": {"a": JOINT}, "gain": 1.0}, r"^gain is not allowed"),
@@ -216,6 +230,8 @@ def test_all_joints_of_a_group_are_switched_together_or_one_by_one():
         assert getattr(group, name).tolist() == [True, True]
         setattr(group, name, [True, False])
         assert [getattr(joint, name) for joint in group.joints.values()] == [True, False]
+        with pytest.raises(ValueError, match="read-only"):  # it would change nothing
+            getattr(group, name)[1] = True
         setattr(group, name, False)
         assert getattr(group, name).tolist() == [False, False]
     before = group.estimates
