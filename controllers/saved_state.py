@@ -82,7 +82,9 @@ def restored(text: str, name: str, belongs: Mapping[str, Any], template: Any) ->
 
 def _check_belongs(found: Any, wanted: Mapping[str, Any]) -> None:
     if not isinstance(found, dict) or set(found) != set(wanted):
-        raise ValueError(f"state: belongs_to must have the fields {', '.join(wanted)}")
+        unknown = sorted(set(found) - set(wanted)) if isinstance(found, dict) else []
+        beside = f", not {unknown[0][:40]}" if unknown else ""
+        raise ValueError(f"state: belongs_to must have the fields {', '.join(wanted)}{beside}")
     for key, value in wanted.items():
         other = found[key]
         number = isinstance(other, int | float) and not isinstance(other, bool)

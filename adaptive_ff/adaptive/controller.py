@@ -63,6 +63,8 @@ class AdaptiveBase(IdentifyingController):
     def _belongs_to(self) -> dict[str, Any]:
         estimator = self.parameters.estimator
         found = super()._belongs_to() | {"inertia": float(estimator.first[INERTIA])}
+        if estimator.gear_ratio != 1.0:  # gravity, ripple and maps are over the position of the joint
+            found["gear_ratio"] = float(estimator.gear_ratio)
         if self._ripples > 0:
             found["ripple_waves"] = estimator.waves[-self._ripples :].tolist()
         mapped = estimator.friction_map

@@ -83,6 +83,16 @@ def test_position_of_the_motor_through_a_gear():
             make(gear_ratio=wrong)
 
 
+def test_a_saved_state_belongs_to_its_gear():
+    text = make(gear_ratio=-50.0).state_to_json()
+    make(gear_ratio=-50.0).state_from_json(text)
+    for other in (50.0, 1.0):
+        with pytest.raises(ValueError, match="gear_ratio"):
+            make(gear_ratio=other).state_from_json(text)
+        with pytest.raises(ValueError, match="gear_ratio"):
+            make(gear_ratio=-50.0).state_from_json(make(gear_ratio=other).state_to_json())
+
+
 def test_lost_positions_hold_the_last_one(unloaded):
     def torn(time, position):
         return math.nan if 12.0 < time < 12.5 else position
