@@ -319,6 +319,9 @@ class Controller:
     def state_from_json(self, text: str) -> None:
         """Restore a state saved by a controller of the same class, made with the same period, inertia and gains.
 
+        It goes on as if no time had passed: integral and filters hold the motion in which it was saved. Where the joint
+        has moved or rested since, :meth:`take_over` next; what was learnt stays.
+
         Raises
         ------
         ValueError

@@ -80,6 +80,20 @@ def test_a_state_is_restored_right_after_a_takeover_though_readings_were_rejecte
     make().state_from_json(controller.state_to_json())
 
 
+def test_a_state_saved_in_motion_is_taken_over_at_rest():
+    controller, joint, restored = make(), reference_joint(), make()
+    drive(controller, joint, 0.0, 10.2)
+    restored.state_from_json(controller.state_to_json())
+    assert abs(joint.state.velocity) > 0.1
+    jumping = make()
+    jumping.state_from_json(restored.state_to_json())
+    assert abs(jumping.step(0.0, 0.0, next_reference=0.0)) > 100.0  # it goes on from the motion
+    restored.take_over(12.0, 0.0, 0.0, next_reference=0.0)
+    torques = [restored.step(0.0, 0.0, next_reference=0.0) for _ in range(200)]
+    np.testing.assert_allclose(torques, 12.0, atol=0.1)
+    assert restored.estimates == controller.estimates
+
+
 def test_takeover_is_refused_where_it_cannot_be():
     for wrong in (math.nan, math.inf):
         with pytest.raises(ValueError, match=r"^torque = "):
