@@ -22,6 +22,7 @@ from adaptive_ff.adaptive.observer import (
     saturated,
 )
 from adaptive_ff.adaptive.observer_state import ObserverState, start_observer
+from adaptive_ff.adaptive.step import inertia_ratio
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.trust import TrustState, advance_trust
 from adaptive_ff.adaptive.unexplained import breakaway
@@ -148,7 +149,8 @@ def watch(
                 observer,
                 feedback,
                 lacking,
-                observed_inertia(block.observer, state.estimator.recursion.estimate[INERTIA], unfit),
+                inertia_ratio(block, inputs)
+                * observed_inertia(block.observer, state.estimator.recursion.estimate[INERTIA], unfit),
                 inputs.reference,
                 inputs.correction,
                 inputs.velocity,
