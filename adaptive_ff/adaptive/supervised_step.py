@@ -19,7 +19,8 @@ from adaptive_ff.adaptive.command import fade, limited
 from adaptive_ff.adaptive.counts import spurious_torque
 from adaptive_ff.adaptive.drive_limit import is_impossible, without_never_given
 from adaptive_ff.adaptive.drive_limit_state import initial_drive_limit
-from adaptive_ff.adaptive.estimator_state import begin_anew_in_place
+from adaptive_ff.adaptive.estimator import estimated_load
+from adaptive_ff.adaptive.estimator_state import begin_anew_in_place, load_count
 from adaptive_ff.adaptive.fed_shares import Shares, fed_shares
 from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_shown, initial_held_friction
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
@@ -38,6 +39,7 @@ from adaptive_ff.adaptive.trust import initial_trust, with_friction
 from adaptive_ff.adaptive.unexplained import breakaway, unexplained
 from adaptive_ff.adaptive.watching import BRIDGED, plan_rests, unobserved_error, watch
 from adaptive_ff.adaptive.wound_integral import Standing, advance_standing, having_left, initial_standing, wound_up
+from adaptive_ff.model.bounds import OFFSET
 from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest
 from controllers import (
     ESTIMATES,
@@ -95,6 +97,15 @@ def fed_torque(fed: Fed, trust: float) -> float:
 
 
 @register_jitable
+def standing_load(block: SupervisedParameters, fed: Fed) -> float:
+    """Return what is fed of loads that do not depend on the motion, N m: offset, gravity and further regressors."""
+    load, estimate = estimated_load(block.estimator, fed.estimator, 0.0), fed.estimator.recursion.estimate
+    if estimate.size - load_count(block.estimator) > OFFSET:
+        load += estimate[OFFSET]
+    return float(load)
+
+
+@register_jitable
 def weigh(block: SupervisedParameters, state: SupervisedState, sensed: Sensed, plan: float) -> Balance:
     """Return the balance of torques after the period that has ended, for the plan as it is measured (rad/s)."""
     if not math.isfinite(sensed.checked.velocity) or sensed.inputs.dt >= BRIDGED * block.period:
@@ -142,22 +153,28 @@ def share_out(
     observer: ObserverState,
     shares: Shares,
     change: float,
+    faded: float,
     fed: float,
     wound: float,
     moves: bool,
+    faded_in: bool,
 ) -> tuple[ObserverState, HeldIntegral, float]:
     """Return observer, what is held of the integral, and what leaves it (N m), so that the torque does not jump.
 
-    ``change`` is that of the torque which is fed forward (N m), ``fed`` all that is, ``wound`` what has become friction
-    of the feedforward; ``moves`` tells whether the joint is sure to.
+    ``change`` is that of the torque which is fed forward (N m), ``faded`` what is fed more of the loads while that is
+    faded in, ``fed`` all that is, ``wound`` what has become friction of the feedforward; ``moves`` tells whether the
+    joint is sure to.
     """
     integral = unwound_integral(block.feedback, state.feedback, sensed.checked)
     spurious = spurious_torque(
         observer.disturbance, state.observer.disturbance, shares.fine, shares.kicked, breakaway(state.estimator)
     )
+    if state.command.share == 0.0 and faded_in:  # the integral alone has held what integral and observer share from now
+        observer = observer._replace(gain=0.0, disturbance=integral)
     observer, taken = take_up(observer, integral, moves)
-    observer, leaves = hand_over_to_observer(observer, change, shares.gain, fed, integral - taken, spurious)
-    leaves = without_never_given(sensed.drive, leaves, state.feedback.integral) + taken + wound
+    observer, leaves = hand_over_to_observer(observer, change + faded, shares.gain, fed, integral - taken, spurious)
+    passed = (1.0 - shares.gain) * faded  # what the integral holds of a load is true, whatever the drive has given
+    leaves = without_never_given(sensed.drive, leaves - passed, state.feedback.integral) + passed + taken + wound
     lost = sensed.guard.lost / block.period
     held, leaves = hold_integral(state.held, state.feedback.integral, leaves, lost, sensed.inputs.dt)
     return observer, held, leaves
@@ -188,10 +205,21 @@ def step_supervised(
     shares = fed_shares(block, state, sensed, observer, trust, balance, fed, unfit, command.share)
     torque = fed_torque(fed, shares.friction)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
+    faded = (command.share - state.command.share) * standing_load(block, fed)
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
     moves, wound = period.sliding > TAKEN_UP * block.hold, command.share * state.trust.trust * set_out
     observer, held, leaves = share_out(
-        block, state, sensed, observer, shares, change, torque + inputs.feedforward, wound, moves
+        block,
+        state,
+        sensed,
+        observer,
+        shares,
+        change,
+        faded,
+        torque + inputs.feedforward,
+        wound,
+        moves,
+        command.share > 0.0,
     )
     rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff import WITH_OFFSET, AdaptiveController, TorqueModel
+from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
 from adaptive_ff.adaptive.observer import CLAMPED
 from controllers import PI, pi_gains
 from tests.helpers.driven_joint import NOISE, PERIOD, drive, noise_at, plan, reference_joint, rms, slope
@@ -92,6 +92,19 @@ def test_a_state_saved_in_motion_is_taken_over_at_rest():
     torques = [restored.step(0.0, 0.0, next_reference=0.0) for _ in range(200)]
     np.testing.assert_allclose(torques, 12.0, atol=0.1)
     assert restored.estimates == controller.estimates
+
+
+@pytest.mark.parametrize("switched", [False, True], ids=["taken over", "switched on"])
+def test_a_known_weight_is_not_given_twice_while_it_is_faded_in(switched):
+    """The integral holds it, and a stuck joint would not tell that both do."""
+    weight = {"inertia": 20.0, "friction_lag": 0.02, "gravity_cos": 100.0}
+    controller, at_rest = make(WITH_GRAVITY, model=weight), {"next_reference": 0.0, "position": 0.0}
+    controller.feedforward_enabled = not switched
+    controller.take_over(100.0, 0.0, 0.0, **at_rest)
+    torques = [controller.step(0.0, 0.0, **at_rest) for _ in range(300)]
+    controller.feedforward_enabled = True
+    torques += [controller.step(0.0, 0.0, **at_rest) for _ in range(300)]
+    np.testing.assert_allclose(torques, 100.0, atol=1e-6)
 
 
 def test_takeover_is_refused_where_it_cannot_be():
