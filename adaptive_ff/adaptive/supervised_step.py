@@ -26,7 +26,7 @@ from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_sho
 from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
 from adaptive_ff.adaptive.lag_tuning import note_friction
 from adaptive_ff.adaptive.observer import misfit
-from adaptive_ff.adaptive.observer_hand_over import hand_over_to_observer, take_up
+from adaptive_ff.adaptive.observer_hand_over import hand_over_to_observer, observe_all, take_up
 from adaptive_ff.adaptive.observer_state import ObserverState, initial_observer
 from adaptive_ff.adaptive.one_way import left_over, note_one_way_in_place
 from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction, unseen_error, unseen_velocity
@@ -146,6 +146,12 @@ def setting_out(state: SupervisedState, standing: Standing) -> FeedforwardState:
 
 
 @register_jitable
+def begins_to_observe(state: SupervisedState, share: float, rests: bool) -> bool:
+    """Tell whether the feedforward begins to be faded in, to a share, or a plan that has rested sets out."""
+    return (state.command.share == 0.0 and share > 0.0) or (state.standing.rests and not rests)
+
+
+@register_jitable
 def share_out(
     block: SupervisedParameters,
     state: SupervisedState,
@@ -157,22 +163,27 @@ def share_out(
     fed: float,
     wound: float,
     moves: bool,
-    faded_in: bool,
+    begins: bool,
 ) -> tuple[ObserverState, HeldIntegral, float]:
     """Return observer, what is held of the integral, and what leaves it (N m), so that the torque does not jump.
 
     ``change`` is that of the torque which is fed forward (N m), ``faded`` what is fed more of the loads while that is
     faded in, ``fed`` all that is, ``wound`` what has become friction of the feedforward; ``moves`` tells whether the
-    joint is sure to.
+    joint is sure to, ``begins`` whether the observer begins to follow what the integral has held without it.
     """
     integral = unwound_integral(block.feedback, state.feedback, sensed.checked)
     spurious = spurious_torque(
         observer.disturbance, state.observer.disturbance, shares.fine, shares.kicked, breakaway(state.estimator)
     )
-    if state.command.share == 0.0 and faded_in:  # the integral alone has held what integral and observer share from now
-        observer = observer._replace(gain=0.0, disturbance=integral)
+    given_up = 0.0
+    if begins:
+        observer, given_up = observe_all(observer, integral - wound)
+    integral += given_up
     observer, taken = take_up(observer, integral, moves)
-    observer, leaves = hand_over_to_observer(observer, change + faded, shares.gain, fed, integral - taken, spurious)
+    observer, leaves = hand_over_to_observer(
+        observer, change + faded, shares.gain, fed, integral - wound - taken, spurious
+    )
+    leaves -= given_up
     passed = (1.0 - shares.gain) * faded  # what the integral holds of a load is true, whatever the drive has given
     leaves = without_never_given(sensed.drive, leaves - passed, state.feedback.integral) + passed + taken + wound
     lost = sensed.guard.lost / block.period
@@ -219,7 +230,7 @@ def step_supervised(
         torque + inputs.feedforward,
         wound,
         moves,
-        command.share > 0.0,
+        begins_to_observe(state, command.share, standing.rests),
     )
     rests = plan_rests(state, checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)

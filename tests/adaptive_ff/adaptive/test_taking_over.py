@@ -8,7 +8,7 @@ import pytest
 from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
 from adaptive_ff.adaptive.observer import CLAMPED
 from controllers import PI, pi_gains
-from tests.helpers.driven_joint import NOISE, PERIOD, drive, noise_at, plan, reference_joint, rms, slope
+from tests.helpers.driven_joint import NOISE, PERIOD, STEPS, drive, noise_at, plan, reference_joint, rms, slope
 
 GAINS = pi_gains(20.0, 10.0)
 TRUE = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
@@ -105,6 +105,25 @@ def test_a_known_weight_is_not_given_twice_while_it_is_faded_in(switched):
     controller.feedforward_enabled = True
     torques += [controller.step(0.0, 0.0, **at_rest) for _ in range(300)]
     np.testing.assert_allclose(torques, 100.0, atol=1e-6)
+
+
+def error_after_a_rest_under_a_load(controller, load):
+    """Root of the mean square of the error (rad/s) in the first 5 s of motion after 3 s at rest."""
+    joint, torque, errors, rest = reference_joint(), None, [], 300
+    for k, noise in enumerate(NOISE * np.random.default_rng(101).standard_normal(rest + 500)):
+        reference, following = (0.3 * math.sin(2.0 * PERIOD * max(0, n - rest)) for n in (k, k + 1))
+        velocity = joint.state.velocity
+        errors.append(reference - velocity)
+        torque = controller.step(reference, velocity + noise, next_reference=following, realised_torque=torque)
+        for _ in range(STEPS):
+            joint.step(torque - load, PERIOD / STEPS)
+    return rms(np.array(errors[rest:]))
+
+
+@pytest.mark.parametrize("load", [150.0, -150.0, 300.0])
+def test_a_load_that_the_integral_holds_at_a_cold_start_is_not_given_twice(load):
+    alone = error_after_a_rest_under_a_load(PI(*pi_gains(20.0, 10.0), PERIOD), load)
+    assert error_after_a_rest_under_a_load(make(), load) < 0.6 * alone
 
 
 def test_takeover_is_refused_where_it_cannot_be():
