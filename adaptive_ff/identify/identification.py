@@ -141,9 +141,9 @@ def identify_log(
     fitting, holding, short = _divide(prepared, held_out if validation is None else 0.0)
     if asked.periods:
         check_periods(asked, log.name, *_positions(prepared, fitting))
-    rippled = model == AUTO and _has_positions(prepared, validation)
+    located = _has_positions(prepared, validation)
     chosen = _choose(
-        prepared, fitting, torque_delay, asked, family=model, rotary=not linear, rippled=rippled, confidence=confidence
+        prepared, fitting, torque_delay, asked, family=model, rotary=not linear, located=located, confidence=confidence
     )
     prepared, problem, selection, basis, asked = chosen
     later = None if told else fit_if_held(problem, prepared, fitting, selection)
@@ -188,10 +188,10 @@ def _choose(
     *,
     family: str,
     rotary: bool,
-    rippled: bool,
+    located: bool,
     confidence: float,
 ) -> _Chosen:
-    """Choose rows and model of some pieces of a log; where no map is asked for a ripple may be looked for."""
+    """Choose rows and model of some pieces of a log, in which a ripple is looked for where all logs have positions."""
     problem = regression_problem(prepared, fitting, torque_delay)
     select = partial(_select, prepared.log, family=family, rotary=rotary, confidence=confidence)
     selection = select(problem)
@@ -200,7 +200,7 @@ def _choose(
     basis: MapBasis | None = None
     if asked != MapAsked():
         problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)
-    elif rippled:
+    elif family == AUTO and located:
         found = _with_ripple(problem, prepared, fitting, selection, confidence)
         if found is not None:
             problem, selection, basis = found

@@ -10,7 +10,7 @@ from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorS
 from adaptive_ff.estimation.rls import RLSState, update_rls_in_place
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import Signals, advance_signals_in_place, initial_signals
-from controllers import compiled
+from controllers import compiled, compiled_in_place
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,8 @@ def run_torque_form(
     state = initial_estimator_state(estimator)
     estimates = np.tile(estimator.first, (velocity.size, 1))
     signals = initial_signals()._replace(velocity=float(velocity[0]))
-    torque_form_loop(estimator, state, signals, gate, velocity, torque, period, estimates)
+    series = np.ascontiguousarray(velocity), np.ascontiguousarray(torque)
+    torque_form_loop(estimator, state, signals, gate, *series, period, estimates)
     return estimates
 
 
@@ -115,4 +116,4 @@ def _torque_form_loop(
 
 
 rls_loop = compiled(_rls_loop)
-torque_form_loop = compiled(_torque_form_loop)
+torque_form_loop = compiled_in_place(_torque_form_loop)

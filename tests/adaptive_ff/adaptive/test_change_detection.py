@@ -23,7 +23,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adaptive_ff import simulate
-from adaptive_ff.adaptive import estimator
+from adaptive_ff.adaptive import forgetting
 from adaptive_ff.adaptive.change_detection import (
     EITHER,
     FRICTION,
@@ -469,7 +469,7 @@ def test_friction_is_forgotten_at_a_change_and_not_before(monkeypatch, seed, sca
         calls.append(position.sample)
         forget_friction_in_place(*arguments)
 
-    monkeypatch.setattr(estimator, "forget_friction_in_place", count)
+    monkeypatch.setattr(forgetting, "forget_friction_in_place", count)
     scenario = changed(seed, scale)["pi"].scenario
     course, controller = lay_course(scenario), make(LEARNER, scenario)
     state, position = controller.state, begin(course)

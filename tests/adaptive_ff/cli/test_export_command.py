@@ -87,4 +87,4 @@ def test_a_scenario_without_a_limit_of_the_drive_is_exported_without_one(tmp_pat
     (tmp_path / "scenario.toml").write_text(scenario)
     outcome = run_command_line("export", tmp_path / "scenario.toml", "--out", tmp_path / "out")
     assert (outcome.status, outcome.err) == (0, "")
-    assert ".torque_limit = INFINITY" in (tmp_path / "out" / "adaptive.c").read_text()
+    assert ".torque_limit = (double)INFINITY" in (tmp_path / "out" / "adaptive.c").read_text()

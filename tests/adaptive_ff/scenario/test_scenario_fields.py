@@ -27,7 +27,7 @@ POSITIVE = [
     "duration",
     *(f"joint.{name}" for name in ("inertia", "stribeck_velocity", "stribeck_shape", "solver_period")),
     "sampling.period",
-    "sensor.encoder_resolution",
+    *(f"sensor.{name}" for name in ("encoder_resolution", "ripple_period")),
     *(f"actuator.{name}" for name in ("torque_limit", "rate_limit", "ripple_period")),
     *(f"variation.{name}" for name in ("warm_up_time", "position_period", "thermal_time")),
     *(f"velocity.{name}" for name in ("cutoff", "acceleration_walk")),
@@ -51,7 +51,7 @@ NOT_NEGATIVE = [
     *(f"joint.{name}_backward" for name in ("coulomb", "stiction", "viscous")),
     *(f"joint.{name}" for name in ("damping", "link_damping", "gap", "hysteresis")),
     "sampling.jitter",
-    *(f"sensor.{name}" for name in ("velocity_noise", "leap", "leap_share", "held_share")),
+    *(f"sensor.{name}" for name in ("velocity_noise", "leap", "leap_share", "held_share", "ripple_amplitude")),
     *(f"actuator.{name}" for name in ("torque_resolution", "ripple_amplitude", "delay", "lag")),
     "feedback.delay",
     "joint.gravity",
@@ -132,7 +132,7 @@ KNOWN = {
         "offset, axis, gravity, gravity_phase, gear_ratio, friction_lag, solver_period"
     ),
     "sampling": "period, jitter",
-    "sensor": "velocity_noise, encoder_resolution, leap, leap_share, held, held_share",
+    "sensor": "velocity_noise, encoder_resolution, leap, leap_share, held, held_share, ripple_amplitude, ripple_period",
     "velocity": "method, cutoff, acceleration_walk",
     "actuator": (
         "torque_limit, torque_resolution, rate_limit, ripple_amplitude, ripple_period, delay, lag, gain, reports_torque"
@@ -204,6 +204,8 @@ def complete(path=""):
         content["sensor"] = {"encoder_resolution": 1e-5}
     if path.startswith("sensor.held"):
         content["sensor"] = {"held": 2, "held_share": 0.1}
+    if path.startswith("sensor.ripple"):
+        content["sensor"] = {"ripple_period": 100.0}
     if path.startswith("sensor.leap"):
         content["sensor"] = {"leap": 2.0, "leap_share": 0.1}
     kind = KIND_OF.get(path)
@@ -289,7 +291,17 @@ def test_negative_value_is_refused(tmp_path, path, value):
     [
         path
         for path in NUMBERS
-        if not path.endswith(("period", "link_share", "leap_share", "held_share", "displacements.0", "shares.0"))
+        if not path.endswith(
+            (
+                "period",
+                "link_share",
+                "leap_share",
+                "held_share",
+                "sensor.ripple_amplitude",
+                "displacements.0",
+                "shares.0",
+            )
+        )
     ],
 )
 def test_whole_number_is_a_number(tmp_path, path):
