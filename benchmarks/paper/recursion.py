@@ -112,7 +112,8 @@ def _torque_form_loop(
         sliding = sliding_time(sliding, velocity[k], velocity[k], True, gate[0], period)
         if sliding > gate[1]:
             state = learn_in_place(estimator, state, signals, signals, period)
-        estimates[k] = state.recursion.estimate
+        row = estimates[k]
+        row[:] = state.recursion.estimate
 
 
 rls_loop = compiled(_rls_loop)
