@@ -368,6 +368,11 @@ class JointGroup:
         for controller, own in zip(self._controllers, np.broadcast_to(flags, joints), strict=True):
             setattr(controller, name, bool(own))
 
+    def restart(self) -> None:
+        """Let all joints begin at standstill with what they have learnt; see :meth:`controllers.Controller.restart`."""
+        for controller in self._controllers:
+            controller.restart()
+
     def reset(self) -> None:
         """Return all joints to the state of new ones."""
         for controller in self._controllers:
