@@ -249,6 +249,10 @@ def test_takeover_and_switches_of_a_group():
     run(group, samples=100)
     assert group.estimates["elbow"] == held
     assert set(group.diagnose()) == {"shoulder", "elbow"}
+    learnt = group.estimates
+    group.restart()
+    np.testing.assert_allclose(group.step([0.0, 0.0], [0.0, 0.0]), 0.0, atol=1e-9)
+    assert group.estimates == learnt
 
 
 def test_what_is_no_adaptive_controller_is_refused_by_name():
