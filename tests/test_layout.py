@@ -1,6 +1,7 @@
 """Tests mirror the packages; every lazy name of a package can be loaded."""
 
 import importlib
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -8,6 +9,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("adaptive_ff", "controllers", "plant", "benchmarks")
+PAGES = sorted(
+    [ROOT / "README.md", *(page for name in (*PACKAGES, "examples") for page in (ROOT / name).rglob("*.md"))]
+)
 STUBS = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("__init__.pyi"))
 
 
@@ -41,3 +45,13 @@ def test_every_public_function_and_class_says_what_it_is(package):
 
 def test_both_public_faces_are_lazy():
     assert {ROOT / "adaptive_ff" / "__init__.pyi", ROOT / "controllers" / "__init__.pyi"} <= set(STUBS)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_rows_of_tables_have_the_cells_of_their_head(page):
+    """A row of another table among them is shown as if it belonged there."""
+    cells = 0
+    for number, line in enumerate(page.read_text().splitlines(), 1):
+        found = re.sub(r"`[^`]*`", "", line).count("|") if line.startswith("|") else 0
+        assert not cells or not found or found == cells, f"{page}:{number}: {line[:80]}"
+        cells = found
