@@ -419,7 +419,7 @@ def helping_share(state: ObserverState, friction: float) -> float:
     Where it does not help that is less than one, unless what it observes is much of the friction (N m): a load. Of an
     oscillation it may be what a sensor that ripples feigns.
     """
-    if steadily_oscillates(state.effect, state.noise.variance):
+    if state.effect.help >= 1.0 or steadily_oscillates(state.effect, state.noise.variance):
         return state.effect.help
     level = MUCH * MUCH * friction * friction
     observed = max(state.squared, AT_ONCE * state.disturbance * state.disturbance)

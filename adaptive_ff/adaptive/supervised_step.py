@@ -216,7 +216,9 @@ def step_supervised(
     shares = fed_shares(block, state, sensed, observer, trust, balance, fed, unfit, command.share)
     torque = fed_torque(fed, shares.friction)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
-    faded = (command.share - state.command.share) * standing_load(block, fed)
+    faded = 0.0
+    if command.share != state.command.share:
+        faded = (command.share - state.command.share) * standing_load(block, fed)
     torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
     moves, wound = period.sliding > TAKEN_UP * block.hold, command.share * state.trust.trust * set_out
     observer, held, leaves = share_out(
