@@ -252,36 +252,18 @@ def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float
 @register_jitable
 def scaled_backlash(joint: BacklashParameters, factor: float) -> BacklashParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; offset and gear stay."""
-    return BacklashParameters(
-        motor_inertia=joint.motor_inertia,
-        link_inertia=joint.link_inertia,
-        friction=scaled(joint.friction, factor),
-        backward=scaled(joint.backward, factor),
-        offset=joint.offset,
-        friction_lag=joint.friction_lag,
-        link_stiffness=joint.link_stiffness,
-        link_damping=joint.link_damping,
-        half_gap=joint.half_gap,
-        hysteresis=joint.hysteresis,
-        hysteresis_stiffness=joint.hysteresis_stiffness,
-    )
+    return joint._replace(friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor))
 
 
 @register_jitable
 def changed_backlash(joint: BacklashParameters, change: JointChange) -> BacklashParameters:
     """Return the joint with a change of its parameters; a payload is beyond the gear, the motor's inertia stays."""
-    return BacklashParameters(
-        motor_inertia=joint.motor_inertia,
+    return joint._replace(
         link_inertia=joint.link_inertia * change.inertia,
         friction=changed_curve(joint.friction, change),
         backward=changed_curve(joint.backward, change),
         offset=joint.offset + change.load,
         friction_lag=joint.friction_lag * change.lag,
-        link_stiffness=joint.link_stiffness,
-        link_damping=joint.link_damping,
-        half_gap=joint.half_gap,
-        hysteresis=joint.hysteresis,
-        hysteresis_stiffness=joint.hysteresis_stiffness,
     )
 
 

@@ -125,30 +125,18 @@ def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, p
 @register_jitable
 def scaled_elastic(joint: ElasticParameters, factor: float) -> ElasticParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
-    return ElasticParameters(
-        motor_inertia=joint.motor_inertia,
-        link_inertia=joint.link_inertia,
-        friction=scaled(joint.friction, factor),
-        backward=scaled(joint.backward, factor),
-        offset=joint.offset,
-        friction_lag=joint.friction_lag,
-        link_stiffness=joint.link_stiffness,
-        link_damping=joint.link_damping,
-    )
+    return joint._replace(friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor))
 
 
 @register_jitable
 def changed_elastic(joint: ElasticParameters, change: JointChange) -> ElasticParameters:
     """Return the joint with a change of its parameters; a payload is beyond the spring, the motor's inertia stays."""
-    return ElasticParameters(
-        motor_inertia=joint.motor_inertia,
+    return joint._replace(
         link_inertia=joint.link_inertia * change.inertia,
         friction=changed_curve(joint.friction, change),
         backward=changed_curve(joint.backward, change),
         offset=joint.offset + change.load,
         friction_lag=joint.friction_lag * change.lag,
-        link_stiffness=joint.link_stiffness,
-        link_damping=joint.link_damping,
     )
 
 

@@ -223,14 +223,7 @@ def step_elasto_plastic(
 @register_jitable
 def scaled_elasto_plastic(joint: ElastoPlasticParameters, factor: float) -> ElastoPlasticParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
-    return ElastoPlasticParameters(
-        joint.inertia,
-        scaled(joint.friction, factor),
-        scaled(joint.backward, factor),
-        joint.offset,
-        joint.friction_lag,
-        joint.presliding,
-    )
+    return joint._replace(friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor))
 
 
 @register_jitable

@@ -291,12 +291,7 @@ def learn_in_place(
     levels = faded(levels, keep, estimator.memory)
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
-        return with_levels(
-            state,
-            Levels(levels.squared_error, levels.torque, speed, levels.learnt, levels.stuck),
-            state.surprise,
-            state.alarm,
-        )
+        return with_levels(state, levels._replace(speed=speed), state.surprise, state.alarm)
     largest_torque, learnt = max(levels.torque, abs(torque)), levels.learnt + duration
     peak = PEAK_FACTOR * largest_torque
     largest = peak / estimator.torque_scale

@@ -65,12 +65,7 @@ def guess_friction_in_place(
     estimate, levels = state.recursion.estimate, state.levels
     speed = max(levels.speed, abs(model.filters[FILTER_VELOCITY, 0]))
     if not abs(measured.filters[FILTER_VELOCITY, 0]) < SPEED_FACTOR * speed:
-        return with_levels(
-            state,
-            Levels(levels.squared_error, levels.torque, speed, levels.learnt, levels.stuck),
-            state.surprise,
-            state.alarm,
-        )
+        return with_levels(state, levels._replace(speed=speed), state.surprise, state.alarm)
     torque = measured.filters[FILTER_TORQUE, 0]
     largest = max(levels.torque, abs(torque))
     friction = torque - estimate[INERTIA] * ratio * measured.filters[FILTER_VELOCITY, 1]
@@ -81,5 +76,5 @@ def guess_friction_in_place(
     if guess > estimate[COULOMB] and stuck <= CLAMPED:
         estimate[COULOMB] = guess
         estimate[STICTION] = guess
-    new = Levels(levels.squared_error, largest, speed, levels.learnt, stuck)
+    new = levels._replace(torque=largest, speed=speed, stuck=stuck)
     return with_levels(state, new, state.surprise, state.alarm)

@@ -1,6 +1,5 @@
 """The observer of the torque that the feedforward leaves: its pole, its gates, and the hand-over to it."""
 
-import itertools
 import math
 
 import numpy as np
@@ -23,7 +22,8 @@ from adaptive_ff.adaptive.observer_hand_over import hand_over_to_observer, take_
 from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer, start_observer
 from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.simulation.experiment import empty_record
-from controllers import PI, PositionLoop, check_gains
+from controllers import PI, check_gains
+from tests.helpers.driven_joint import behind_a_position_loop
 
 PERIOD = 0.01
 FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.01)
@@ -335,26 +335,17 @@ def test_a_joint_that_sticks_for_a_moment_leaves_the_integral_alone():
     assert take_up(state, 40.0, True) == (state, 0.0)
 
 
-def largest_torque_behind_a_position_loop(controller, inertia, told, duration=10.0, period=0.001):
-    """Largest torque (N m) asked for a joint of an inertia (kg m^2), with Coulomb friction, on moves and rests."""
-    outer, noise = PositionLoop(PositionLoop.design(period=period, bandwidth=20.0).gain), np.random.default_rng(1)
-    velocity, position, planned, largest = 0.0, 0.0, 0.0, 0.0
-    times = np.arange(0.0, duration, period)
+def largest_torque_of_a_heavy_joint(controller, told):
+    """Largest torque (N m) on moves and rests behind a position loop, of a joint of 8 kg m^2."""
+    times = np.arange(0.0, 10.0, 0.001)
     plan = np.maximum(0.0, np.sin(math.pi / 1.5 * (times % 2.0))) * (-1.0) ** (times // 2.0)
-    for reference, following in itertools.pairwise(plan.tolist()):
-        measured, correction = velocity + 2e-4 * noise.standard_normal(), outer.step(planned, position)
-        torque = controller.step(reference, measured, next_reference=following, correction=correction, inertia=told)
-        largest = max(largest, abs(torque))
-        pushed, friction = velocity + torque * period / inertia, 6.0 * period / inertia
-        velocity = math.copysign(max(0.0, abs(pushed) - friction), pushed)
-        position += velocity * period
-        planned += reference * period
-    return largest
+    joint = {"period": 0.001, "bandwidth": 20.0, "inertia": 8.0, "friction": 6.0, "noise": 2e-4}
+    return np.max(np.abs(behind_a_position_loop(controller, plan.tolist(), **joint, given={"inertia": told})[1]))
 
 
 def test_inertia_that_is_given_is_that_of_the_observer():
     """With the one of the design it oscillates behind a position loop on six times as much; PI alone does not."""
     design = PI.design(inertia=1.0, period=0.001, bandwidth=20.0)
-    alone = largest_torque_behind_a_position_loop(PI(design.proportional, design.integral, 0.001), 8.0, None)
+    alone = largest_torque_of_a_heavy_joint(PI(design.proportional, design.integral, 0.001), None)
     controller = AdaptiveController(design.proportional, design.integral, 0.001, inertia=1.0, stribeck_velocity=0.05)
-    assert largest_torque_behind_a_position_loop(controller, 8.0, 8.0) < alone
+    assert largest_torque_of_a_heavy_joint(controller, 8.0) < alone

@@ -7,8 +7,18 @@ import pytest
 
 from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
 from adaptive_ff.adaptive.observer import CLAMPED
-from controllers import PI, PositionLoop, pi_gains
-from tests.helpers.driven_joint import NOISE, PERIOD, drive, noise_at, plan, reference_joint, rms, slope
+from controllers import PI, pi_gains
+from tests.helpers.driven_joint import (
+    NOISE,
+    PERIOD,
+    behind_a_position_loop,
+    drive,
+    noise_at,
+    plan,
+    reference_joint,
+    rms,
+    slope,
+)
 
 GAINS = pi_gains(20.0, 10.0)
 TRUE = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
@@ -107,31 +117,21 @@ def test_a_known_weight_is_not_given_twice_while_it_is_faded_in(switched):
     np.testing.assert_allclose(torques, 100.0, atol=1e-6)
 
 
-def error_after_rests_under_a_load(controller, weights, period=0.004, inertia=2.0, friction=8.0):
+def error_after_rests_under_a_load(controller, weights):
     """Root of the mean square of the velocity error in motion behind a position loop, under a weight after each rest.
 
     Each weight (N m, by the cosine of the position) hangs on the joint from the begin of a rest of 2 s on, and is moved
     to and fro for 5 s. The position is not told.
     """
-    outer, noises = PositionLoop(PositionLoop.design(period=period, bandwidth=10.0).gain), np.random.default_rng(101)
-    velocity, position, planned, torque, errors = 0.0, 0.0, 0.0, None, []
-    for weight in weights:
-        for k in range(round(7.0 / period)):
-            reference, following = (math.sin(0.8 * math.pi * max(0.0, n * period - 2.0)) for n in (k, k + 1))
-            errors += [reference - velocity] if k * period >= 2.0 else []
-            given = {
-                "next_reference": following,
-                "correction": outer.step(planned, position),
-                "realised_torque": torque,
-            }
-            torque = controller.step(reference, velocity + 1e-3 * noises.standard_normal(), **given)
-            for _ in range(4):
-                step = 0.25 * period / inertia
-                pushed = velocity + step * (torque - weight * math.cos(position))
-                velocity = math.copysign(max(0.0, abs(pushed) - friction * step), pushed)
-                position += 0.25 * period * velocity
-            planned += 0.5 * period * (reference + following)
-    return rms(np.array(errors))
+    period, length = 0.004, 1750
+    once = [math.sin(0.8 * math.pi * max(0.0, k * period - 2.0)) for k in range(length)]
+    errors, _ = behind_a_position_loop(
+        controller,
+        [*(once * len(weights)), 0.0],
+        **{"period": period, "bandwidth": 10.0, "inertia": 2.0, "friction": 8.0, "noise": 1e-3},
+        weight=lambda k, position: weights[k // length] * math.cos(position),
+    )
+    return rms(errors.reshape(len(weights), length)[:, 500:])
 
 
 @pytest.mark.parametrize("weights", [[60.0], [140.0], [-140.0], [30.0, 90.0, 10.0, 90.0]], ids=str)
