@@ -55,3 +55,27 @@ def test_rows_of_tables_have_the_cells_of_their_head(page):
         found = re.sub(r"`[^`]*`", "", line).count("|") if line.startswith("|") else 0
         assert not cells or not found or found == cells, f"{page}:{number}: {line[:80]}"
         cells = found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_of_pages_lead_somewhere(page):
+    for target in re.findall(
+        r"\]\(([^)#\s]*)(?:#[^)\s]*)?\)", re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
+    ):
+        assert "://" in target or (page.parent / target).exists(), f"{page}: {target}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_to_headings_find_them(page):
+    for target, heading in re.findall(r"\]\(([^)#\s:]*)#([^)\s]*)\)", page.read_text()):
+        text = (page.parent / target).read_text() if target else page.read_text()
+        headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
+        anchors = {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in headings}
+        assert heading in anchors, f"{page}: {target}#{heading}"
+
+
+@pytest.mark.parametrize("room", ["", "learning", "supervision", "at_rest", "faults"])
+def test_pages_of_the_adaptive_controller_name_every_file_of_their_room(room):
+    folder = ROOT / "adaptive_ff" / "adaptive" / room
+    page = (folder / "README.md").read_text()
+    assert [path.name for path in folder.glob("[a-z]*.py") if f"`{path.name}`" not in page] == []

@@ -1,23 +1,21 @@
 """Parameters and state of the adaptive controller; see :mod:`adaptive_ff.adaptive.step`."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from adaptive_ff.adaptive.command import CommandParameters, CommandState, initial_command_state
-from adaptive_ff.adaptive.doubt import Doubt, initial_doubt
-from adaptive_ff.adaptive.estimator_state import (
+from adaptive_ff.adaptive.faults.doubt import Doubt, initial_doubt
+from adaptive_ff.adaptive.learning.estimator_state import (
     EstimatorParameters,
     EstimatorState,
     initial_estimator_state,
     load_count,
 )
-from adaptive_ff.adaptive.lag_tuning import TimingState, initial_timing_state
+from adaptive_ff.adaptive.learning.fed_model import Block
+from adaptive_ff.adaptive.learning.lag_tuning import TimingState, initial_timing_state
 from adaptive_ff.model.bounds import FRICTION_LAG
 from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state
 from adaptive_ff.regression.torque_form import Signals, initial_signals
 from controllers import PIParameters, PIState, delay_line, initial_pi_state
-
-Block = Any
-"""Parameters or state of kernels that serve the supervised controller too: its tuples have these fields and more."""
 
 
 class AdaptiveParameters(NamedTuple):

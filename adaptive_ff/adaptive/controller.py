@@ -11,19 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
-from adaptive_ff.adaptive.candidate_choice import (
+from adaptive_ff.adaptive.at_rest.wound_integral import initial_standing
+from adaptive_ff.adaptive.faults.held_integral import initial_held_integral
+from adaptive_ff.adaptive.first_map import with_first_map
+from adaptive_ff.adaptive.learning.candidate_choice import (
     BENT_FACTORS,
     FACTORS,
     assess_choice,
     chosen_names,
 )
-from adaptive_ff.adaptive.estimator_state import load_count
-from adaptive_ff.adaptive.first_map import with_first_map
-from adaptive_ff.adaptive.friction_map import coefficient_count
-from adaptive_ff.adaptive.held_integral import initial_held_integral
-from adaptive_ff.adaptive.map_reading import LearntMap, check_map_state, read_map
-from adaptive_ff.adaptive.map_settings import MAP_DEVIATION, MAP_MEMORY
-from adaptive_ff.adaptive.observer_state import ObserverParameters, initial_observer
+from adaptive_ff.adaptive.learning.estimator_state import load_count
+from adaptive_ff.adaptive.learning.fed_model import identified_model
+from adaptive_ff.adaptive.learning.friction_map import coefficient_count
+from adaptive_ff.adaptive.learning.map_reading import LearntMap, check_map_state, read_map
+from adaptive_ff.adaptive.learning.map_settings import MAP_DEVIATION, MAP_MEMORY
+from adaptive_ff.adaptive.learning.uncertainty import assess
 from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
 from adaptive_ff.adaptive.state_check import (
     check_acquittal,
@@ -40,11 +42,9 @@ from adaptive_ff.adaptive.state_check import (
     check_standing,
     possible_now,
 )
-from adaptive_ff.adaptive.step import identified_model
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters
 from adaptive_ff.adaptive.supervised_step import initial_supervised_state
-from adaptive_ff.adaptive.uncertainty import assess
-from adaptive_ff.adaptive.wound_integral import initial_standing
+from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, initial_observer
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction
@@ -277,7 +277,8 @@ class AdaptiveController(AdaptiveBase):
         :func:`controllers.low_pass_lag` for one behind a low-pass.
     tunes_lag : bool, optional
         Whether the lag of the feedforward is tuned by the tracking error, beyond the identified friction lag; see
-        :mod:`adaptive_ff.adaptive.lag_tuning`. It must be false for a controller that only watches another's motion.
+        :mod:`adaptive_ff.adaptive.learning.lag_tuning`. It must be false for a controller that only watches another's
+        motion.
     regressors : int, optional
         How many further known regressors there are, for instance sines of summed angles in a coupled arm: the joint
         carries the torque ``sum_i a_i x_i`` beside gravity, and the ``a_i`` are identified. Their values, of the size
@@ -297,7 +298,7 @@ class AdaptiveController(AdaptiveBase):
     torque_limit : float, optional
         Largest torque that is commanded, N m; what it cut off then counts as not realised without being reported. Where
         neither it nor ``realised_torque`` is given, the integral winds up beside a drive that saturates; nothing is
-        learnt from torque that its motion does not answer to (:mod:`adaptive_ff.adaptive.drive_limit`).
+        learnt from torque that its motion does not answer to (:mod:`adaptive_ff.adaptive.faults.drive_limit`).
     feedforward_includes_inertia : bool, optional
         Whether the ``feedforward`` given to ``step`` is inverse dynamics that includes the inertia along the plan: the
         ``inertia`` given with it, or the first estimate where none is, times the slope of the plan. The inertia is then

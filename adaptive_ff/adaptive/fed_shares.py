@@ -4,20 +4,20 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.balance import Balance, balanced_share
-from adaptive_ff.adaptive.candidate_state import slides
-from adaptive_ff.adaptive.change_detection import shows_cause
-from adaptive_ff.adaptive.counts import fine_share, first_counts, kicked_share
-from adaptive_ff.adaptive.drive_limit import answered_share, believed_share
-from adaptive_ff.adaptive.drive_limit_state import DriveLimit
-from adaptive_ff.adaptive.observer import helping_share, observer_gain
-from adaptive_ff.adaptive.observer_state import ObserverState
-from adaptive_ff.adaptive.period import Fed
-from adaptive_ff.adaptive.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.faults.counts import fine_share, first_counts, kicked_share
+from adaptive_ff.adaptive.faults.drive_limit import answered_share, believed_share
+from adaptive_ff.adaptive.faults.drive_limit_state import DriveLimit
+from adaptive_ff.adaptive.faults.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.learning.candidate_state import slides
+from adaptive_ff.adaptive.learning.change_detection import shows_cause
+from adaptive_ff.adaptive.learning.period import Fed
+from adaptive_ff.adaptive.learning.unexplained import breakaway
 from adaptive_ff.adaptive.sensing import Sensed
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
-from adaptive_ff.adaptive.trust import TrustState, caution, soft_bound
-from adaptive_ff.adaptive.unexplained import breakaway
+from adaptive_ff.adaptive.supervision.balance import Balance, balanced_share
+from adaptive_ff.adaptive.supervision.observer import helping_share, observer_gain
+from adaptive_ff.adaptive.supervision.observer_state import ObserverState
+from adaptive_ff.adaptive.supervision.trust import TrustState, caution, soft_bound
 from adaptive_ff.adaptive.watching import holding_friction
 from adaptive_ff.model.bounds import INERTIA
 

@@ -1,7 +1,7 @@
 """What a controller knows of friction over position before it has learnt, and how sure that is: its first state.
 
 Coefficients ``c_i`` with standard deviations ``s_i``, shares of the friction, begin with the information of the first
-model's parameters (:data:`adaptive_ff.adaptive.estimator_state.PRIOR`), in the units of the map,
+model's parameters (:data:`adaptive_ff.adaptive.learning.estimator_state.PRIOR`), in the units of the map,
 
     D_i = PRIOR (Kp Vs)^2/s_i^2
 
@@ -23,8 +23,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.estimator_state import PRIOR, EstimatorParameters
-from adaptive_ff.adaptive.friction_map import (
+from adaptive_ff.adaptive.learning.estimator_state import PRIOR, EstimatorParameters
+from adaptive_ff.adaptive.learning.friction_map import (
     DOUBT,
     FIRST,
     FULL_SLOPE,

@@ -5,10 +5,10 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.command import machine_inputs
-from adaptive_ff.adaptive.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
-from adaptive_ff.adaptive.drive_limit import watch_drive
-from adaptive_ff.adaptive.drive_limit_state import DriveLimit
-from adaptive_ff.adaptive.seen_velocity import SeenVelocity, advance_seen_velocity, seen_inputs
+from adaptive_ff.adaptive.faults.doubt import Doubt, advance_doubt, believed_plan, undoubted_inputs
+from adaptive_ff.adaptive.faults.drive_limit import watch_drive
+from adaptive_ff.adaptive.faults.drive_limit_state import DriveLimit
+from adaptive_ff.adaptive.faults.seen_velocity import SeenVelocity, advance_seen_velocity, seen_inputs
 from adaptive_ff.adaptive.step import given_inertia_torque
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
 from controllers import Inputs, plausible_inputs

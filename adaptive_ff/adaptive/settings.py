@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters
-from adaptive_ff.adaptive.candidate_choice import (
+from adaptive_ff.adaptive.command import CommandParameters
+from adaptive_ff.adaptive.learning.candidate_choice import (
     begin_velocity,
     candidate_distances,
     candidate_velocities,
 )
-from adaptive_ff.adaptive.command import CommandParameters
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters
-from adaptive_ff.adaptive.map_settings import MAP_MEMORY, checked_periods, map_parameters
+from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters
+from adaptive_ff.adaptive.learning.map_settings import MAP_MEMORY, checked_periods, map_parameters
 from adaptive_ff.adaptive.prior import prior_of
 from adaptive_ff.model.bounds import largest_lag
 from adaptive_ff.model.friction import FURTHER, TorqueModel, ripple_names

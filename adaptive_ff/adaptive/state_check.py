@@ -6,24 +6,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.acquittal import GUILTY, WAITS, Acquittal
-from adaptive_ff.adaptive.candidate_state import CandidateState
-from adaptive_ff.adaptive.candidates import (
+from adaptive_ff.adaptive.at_rest.held_friction import LEAST_SHARE, HeldFriction
+from adaptive_ff.adaptive.at_rest.outer_loop import ENOUGH, SETTLED, OuterLoop
+from adaptive_ff.adaptive.at_rest.wound_integral import Standing
+from adaptive_ff.adaptive.faults.drive_limit_state import DriveLimit
+from adaptive_ff.adaptive.faults.held_integral import HeldIntegral
+from adaptive_ff.adaptive.faults.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.learning.candidate_state import CandidateState
+from adaptive_ff.adaptive.learning.candidates import (
     FITS,
     FLAT_ROWS,
     candidate_distance,
     candidate_velocity,
 )
-from adaptive_ff.adaptive.drive_limit_state import DriveLimit
-from adaptive_ff.adaptive.estimator import PEAK_FACTOR
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
-from adaptive_ff.adaptive.held_friction import LEAST_SHARE, HeldFriction
-from adaptive_ff.adaptive.held_integral import HeldIntegral
-from adaptive_ff.adaptive.outer_loop import ENOUGH, SETTLED, OuterLoop
-from adaptive_ff.adaptive.ringing import Ringing
-from adaptive_ff.adaptive.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.learning.estimator import PEAK_FACTOR
+from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
 from adaptive_ff.adaptive.supervised_state import SupervisedState
-from adaptive_ff.adaptive.wound_integral import Standing
+from adaptive_ff.adaptive.supervision.acquittal import GUILTY, WAITS, Acquittal
+from adaptive_ff.adaptive.supervision.ringing import Ringing
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY

@@ -11,23 +11,21 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters, AdaptiveState, Block
-from adaptive_ff.adaptive.candidate_margins import alike
-from adaptive_ff.adaptive.candidate_state import CandidateState, slides
-from adaptive_ff.adaptive.candidates import (
-    compare_candidates_in_place,
-    follow_candidates_in_place,
-    settle_candidates_in_place,
-)
-from adaptive_ff.adaptive.change_detection import JUMP_WINDOW, LOAD, UNDECIDED, undecided_factor
+from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters, AdaptiveState
 from adaptive_ff.adaptive.command import (
     fade,
     inertia_torque,
     limited,
     machine_inputs,
 )
-from adaptive_ff.adaptive.doubt import advance_doubt, believed_plan, undoubted_inputs
-from adaptive_ff.adaptive.estimator import (
+from adaptive_ff.adaptive.faults.doubt import advance_doubt, believed_plan, undoubted_inputs
+from adaptive_ff.adaptive.learning.candidates import (
+    compare_candidates_in_place,
+    follow_candidates_in_place,
+    settle_candidates_in_place,
+)
+from adaptive_ff.adaptive.learning.change_detection import LOAD, UNDECIDED
+from adaptive_ff.adaptive.learning.estimator import (
     SPEED_FACTOR,
     estimated_load,
     follow_friction_map,
@@ -35,19 +33,26 @@ from adaptive_ff.adaptive.estimator import (
     learn_friction_map,
     learn_in_place,
 )
-from adaptive_ff.adaptive.estimator_state import (
+from adaptive_ff.adaptive.learning.estimator_state import (
     EstimatorState,
     carries_loads,
-    damping_in_use,
     form_in_use,
     lag_is_hidden,
     load_count,
     may_guess,
     with_candidates,
 )
-from adaptive_ff.adaptive.friction_guess import guess_friction_in_place
-from adaptive_ff.adaptive.friction_map import coming_factor, filtered_factor
-from adaptive_ff.adaptive.lag_tuning import (
+from adaptive_ff.adaptive.learning.fed_model import (
+    Block,
+    bent_shares,
+    gate_speed,
+    identified_model,
+    inertia_ratio,
+    present_model,
+)
+from adaptive_ff.adaptive.learning.friction_guess import guess_friction_in_place
+from adaptive_ff.adaptive.learning.friction_map import filtered_factor
+from adaptive_ff.adaptive.learning.lag_tuning import (
     FIRST,
     YOUNG,
     TimingState,
@@ -61,14 +66,11 @@ from adaptive_ff.adaptive.lag_tuning import (
     note_friction,
     with_evidence,
 )
-from adaptive_ff.adaptive.period import Fed, Period
-from adaptive_ff.adaptive.unexplained import missing_share, unexplained
+from adaptive_ff.adaptive.learning.period import Fed, Period
+from adaptive_ff.adaptive.learning.unexplained import missing_share, unexplained
 from adaptive_ff.model.bounds import (
     FRICTION_LAG,
     INERTIA,
-    torque_model,
-    with_bristles,
-    with_friction_times,
     write_model,
 )
 from adaptive_ff.model.feedforward import FeedforwardState, coming_plan, exchange_model, feedforward_parts
@@ -76,7 +78,6 @@ from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.model.turning import turning_of
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import (
-    BENT,
     advance_signals_in_place,
     settle_signals_in_place,
 )
@@ -91,7 +92,6 @@ from controllers import (
     feed_back,
     hand_over,
     plausible_inputs,
-    present_inertia,
     remember,
     with_feedforward,
 )
@@ -106,52 +106,6 @@ GUESS_HOLD = 0.5
 With gravity alone, and a weight of 1.1 times the stiction from the start, the first 5 s are as good without waiting
 (3.80 for 3.71 mrad/s), and with a smaller weight or none much better (2.2 for 3.1).
 """
-
-
-RISE_MEMORIES = 2.0
-"""Time in memories for which friction is not taken to rise from standstill on while all reversals are alike.
-
-What comes late at all of them looks the same: a machine on bristles had 1.4 of PI's error in the first 5 s, not 1.07.
-"""
-
-
-@register_jitable
-def fed_model(block: Block, estimator: EstimatorState, lag: float) -> TorqueModel:
-    """Return the model that is fed forward: the identified one with a lag (s) of its own."""
-    form, loads = form_in_use(block.estimator, estimator), load_count(block.estimator)
-    rise, young = 1.0, estimator.levels.learnt < RISE_MEMORIES * block.estimator.memory
-    if young and alike(estimator.candidates.reversals) and not block.estimator.rises:
-        rise = 0.0
-    estimate = estimator.recursion.estimate
-    model = torque_model(estimate, lag, form.stribeck_velocity, form.stribeck_shape, loads, rise)
-    return with_bristles(model, form.presliding, damping_in_use(estimator))
-
-
-@register_jitable
-def present_model(block: Block, estimator: EstimatorState, lag: float, reference: float) -> TorqueModel:
-    """Return the model that is fed forward where the joint will be, on its plan (rad/s), when the torque acts."""
-    turn = (block.feedback.delay + 0.5) * block.period * reference / block.estimator.gear_ratio
-    factor = coming_factor(block.estimator.friction_map, estimator.friction_map, turn)
-    if slides(estimator.candidates):
-        factor *= undecided_factor(estimator.alarm, estimator.surprise, JUMP_WINDOW / block.estimator.form.pole)
-    return with_friction_times(fed_model(block, estimator, lag), factor)
-
-
-@register_jitable
-def gate_speed(block: Block, estimator: EstimatorState) -> float:
-    """Return the speed below which the joint may stick, rad/s: it is that of the curve in use."""
-    speed: float = block.slowest * (estimator.candidates.stribeck_velocity / block.estimator.form.stribeck_velocity)
-    return speed
-
-
-@register_jitable
-def inertia_ratio(block: Block, inputs: Inputs) -> float:
-    """Return the inertia that is given for the present configuration over the one that is estimated at first.
-
-    What is given counts as the assumed inertia of the configuration; what is estimated is by how much it is wrong.
-    """
-    assumed = float(block.estimator.first[INERTIA])
-    return present_inertia(inputs, assumed) / assumed
 
 
 @register_jitable
@@ -178,12 +132,6 @@ def step_model(
     )
     turn = ((delay + 0.5) * block.period + block.velocity_lag) * inputs.reference
     return torque + estimated_load(block.estimator, estimator, turn), friction, new
-
-
-@register_jitable
-def identified_model(block: Block, state: Block) -> TorqueModel:
-    """Return the model as it is identified now."""
-    return fed_model(block, state.estimator, state.estimator.recursion.estimate[FRICTION_LAG])
 
 
 @register_jitable
@@ -226,17 +174,6 @@ def end_period_in_place(block: Block, state: Block, inputs: Inputs, error: float
     if block.tunes_lag and state.command.share == 1.0 and clear:
         timing = tune_lag(block, state, inputs, error)
     return Period(measured, model, lagged_torque, sliding, timing, clear)
-
-
-@register_jitable
-def bent_shares(candidates: CandidateState) -> tuple[float, float]:
-    """Return the shares of Coulomb friction and stiction of the candidate in use, as they are over the reference."""
-    slip, adhesion = 0.0, 0.0
-    if candidates.bent.shape[0] > 0:
-        place = candidates.chosen - (candidates.errors.size - candidates.bent.shape[0])
-        if place >= 0:
-            slip, adhesion = candidates.bent[place, BENT, 0], candidates.bent[place, BENT, 1]
-    return slip, adhesion
 
 
 @register_jitable

@@ -2,19 +2,19 @@
 
 from typing import NamedTuple
 
-from adaptive_ff.adaptive.balance import Balance
+from adaptive_ff.adaptive.at_rest.held_friction import HeldFriction
+from adaptive_ff.adaptive.at_rest.outer_loop import OuterLoop
+from adaptive_ff.adaptive.at_rest.wound_integral import Standing
 from adaptive_ff.adaptive.command import CommandParameters, CommandState
-from adaptive_ff.adaptive.doubt import Doubt
-from adaptive_ff.adaptive.drive_limit_state import DriveLimit
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState
-from adaptive_ff.adaptive.held_friction import HeldFriction
-from adaptive_ff.adaptive.held_integral import HeldIntegral
-from adaptive_ff.adaptive.lag_tuning import TimingState
-from adaptive_ff.adaptive.observer_state import ObserverParameters, ObserverState
-from adaptive_ff.adaptive.outer_loop import OuterLoop
-from adaptive_ff.adaptive.seen_velocity import SeenVelocity
-from adaptive_ff.adaptive.trust import TrustState
-from adaptive_ff.adaptive.wound_integral import Standing
+from adaptive_ff.adaptive.faults.doubt import Doubt
+from adaptive_ff.adaptive.faults.drive_limit_state import DriveLimit
+from adaptive_ff.adaptive.faults.held_integral import HeldIntegral
+from adaptive_ff.adaptive.faults.seen_velocity import SeenVelocity
+from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState
+from adaptive_ff.adaptive.learning.lag_tuning import TimingState
+from adaptive_ff.adaptive.supervision.balance import Balance
+from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
+from adaptive_ff.adaptive.supervision.trust import TrustState
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.regression.torque_form import Signals
 from controllers import PIParameters, PIState

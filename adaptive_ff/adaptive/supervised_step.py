@@ -3,8 +3,8 @@
     u = PI(e) + J dr/dt + gamma f_ref + offset + g d
 
 The identification is that of :mod:`adaptive_ff.adaptive.step`. What its feedforward leaves is observed
-(:mod:`adaptive_ff.adaptive.observer`) and fed back while it is louder than the noise; where the friction fed forward
-leaves more error than it takes away, less of it is fed (:mod:`adaptive_ff.adaptive.trust`).
+(:mod:`adaptive_ff.adaptive.supervision.observer`) and fed back while it is louder than the noise; where the friction
+fed forward leaves more error than it takes away, less of it is fed (:mod:`adaptive_ff.adaptive.supervision.trust`).
 """
 
 import math
@@ -14,31 +14,37 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
-from adaptive_ff.adaptive.balance import Balance, advance_balance, initial_balance
+from adaptive_ff.adaptive.at_rest.held_friction import feedforward_at_rest, friction_shown, initial_held_friction
+from adaptive_ff.adaptive.at_rest.outer_loop import initial_outer_loop, note_correction, unseen_error, unseen_velocity
+from adaptive_ff.adaptive.at_rest.wound_integral import (
+    Standing,
+    advance_standing,
+    having_left,
+    initial_standing,
+    wound_up,
+)
 from adaptive_ff.adaptive.command import fade, limited
-from adaptive_ff.adaptive.counts import spurious_torque
-from adaptive_ff.adaptive.drive_limit import is_impossible, without_never_given
-from adaptive_ff.adaptive.drive_limit_state import initial_drive_limit
-from adaptive_ff.adaptive.estimator import estimated_load
-from adaptive_ff.adaptive.estimator_state import begin_anew_in_place, load_count
+from adaptive_ff.adaptive.faults.counts import spurious_torque
+from adaptive_ff.adaptive.faults.drive_limit import is_impossible, without_never_given
+from adaptive_ff.adaptive.faults.drive_limit_state import initial_drive_limit
+from adaptive_ff.adaptive.faults.held_integral import HeldIntegral, hold_integral, initial_held_integral
+from adaptive_ff.adaptive.faults.seen_velocity import initial_seen_velocity
 from adaptive_ff.adaptive.fed_shares import Shares, fed_shares
-from adaptive_ff.adaptive.held_friction import feedforward_at_rest, friction_shown, initial_held_friction
-from adaptive_ff.adaptive.held_integral import HeldIntegral, hold_integral, initial_held_integral
-from adaptive_ff.adaptive.lag_tuning import note_friction
-from adaptive_ff.adaptive.observer import misfit
-from adaptive_ff.adaptive.observer_hand_over import hand_over_to_observer, observe_all, take_up
-from adaptive_ff.adaptive.observer_state import ObserverState, initial_observer
-from adaptive_ff.adaptive.one_way import left_over, note_one_way_in_place
-from adaptive_ff.adaptive.outer_loop import initial_outer_loop, note_correction, unseen_error, unseen_velocity
-from adaptive_ff.adaptive.period import Fed
-from adaptive_ff.adaptive.seen_velocity import initial_seen_velocity
+from adaptive_ff.adaptive.learning.estimator import estimated_load
+from adaptive_ff.adaptive.learning.estimator_state import begin_anew_in_place, load_count
+from adaptive_ff.adaptive.learning.lag_tuning import note_friction
+from adaptive_ff.adaptive.learning.period import Fed
+from adaptive_ff.adaptive.learning.unexplained import breakaway, unexplained
 from adaptive_ff.adaptive.sensing import Sensed, sense
 from adaptive_ff.adaptive.step import end_period_in_place, learn_and_feed_in_place, write_adaptive
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
-from adaptive_ff.adaptive.trust import initial_trust, with_friction
-from adaptive_ff.adaptive.unexplained import breakaway, unexplained
+from adaptive_ff.adaptive.supervision.balance import Balance, advance_balance, initial_balance
+from adaptive_ff.adaptive.supervision.observer import misfit
+from adaptive_ff.adaptive.supervision.observer_hand_over import hand_over_to_observer, observe_all, take_up
+from adaptive_ff.adaptive.supervision.observer_state import ObserverState, initial_observer
+from adaptive_ff.adaptive.supervision.one_way import left_over, note_one_way_in_place
+from adaptive_ff.adaptive.supervision.trust import initial_trust, with_friction
 from adaptive_ff.adaptive.watching import BRIDGED, plan_rests, unobserved_error, watch
-from adaptive_ff.adaptive.wound_integral import Standing, advance_standing, having_left, initial_standing, wound_up
 from adaptive_ff.model.bounds import OFFSET
 from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest
 from controllers import (
@@ -212,7 +218,8 @@ def step_supervised(
     set_out = begun.friction - state.feedforward.friction
     fed = learn_and_feed_in_place(block, state, begun, period, inputs)
     left = unexplained(block.estimator, state.estimator)  # again: the candidates have learnt, in place
-    note_one_way_in_place(block.estimator, state.estimator, fed.estimator, left_over(state, left, unfit) * inputs.dt)
+    changing = left_over(state.observer.noise, state.estimator, left, unfit)
+    note_one_way_in_place(block.estimator, state.estimator, fed.estimator, changing * inputs.dt)
     shares = fed_shares(block, state, sensed, observer, trust, balance, fed, unfit, command.share)
     torque = fed_torque(fed, shares.friction)
     change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))

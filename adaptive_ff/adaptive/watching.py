@@ -8,24 +8,24 @@ import math
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.candidate_state import slides
-from adaptive_ff.adaptive.change_detection import UNDECIDED
-from adaptive_ff.adaptive.circumstances import Circumstances, strains
-from adaptive_ff.adaptive.drive_limit import is_believed
-from adaptive_ff.adaptive.noise_level import likely_variance
-from adaptive_ff.adaptive.observer import (
+from adaptive_ff.adaptive.faults.drive_limit import is_believed
+from adaptive_ff.adaptive.learning.candidate_state import slides
+from adaptive_ff.adaptive.learning.change_detection import UNDECIDED
+from adaptive_ff.adaptive.learning.fed_model import inertia_ratio
+from adaptive_ff.adaptive.learning.unexplained import breakaway
+from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
+from adaptive_ff.adaptive.supervision.circumstances import Circumstances, strains
+from adaptive_ff.adaptive.supervision.noise_level import likely_variance
+from adaptive_ff.adaptive.supervision.observer import (
     CLEAR,
     bridged_torque,
     error_beyond_noise,
     observe,
     observed_inertia,
-    saturated,
 )
-from adaptive_ff.adaptive.observer_state import ObserverState, start_observer
-from adaptive_ff.adaptive.step import inertia_ratio
-from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
-from adaptive_ff.adaptive.trust import TrustState, advance_trust
-from adaptive_ff.adaptive.unexplained import breakaway
+from adaptive_ff.adaptive.supervision.observer_state import ObserverState, start_observer
+from adaptive_ff.adaptive.supervision.trust import TrustState, advance_trust
+from adaptive_ff.estimation.shares import saturated
 from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
 from adaptive_ff.model.turning import is_held
 from controllers import Inputs, acting_torque, asked_torque, delayed

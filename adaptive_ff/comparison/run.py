@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adaptive_ff.adaptive.controller import AdaptiveBase
-from adaptive_ff.adaptive.map_reading import LearntMap
+from adaptive_ff.adaptive.learning.map_reading import LearntMap
 from adaptive_ff.comparison.registry import loop_of, make_controller
 from adaptive_ff.comparison.running import check_progress, drive_over
 from adaptive_ff.comparison.thinning import Thinned, drive_thinned
@@ -68,7 +68,7 @@ class Run:
         What a controller watches itself by, by name: trust, observer gain and observed torque (N m) of ``adaptive``.
     uncertainties : dict of ndarray, shape (marks,)
         How far each estimate may be off, as a standard deviation, for controllers that say so; no confidence interval,
-        see :mod:`adaptive_ff.adaptive.uncertainty`.
+        see :mod:`adaptive_ff.adaptive.learning.uncertainty`.
     uncertainty_time : ndarray, shape (marks,)
         When, s.
     thin : int

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.adaptive.friction_map import LARGEST_COEFFICIENT
-from adaptive_ff.adaptive.map_settings import MAP_DEVIATION
+from adaptive_ff.adaptive.learning.friction_map import LARGEST_COEFFICIENT
+from adaptive_ff.adaptive.learning.map_settings import MAP_DEVIATION
 from adaptive_ff.errors import InputError
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import ASYMMETRY, SATURATIONS

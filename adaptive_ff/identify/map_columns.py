@@ -1,7 +1,7 @@
 """Friction and forces over position and load, as columns of a log.
 
 Friction is that of the model times ``1 + m``, in the form that the controller learns
-(:mod:`adaptive_ff.adaptive.friction_map`),
+(:mod:`adaptive_ff.adaptive.learning.friction_map`),
 
     m = sum_k (a_k cos(2 pi q/p_k) + b_k sin(2 pi q/p_k)) + sum_j c_j hat_j(q) + l (|u| - <|u|>)
 
@@ -21,7 +21,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import null_space
 
-from adaptive_ff.adaptive.map_settings import map_parameters
+from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.families import ASYMMETRY, FORCE_OVER, FRICTION_OVER, GRAVITY, Terms
 from adaptive_ff.identify.filtering import Band, band_of_motion, bent_friction, uniform, velocity_between, wide_velocity

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from adaptive_ff.adaptive.map_reading import load_sentence, position_sentence
+from adaptive_ff.adaptive.learning.map_reading import load_sentence, position_sentence
 from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.identified_map import IdentifiedMap
 from adaptive_ff.identify.map_columns import LOAD, MapAsked

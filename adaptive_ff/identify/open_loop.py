@@ -3,8 +3,8 @@
 The model is ``J a + F(w) + g(q) = u``: Coulomb friction, viscous friction that may differ by direction, and a force
 that is linear in the position between equidistant knots (a single one is an offset), which holds gravity, an offset and
 friction that depends on the position as far as it does not change its sign with the direction. The friction may be
-multiplied by the controller's map over position (:mod:`adaptive_ff.adaptive.friction_map`). Time steps are those of
-:mod:`plant.step`, so the model comes exactly to rest.
+multiplied by the controller's map over position (:mod:`adaptive_ff.adaptive.learning.friction_map`). Time steps are
+those of :mod:`plant.step`, so the model comes exactly to rest.
 """
 
 import math
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters, limited_factor, map_value
+from adaptive_ff.adaptive.learning.friction_map import NO_MAP, MapParameters, limited_factor, map_value
 from adaptive_ff.logs.derivatives import Array
 from controllers import compiled
 from plant.friction import Stribeck

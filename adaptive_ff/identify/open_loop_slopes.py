@@ -18,7 +18,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.friction_map import MapParameters, hat_place, limited_factor, map_value
+from adaptive_ff.adaptive.learning.friction_map import MapParameters, hat_place, limited_factor, map_value
 from adaptive_ff.identify.open_loop import FIRST, OpenLoopModel, Record
 from adaptive_ff.logs.derivatives import Array
 from controllers import compiled

@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.adaptive.friction_map import NO_MAP, MapParameters, coefficient_count
-from adaptive_ff.adaptive.map_settings import map_parameters
+from adaptive_ff.adaptive.learning.friction_map import NO_MAP, MapParameters, coefficient_count
+from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.filtering import uniform
 from adaptive_ff.identify.identification import check_delay, identify_log

@@ -12,8 +12,8 @@ from typing import Any, Self
 
 from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.adaptive.estimator_state import LAG_PRIOR
-from adaptive_ff.adaptive.map_settings import checked_periods
+from adaptive_ff.adaptive.learning.estimator_state import LAG_PRIOR
+from adaptive_ff.adaptive.learning.map_settings import checked_periods
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.bounds import FRICTION_LAG
 from adaptive_ff.model.friction import IDENTIFIED

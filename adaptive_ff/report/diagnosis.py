@@ -17,12 +17,12 @@ from rich.table import Table
 from rich.text import Text
 
 from adaptive_ff.adaptive.adaptive_state import AdaptiveParameters, AdaptiveState
-from adaptive_ff.adaptive.candidate_choice import assess_choice
-from adaptive_ff.adaptive.candidates import MEMORIES
 from adaptive_ff.adaptive.controller import AdaptiveBase
-from adaptive_ff.adaptive.estimator_state import carries_loads
-from adaptive_ff.adaptive.step import gate_speed
-from adaptive_ff.adaptive.uncertainty import Confidence, assess, mean_squared_error
+from adaptive_ff.adaptive.learning.candidate_choice import assess_choice
+from adaptive_ff.adaptive.learning.candidates import MEMORIES
+from adaptive_ff.adaptive.learning.estimator_state import carries_loads
+from adaptive_ff.adaptive.learning.fed_model import gate_speed
+from adaptive_ff.adaptive.learning.uncertainty import Confidence, assess, mean_squared_error
 from adaptive_ff.model.friction import GRAVITY, RIPPLE, unit_of
 from adaptive_ff.report.diagnosis_map import map_sentences
 from adaptive_ff.report.diagnosis_supervision import supervision

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from adaptive_ff.adaptive.map_reading import LearntMap, load_sentence, position_sentence
+from adaptive_ff.adaptive.learning.map_reading import LearntMap, load_sentence, position_sentence
 
 TOLD = 0.01
 """Least rise and fall of friction that is told."""

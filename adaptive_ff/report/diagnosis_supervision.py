@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator
 
-from adaptive_ff.adaptive.acquittal import ACQUITTED, GUILTY, TRIED
-from adaptive_ff.adaptive.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveBase, AdaptiveController
-from adaptive_ff.adaptive.counts import shown_deviation
+from adaptive_ff.adaptive.faults.counts import shown_deviation
 from adaptive_ff.adaptive.fed_shares import kicked_by_counts
-from adaptive_ff.adaptive.noise_level import noise_known
-from adaptive_ff.adaptive.observer import helping_share
-from adaptive_ff.adaptive.observer_effect import steadily_oscillates
-from adaptive_ff.adaptive.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
-from adaptive_ff.adaptive.unexplained import breakaway
+from adaptive_ff.adaptive.learning.change_detection import EITHER, FRICTION, LOAD, UNDECIDED
+from adaptive_ff.adaptive.learning.unexplained import breakaway
+from adaptive_ff.adaptive.supervision.acquittal import ACQUITTED, GUILTY, TRIED
+from adaptive_ff.adaptive.supervision.noise_level import noise_known
+from adaptive_ff.adaptive.supervision.observer import helping_share
+from adaptive_ff.adaptive.supervision.observer_effect import steadily_oscillates
+from adaptive_ff.adaptive.supervision.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.watching import holding_friction
 
 SHOWN = 0.995

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.controller import AdaptiveBase
-from adaptive_ff.adaptive.estimator import PEAK_FACTOR
-from adaptive_ff.adaptive.uncertainty import Confidence
+from adaptive_ff.adaptive.learning.estimator import PEAK_FACTOR
+from adaptive_ff.adaptive.learning.uncertainty import Confidence
 from adaptive_ff.estimation.instruments import AGREEMENT
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, write_ranges
 from adaptive_ff.model.friction import unit_of

@@ -12,7 +12,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.observer import plan_as_measured
+from adaptive_ff.adaptive.supervision.observer import plan_as_measured
 from adaptive_ff.model.feedforward import (
     FeedforwardState,
     initial_feedforward_state,

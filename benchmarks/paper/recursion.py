@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.adaptive.estimator import learn_in_place
-from adaptive_ff.adaptive.estimator_state import EstimatorParameters, EstimatorState, initial_estimator_state
+from adaptive_ff.adaptive.learning.estimator import learn_in_place
+from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState, initial_estimator_state
 from adaptive_ff.estimation.rls import RLSState, update_rls_in_place
 from adaptive_ff.regression.sliding_gate import sliding_time
 from adaptive_ff.regression.torque_form import Signals, advance_signals_in_place, initial_signals

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import AdaptiveController, JointGroup, TorqueModel, load_scenario
-from adaptive_ff.adaptive.friction_map import map_value
+from adaptive_ff.adaptive.learning.friction_map import map_value
 from adaptive_ff.comparison.run import simulate
 from controllers import pi_gains
 

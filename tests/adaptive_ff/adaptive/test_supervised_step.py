@@ -8,10 +8,11 @@ import pytest
 from closed_loops import SCENARIO, course_along, drive, error_of, lay_course, make, own_loop, run_plain
 
 from adaptive_ff import load_scenario, simulate
-from adaptive_ff.adaptive.change_detection import NOTHING, UNDECIDED
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
-from adaptive_ff.adaptive.step import identified_model, step_model
-from adaptive_ff.adaptive.unexplained import unexplained
+from adaptive_ff.adaptive.learning.change_detection import NOTHING, UNDECIDED
+from adaptive_ff.adaptive.learning.fed_model import identified_model
+from adaptive_ff.adaptive.learning.unexplained import unexplained
+from adaptive_ff.adaptive.step import step_model
 from adaptive_ff.adaptive.watching import may_stick, unobserved_error
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.model.bounds import COULOMB, STICTION

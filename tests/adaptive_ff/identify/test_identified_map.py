@@ -9,8 +9,8 @@ import pytest
 from synthetic_logs import JOINT, coloured, motion
 
 from adaptive_ff import InputError
-from adaptive_ff.adaptive.friction_map import map_value
-from adaptive_ff.adaptive.map_settings import map_parameters
+from adaptive_ff.adaptive.learning.friction_map import map_value
+from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.map_columns import LOAD

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import InputError
-from adaptive_ff.adaptive.map_settings import map_parameters
+from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.identify import open_loop_fit, score
 from adaptive_ff.identify.open_loop import OpenLoopModel, Record
 from adaptive_ff.identify.open_loop_fit import fit_path

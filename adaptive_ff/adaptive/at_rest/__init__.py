@@ -1,0 +1,1 @@
+"""A joint at rest, or behind a position loop."""

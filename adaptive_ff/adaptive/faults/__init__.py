@@ -1,0 +1,1 @@
+"""What sensor and drive do not tell."""

@@ -1,0 +1,1 @@
+"""What the feedforward leaves, and how far it is trusted."""

@@ -1,0 +1,425 @@
+"""Noise-gated observer of the torque that the feedforward leaves.
+
+What moved the joint beyond what was fed forward, less what the change of the error took, is what the model misses:
+
+    res = u_act - u_fed - J_o ((w - w-) - (r - r-))/dt
+    d(k) = d(k-1) + (1 - exp(-p dt)) (res - d(k-1))
+
+with the fed torque behind the drive's delay, torque and reference behind the low-pass of the measured velocity. Fed
+back with a gain, ``u = u_ff + g d + PI``, it is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata,
+T. Murakami, "Motion control for advanced mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within
+``1/p`` to what no identification can know yet: a start, a jump of friction, a load, a bristle that bends.
+
+Its inertia ``J_o`` is the one ``J_n`` that the feedback was designed for, or the identified one ``J`` where that is
+smaller and the model fits, which the mean square ``<eps^2>`` (N^2 m^2) of what it leaves of the torque tells:
+
+    J_o = J + q (J_n - J),    q = sat(<eps^2> / (4 (Kp s)^2) - 1)
+
+With half the load and the old inertia it would oscillate. But a Stribeck curve that falls steeply looks like a smaller
+inertia than there is, and with that the observer feeds back what accelerates the joint, which hunts. Where an inertia
+is given for the present configuration, ``J_o`` is in proportion to it: with that of the design a joint of six times as
+much oscillates behind a position loop, where PI alone does not.
+
+Where the feedforward leaves nothing, an observer feeds back noise. So ``g = min(g_d, max(g_r, g_e))``, gates that are
+open while the noise is not known:
+
+    g_d = sat(<d^2> / (4 * 2 s_d^2) - 1),   s_d^2 = a^2 2/(2 - a) (J s/T)^2,  a = 1 - exp(-p T)   (d against its noise)
+    g_r = sat(<ehat^2> / (4 s_T^2) - 1),    s_T^2 = s^2 2 b/(2 - b),          b = Kp T/J          (error to come)
+    g_e = sat(<e_f^2> / (4 s_e^2) - 1),     s_e^2 = s^2 a/(2 - a)                                 (error that there is)
+
+A velocity out of a filter has noise of another colour, of which ``s_T`` tells too little: in a fast loop behind a
+Kalman filter its square is a fifth of what the noise makes. So it is raised to the slowly rising minimum of
+``<ehat^2>``, at most to 2.5 times, and as far as the model fits, ``1 - q``; where it does not, the least of the error
+is not noise.
+
+``<.>`` is a short mean, ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop would make
+of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which is held where ``d`` is. The two
+errors differ while the estimates move, since what a new estimate feeds is taken out of the integral. No time and no age
+enters: the gate is open while there is something to gain.
+
+The pole is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the gains of
+the PI loop respect and the observer would not. By default it is at most 65 rad/s: a fast loop has no margin to spare.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+from adaptive_ff.adaptive.learning.lag_tuning import lag_torque
+from adaptive_ff.adaptive.supervision.circumstances import Circumstances
+from adaptive_ff.adaptive.supervision.colour import advance_colour, is_coloured, mean_length
+from adaptive_ff.adaptive.supervision.noise_level import (
+    RISE,
+    NoiseState,
+    advance_noise,
+    hunts,
+    likely_variance,
+    noise_known,
+)
+from adaptive_ff.adaptive.supervision.observer_effect import (
+    ObserverEffect,
+    advance_effect,
+    demand_help,
+    look_for_ringing,
+    steadily_oscillates,
+)
+from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
+from adaptive_ff.adaptive.supervision.ringing import beside_correction, far_error, loudest
+from adaptive_ff.estimation.shares import TINY, saturated
+from adaptive_ff.model.loop_response import advance_loop_response
+from controllers import PIParameters
+
+WINDOW = 0.3
+"""Length of the short means, s."""
+
+LOUDER = 4.0
+"""How many times what noise explains a mean square must be for its gate to begin to open."""
+
+STUCK = 0.2
+"""Velocity along the plan, as a share of it, below which a joint sticks or has not turned yet ..."""
+
+CLEAR = 9.0
+"""... where the error is clear: its square, over the variance of the noise; before that is known, any error is."""
+
+OBSERVED_NOISE = 2.0
+"""Factor on the variance that noise gives the observed torque: two measurements make a difference."""
+
+COLOURED = 2.5
+"""How many times that of white noise the level of the error to come may be: velocities come out of filters."""
+
+CLAMPED = 2.0
+"""Time for which a joint may stick while its plan moves, s; after that something else than friction holds it.
+
+With 0.6 s, 12 of 116 drawn joints whose friction falls by more than 15 gains settle at less than 0.95 of PI, the worst
+at 0.69; with 2 s 10 as without it, the worst at 0.85 (seeds 101, 201 and 301).
+"""
+
+AWAY = 3.0
+"""Error, in largest speeds of the plan, beyond which a joint has run away from it ..."""
+
+BEYOND = 10.0
+"""... and beyond so many standard deviations of the noise ..."""
+
+GONE = 0.3
+"""... and the time for which that may last, s: a joint that hunts comes back sooner."""
+
+CALM = 1.0
+"""Time for which the observer lets go of a joint that hunts, s."""
+
+EXPLAINED = 2.0
+"""Mean squared error that is taken for noise, over what noise explains of it."""
+
+
+MUCH, AT_ONCE = 0.3, 0.25
+"""Share of the friction from which on what is observed is used even where the observer does not help, and share of its
+present square that counts beside the short mean.
+
+Of 112 joints behind Kalman filters 15 to 18 have a window above 1.2 times PI's error with any threshold of noise beside
+these; with 0 as the first (and such a threshold) 39, with 1 as the second 25. With 0 as the second a load that comes
+costs 0.8 of PI's error in its first second, not 0.5.
+"""
+
+
+@register_jitable
+def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> float:
+    """Return the plan (rad/s) as a velocity with a lag (s) shows it after a period (s); ``seen`` is the last value."""
+    return seen + (plan - seen) * duration / (duration + lag)
+
+
+@register_jitable
+def shown_share(lag: float, duration: float) -> float:
+    """Return the share of a change that a velocity with a lag (s) shows after a period (s)."""
+    return duration / (duration + lag)
+
+
+@register_jitable
+def runs_away(noise: NoiseState, error: float, peak: float) -> bool:
+    """Tell whether an error (rad/s) is out of all proportion to the largest speed of the plan (rad/s)."""
+    square = error * error
+    return noise_known(noise) and square > AWAY * AWAY * peak * peak + BEYOND * BEYOND * noise.variance
+
+
+@register_jitable
+def bridged_torque(mean: float, torque: float, gap: float, duration: float) -> float:
+    """Return the mean torque (N m) since a velocity was believed.
+
+    Parameters
+    ----------
+    mean : float
+        The mean before the period that has ended, N m; zero where that is the first one.
+    torque : float
+        Torque in that period, N m.
+    gap : float
+        Time since then, with that period, s.
+    duration : float
+        Length of that period, s.
+    """
+    return mean + (torque - mean) * (duration / gap)
+
+
+class Answer(NamedTuple):
+    """How the joint has answered over a period, by which the effect of the observer is judged.
+
+    Attributes
+    ----------
+    error, predicted, correction : float
+        Error that the feedback sees, error ``ehat``, and what an outer loop asks for, rad/s.
+    observed : float
+        Mean square of what is observed, N^2 m^2.
+    coloured : bool
+        Whether the noise of the measured velocity is coloured.
+    stands : bool
+        Whether the joint stands although its plan moves: it does not answer as predicted then.
+    turned : bool
+        Whether the plan has changed its sign.
+    """
+
+    error: float
+    predicted: float
+    correction: float
+    observed: float
+    coloured: bool
+    stands: bool
+    turned: bool
+
+
+@register_jitable
+def effect_after(
+    state: ObserverState,
+    observer: ObserverParameters,
+    feedback: PIParameters,
+    noise: NoiseState,
+    answer: Answer,
+    known: Circumstances,
+    duration: float,
+) -> ObserverEffect:
+    """Return what is known of the effect of the observer after a period (s); nothing new while it is held."""
+    effect, gain = state.effect, state.gain
+    if known.held:
+        return effect
+    error, predicted, correction = answer.error, answer.predicted, answer.correction
+    variance, time_constant = likely_variance(noise), observer.inertia / feedback.proportional
+    if not answer.stands:
+        if noise_known(noise):
+            effect = advance_effect(
+                effect, error, predicted, correction, noise.variance, known.peak, gain, known.believed, duration
+            )
+        effect = demand_help(effect, error, predicted, correction, variance, gain, answer.coloured, duration)
+    own = beside_correction(error, correction)
+    load = 0.0 if known.saturates else math.sqrt(answer.observed)  # then it may be torque that never acted
+    far = far_error(max(known.friction, load), feedback.proportional, correction)
+    loud = loudest(known.peak, far) if known.saturates else known.peak
+    return look_for_ringing(effect, own, variance, loud, far, gain, answer.turned, known.falls, time_constant, duration)
+
+
+@register_jitable
+def astray(
+    state: ObserverState, noise: NoiseState, error: float, sticks: bool, known: Circumstances, duration: float
+) -> tuple[float, float]:
+    """Return for how long the joint has stuck although its plan moves, and for how long it has run away from it, s.
+
+    Parameters
+    ----------
+    state : ObserverState
+        The state before the period.
+    noise : NoiseState
+        Noise of the measured velocity after it.
+    error : float
+        Error that the feedback sees, rad/s.
+    sticks : bool
+        Whether the joint sticks now.
+    known : Circumstances
+        What is known of it.
+    duration : float
+        Length of the period, s.
+    """
+    stuck = state.stuck + duration if sticks else 0.0
+    if known.strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
+        stuck = CLAMPED + duration
+    away = state.away + duration if runs_away(state.noise, error, known.peak) else max(0.0, state.away - duration)
+    if hunts(noise, known.peak):
+        away = max(away, GONE + CALM)
+    return stuck, away
+
+
+@register_jitable
+def is_astray(stuck: float, away: float) -> bool:
+    """Tell whether the observer lets go of a joint that has stuck, or run away, for so long (s)."""
+    return stuck > CLAMPED or away > GONE
+
+
+@register_jitable
+def observe(
+    observer: ObserverParameters,
+    state: ObserverState,
+    feedback: PIParameters,
+    lacking: float,
+    inertia: float,
+    reference: float,
+    correction: float,
+    velocity: float,
+    duration: float,
+    known: Circumstances,
+) -> ObserverState:
+    """Return the state after a period, or several that were bridged, before the gates are set.
+
+    While the plan rests, or friction of the last direction is held, the disturbance is held: a stuck joint answers to
+    no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
+    the joint jumps, again and again. Where the joint sticks although the plan moves, the disturbance may grow along the
+    error, which frees the joint, but not against it: what the integral holds from before would drive it there. Where
+    it sticks for longer than 2 s, or although the drive gives 3 times the largest torque with which it has moved, a
+    brake holds it, and where the error is for 0.3 s three times the largest speed of the plan, the drive gives less
+    than it says; the observer would feed back its own torque then, and lets go of it. It does so for 1 s as well where
+    the loop hunts from sample to sample, as it does with an inertia that is told twice too large.
+
+    Parameters
+    ----------
+    observer : ObserverParameters
+        The observer.
+    state : ObserverState
+        The state.
+    feedback : PIParameters
+        The PI loop.
+    lacking : float
+        Torque that the drive gave over the period beyond what was fed forward, N m.
+    inertia : float
+        Inertia ``J_o``, kg m^2.
+    reference, correction, velocity : float
+        Plan, what an outer loop adds to it for the feedback, and measured velocity, now, rad/s.
+    duration : float
+        Length of the period, s; with what was bridged before.
+    known : Circumstances
+        What is known of the joint beside that.
+    """
+    seen = reference
+    lagged_torque = state.lagged_torque
+    if observer.velocity_lag > 0.0:
+        seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
+        lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
+    # of a change that was not foreseen no inertia torque was fed
+    unforeseen = state.unforeseen + shown_share(observer.velocity_lag, duration) * (known.unforeseen - state.unforeseen)
+    change = (velocity - state.velocity) - (seen - state.reference - unforeseen)
+    residual = lacking - inertia * change / duration
+    now = seen + correction - velocity
+    sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
+    share = -math.expm1(-observer.pole * duration)
+    if known.held or (sticks and (residual - state.disturbance) * now < 0.0):
+        share = 0.0
+    disturbance = state.disturbance + share * (residual - state.disturbance)
+    tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
+    noise = advance_noise(state.noise, seen - velocity, tells, duration)
+    length = mean_length(observer.pole, observer.period)
+    colour = advance_colour(state.colour, seen - velocity, tells, length, duration)
+    stuck, away = astray(state, noise, now, sticks, known, duration)
+    if is_astray(stuck, away):
+        disturbance = state.disturbance * math.exp(-observer.pole * duration)
+    # the residual is behind the low-pass of the velocity already
+    response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
+    weight = 0.0 if known.held else duration / (WINDOW + duration)
+    squared = state.squared + weight * (disturbance * disturbance - state.squared)
+    predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
+    answer = Answer(
+        error=now,
+        predicted=response.velocity,
+        correction=correction,
+        observed=squared,
+        coloured=is_coloured(colour, noise, length, feedback.proportional, known.friction),
+        stands=sticks and abs(velocity) < STUCK * abs(seen),
+        turned=seen * state.reference < 0.0,
+    )
+    error = state.error + share * (now - state.error)
+    quiet = min(predicted, state.quiet * (1.0 + duration / RISE)) if noise_known(state.noise) else predicted
+    return ObserverState(
+        disturbance=disturbance,
+        gain=state.gain,
+        velocity=velocity,
+        reference=seen,
+        lagged_torque=lagged_torque,
+        fed=state.fed,
+        squared=squared,
+        response=response,
+        predicted_squared=predicted,
+        noise=noise,
+        error=error,
+        error_squared=state.error_squared + weight * (error * error - state.error_squared),
+        quiet=quiet,
+        stuck=stuck,
+        away=away,
+        let_go=state.let_go or is_astray(stuck, away),
+        effect=effect_after(state, observer, feedback, noise, answer, known, duration),
+        colour=colour,
+        unforeseen=unforeseen,
+    )
+
+
+@register_jitable
+def misfit(noise: NoiseState, feedback: PIParameters, squared_error: float) -> float:
+    """Return how badly the identified model fits, ``q``: 0 where noise explains its error, up to 1.
+
+    Parameters
+    ----------
+    noise : NoiseState
+        Noise of the measured velocity.
+    feedback : PIParameters
+        The PI loop; its gain makes a torque of the noise.
+    squared_error : float
+        Mean square of the torque that it leaves, N^2 m^2.
+    """
+    if not noise_known(noise):
+        return 1.0
+    explained = feedback.proportional * feedback.proportional * noise.variance
+    return saturated(squared_error / (LOUDER * explained + TINY) - 1.0)
+
+
+@register_jitable
+def observed_inertia(observer: ObserverParameters, identified: float, unfit: float) -> float:
+    """Return the inertia ``J_o`` (kg m^2) for an identified one (kg m^2) of a model that is unfit to a share."""
+    least = min(identified, observer.inertia)
+    return least + unfit * (observer.inertia - least)
+
+
+@register_jitable
+def smoothed_noise(state: ObserverState, share: float) -> float:
+    """Return the variance (rad^2/s^2) of the noise behind a mean that takes a share of each new value."""
+    return state.noise.variance * share / (2.0 - share)
+
+
+@register_jitable
+def error_beyond_noise(observer: ObserverParameters, state: ObserverState) -> float:
+    """Return by how much the mean squared error that the feedback sees is more than noise explains, rad^2/s^2."""
+    share = -math.expm1(-observer.pole * observer.period)
+    return state.error_squared - EXPLAINED * smoothed_noise(state, share)
+
+
+@register_jitable
+def observer_gain(
+    observer: ObserverParameters, state: ObserverState, feedback: PIParameters, inertia: float, unfit: float
+) -> float:
+    """Return the gain ``g`` that the gates allow, for an identified inertia (kg m^2) of a model unfit to a share."""
+    if not noise_known(state.noise):
+        return 1.0
+    share = -math.expm1(-observer.pole * observer.period)
+    left = state.error_squared / (LOUDER * smoothed_noise(state, share) + TINY * TINY) - 1.0
+    noise = share * inertia / observer.period
+    noise *= noise * 2.0 / (2.0 - share) * state.noise.variance
+    observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + TINY) - 1.0
+    share = min(1.0, feedback.proportional * observer.period / observer.inertia)
+    white = 2.0 * smoothed_noise(state, share)
+    level = min(max(white, state.quiet), (unfit + (1.0 - unfit) * COLOURED) * white)
+    predicted = state.predicted_squared / (LOUDER * level + TINY * TINY) - 1.0
+    return min(saturated(observed), max(saturated(predicted), saturated(left)))
+
+
+@register_jitable
+def helping_share(state: ObserverState, friction: float) -> float:
+    """Return the share of its gain that the observer is used with beside slow noise or a steady oscillation.
+
+    Where it does not help that is less than one, unless what it observes is much of the friction (N m): a load. Of an
+    oscillation it may be what a sensor that ripples feigns.
+    """
+    if state.effect.help >= 1.0 or steadily_oscillates(state.effect, state.noise.variance):
+        return state.effect.help
+    level = MUCH * MUCH * friction * friction
+    observed = max(state.squared, AT_ONCE * state.disturbance * state.disturbance)
+    return state.effect.help + (1.0 - state.effect.help) * saturated(observed / (level + TINY) - 1.0)
