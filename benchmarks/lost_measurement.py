@@ -41,7 +41,7 @@ SHOWN = (
     "feedback_error",
 )
 PI_BEFORE = {0.2: 18.2, 1.0: 245.0, 5.0: 1250.0}
-"""Printed by this command over seeds 1 to 20 for PI as it was when it kept the last velocity (97d34d8), mrad/s."""
+"""Printed by this command over seeds 1 to 20 for a PI that keeps the last velocity (that of 97d34d8), mrad/s."""
 
 
 def squared_error(name: str, seed: int, course: Course, place: float, loss: float) -> float:

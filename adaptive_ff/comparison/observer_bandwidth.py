@@ -11,7 +11,7 @@ from controllers.design.observer_design import SLOWEST
 LARGEST_BEHIND_FILTER = 4.5
 """Largest maximum sensitivity, for the velocity that is seen, with which an observer is as fast as for the true one.
 
-With 2 the observers alone were up to 1.7 times worse with a fine encoder and its Kalman filter (``encoder``,
+With 2 the observers alone are up to 1.7 times worse with a fine encoder and its Kalman filter (``encoder``,
 ``positioning``), where they have 3 to 4.1 with their usual bandwidth; without a bound a fast loop oscillates.
 """
 

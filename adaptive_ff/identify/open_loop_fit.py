@@ -38,7 +38,7 @@ STEPS = 60
 ENOUGH = 1e-4
 """Decrease that the next step promises, over the squares, below which a fit is at its minimum.
 
-With 1e-6, fits with weak shrinkage were cut short by ``STEPS`` instead, while they went from bend to bend.
+With 1e-6, fits with weak shrinkage are cut short by ``STEPS`` instead, while they go from bend to bend.
 """
 
 DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-9, 1e6

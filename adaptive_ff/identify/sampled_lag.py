@@ -13,7 +13,7 @@ one. Regressed on each other over all ``d``, with ``x = T/tau``,
     lagged samples = lagged mean + w(x) (samples - mean),
     w(x) = 1 + 12/(1 - exp(-x)) ((1 - exp(-x) (1 + x))/x^2 - (1 - exp(-x))/(2 x))
 
-which goes from one without lag to zero with a long one. Without it Coulomb friction of logs of 100 Hz was off by up to
+which goes from one without lag to zero with a long one. Without it Coulomb friction of logs of 100 Hz is off by up to
 3.6 % in simulations free of noise where friction saturates as well.
 """
 

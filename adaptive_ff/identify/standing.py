@@ -29,10 +29,10 @@ STOP_CYCLES, STOP_SIGNS = 0.1, 3
 """The same for a joint that stands for a moment: its measured velocity changes the sign not once but so often.
 
 What sticks at each reversal, for as long as the torque takes to turn, has no sign of velocity there. Taken for a quick
-reversal it showed a negative lag and too much stiction: of a joint of ``adaptive-ff new`` 2.61 N m for 2.5, and a
+reversal it shows a negative lag and too much stiction: of a joint of ``adaptive-ff new`` 2.61 N m for 2.5, and a
 Stribeck velocity of 0.077 for 0.12 rad/s. That is so where friction jumps, with stiction or without. A joint whose
 friction rises from standstill on creeps there instead, which tells of its friction: without it a model of half of the
-record of the TX40's joint 4 left 0.75 N m for 0.57.
+record of the TX40's joint 4 leaves 0.75 N m for 0.57.
 """
 
 DWELL = 1.5

@@ -17,15 +17,15 @@ from adaptive_ff.model.friction import TorqueModel
 TURNED = 0.027
 """Speed at which a reversed reference turns friction, over the change of speed that breakaway makes in a period.
 
-Of 936 joints drawn with seeds 101 to 701, whose friction falls by 0.5 to 10 times the gain, 37 had a window of 5 s with
-1.2 times the error of PI where 0.04 of Coulomb friction was taken, which is the same for the built-in joint, and
-touches were turned for; with this and ``TOUCHED`` 20 have.
+Of 936 joints drawn with seeds 101 to 701, whose friction falls by 0.5 to 10 times the gain, 20 have a window of 5 s
+with 1.2 times the error of PI with this and ``TOUCHED``; where 0.04 of Coulomb friction is taken, which is the same for
+the built-in joint, and touches are turned for, 37 have.
 """
 
 TOUCHED = 1.35
 """Path of a reference on the other side of zero, over the way that breakaway moves the joint by in a period's square.
 
-With half of it 24 of those joints had such a window, with twice 20. Of 522 of them with seeds from 401 on those whose
+With half of it 24 of those joints have such a window, with twice 20. Of 522 of them with seeds from 401 on those whose
 friction falls by up to 1, 2, 5 and 10 gains settle at 8.1, 8.2, 5.4 and 2.7 times better than PI (geometric means);
 with half at 8.2, 8.3, 5.5 and 2.7, with twice at 7.8, 7.8, 5.3 and 2.7, and at 8.2, 8.3, 5.5 and 2.7 where touches are
 turned for.
@@ -34,15 +34,15 @@ turned for.
 UNFIT = 2.0
 """The same for a model that misses the torque, over that for one that does not.
 
-Weights of 100 N m that are not modelled had a window of 1.25 times the error of PI at worst (60 references), without
+Weights of 100 N m that are not modelled have a window of 1.25 times the error of PI at worst (60 references), without
 this 1.83.
 """
 
 STEEP = 2.0
 """Fall of friction with speed, in gains, from which that path is shorter in proportion.
 
-Such joints leave and reach the plan in a slip; with twice the path for all of them, and in full, they were 2.0 times
-better than PI and 2.2 times worse in a window (``steep_10``, 60 references), so they are 2.2 and 1.2 times.
+Such joints leave and reach the plan in a slip. So they are 2.2 times better than PI and 1.2 times worse in a window
+(``steep_10``, 60 references), with twice the path for all of them, and in full, 2.0 and 2.2 times.
 """
 
 RISEN = 1.5

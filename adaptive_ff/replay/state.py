@@ -11,8 +11,8 @@ from adaptive_ff.replay.settings import ReplaySettings
 
 KEPT = 0.01
 """Share that is kept of what is known of the inertia where a state is carried over, as an information. The posture may
-be another one, and with it the inertia; friction stays. Of KUKA KR300 and EMPS, one record to the other, 0.01 left 4 %
-less torque while the reference moves than 1; the same share of friction would leave 3 % more."""
+be another one, and with it the inertia; friction stays. Of KUKA KR300 and EMPS, one record to the other, 0.01 leaves
+4 % less torque while the reference moves than 1; the same share of friction would leave 3 % more."""
 
 
 def state_to_json(settings: ReplaySettings, controller: UnsupervisedController) -> str:

@@ -2,11 +2,11 @@
 
 At rest behind a position loop the integral winds up on what is left of the position, ``w = sum Ki c dt`` with the
 correction ``c``: until the joint breaks away, or up to there, ``+-Fs`` about the load, whichever way. A joint that
-stands holds all of it, so it tells nothing of the load. When the plan sets out, the friction of the new direction was
-fed on top of it: with the wrong sign the joint stayed behind until the integral had unwound, with the right one it was
-thrown. PI alone keeps what it has wound up, which is breakaway in the direction of the next move where that is the
-other one and the joint has overshot its stop: of moves to and fro between rests of seconds the velocity error was 1.5
-to 3 times PI's.
+stands holds all of it, so it tells nothing of the load. With the friction of the new direction on top of it when the
+plan sets out, the joint stays behind until the integral has unwound, where that has the wrong sign, and is thrown where
+it has the right one. PI alone keeps what it has wound up, which is breakaway in the direction of the next move where
+that is the other one and the joint has overshot its stop: of moves to and fro between rests of seconds the velocity
+error is then 1.5 to 3 times PI's.
 
 So what has been wound up goes on as friction ``f`` of the feedforward, to the share ``gamma`` to which that is fed,
 
@@ -17,7 +17,7 @@ and turns with it: the torque does not jump. Bent bristles are as far bent as th
 while it stands with the torque ``U``, the load is within ``F`` of that, so ``w`` is never larger than this allows.
 
 To the loop what leaves the integral is a torque that is fed, with the other sign, so the trust in the friction is told
-(:mod:`adaptive_ff.adaptive.supervision.trust`); else it blamed the friction where the integral had wound up the right
+(:mod:`adaptive_ff.adaptive.supervision.trust`); else it blames the friction where the integral has wound up the right
 way.
 """
 

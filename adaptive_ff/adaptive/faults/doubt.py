@@ -7,7 +7,7 @@ sample the model keeps the last plan, and after it nothing is learnt until the f
 stays is taken for true after a second or so.
 
 The plan for when a torque acts must go on where it said it would, or it is not used for some samples: half of it may be
-right. Values that came and went for 2 s threw a simulated joint so that it tracked twice worse half a minute later.
+right. Values that come and go for 2 s else throw a simulated joint so that it tracks twice worse half a minute later.
 """
 
 import math

@@ -21,7 +21,7 @@ more is fed than a quarter above what the feedback has asked for itself; where e
 learnt is forgotten once the joint follows. A drive that has been doubted for long is given another chance, after twice
 the time the next: what was proven may have been little, and the feedback alone never follows closely enough to prove
 more. With friction fed again it does, and is not doubted while it follows: else no chance would last long enough to
-prove anything, and one of five hinges in MuJoCo (100 Hz, moves) stayed without compensation.
+prove anything, and one of five hinges in MuJoCo (100 Hz, moves) stays without compensation.
 
 Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while. And
 ``R_p`` is raised by what friction adds that goes on rising with the speed (``rising_resistance.py``).
@@ -50,8 +50,8 @@ from controllers import Inputs, PIParameters, asked_torque, delayed, with_realis
 IMPOSSIBLE = 4.0
 """Friction at breakaway over the proven resistance from which on it cannot be: it was learnt from other torque.
 
-It is forgotten at the first proof, and later on as much of it is fed as can be. One machine of 210 that had learnt 430
-times its friction before it followed threw itself by 180 times the error of PI later on (seed 701).
+It is forgotten at the first proof, and later on as much of it is fed as can be. Else one machine of 210, which learns
+430 times its friction before it follows, throws itself by 180 times the error of PI later on (seed 701).
 """
 
 UNPROVEN = 1.5
@@ -70,15 +70,15 @@ ANSWERED = 1.25
 """Friction, and observed torque, that are fed at most before anything is proven, over what the feedback has asked for.
 
 What is fed beside a limit winds up on top of the feedback, and that on top of it. Of 1600 drives that saturate (seeds
-101, 201, 301 and 401) 41 were below 0.95 of PI before this bound and :func:`without_never_given`, and 18 are with
-them. Where drives do not saturate, the first seconds have 1.01 to 1.12 times the error that they had (400 of them).
+101, 201, 301 and 401) 41 are below 0.95 of PI without this bound and :func:`without_never_given`, 18 with them. Where
+drives do not saturate, the first seconds have 1.01 to 1.12 times the error that they have without (400 of them).
 """
 
 LOOSENS = 60.0
 """Time constant with which that bound grows while nothing is doubted, integral times.
 
-A joint that it keeps from following would never prove anything: one of 400 that do not saturate (seeds 301 and 401) was
-4.2 times better than PI instead of 58.
+A joint that it keeps from following would never prove anything: without growth one of 400 that do not saturate (seeds
+301 and 401) is 4.2 times better than PI instead of 58.
 """
 
 

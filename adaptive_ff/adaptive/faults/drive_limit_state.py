@@ -7,9 +7,9 @@ from adaptive_ff.adaptive.faults.rising_resistance import RisingResistance, init
 PATIENCE = 60.0
 """Motion after which a drive that has seemed to saturate is given another chance, integral times; doubled each time.
 
-An arm that had followed slowly at first was fed half of its friction for good, and was 3.0 times better than PI for the
-9.2 times that it is now (``benchmarks.robot``, two links at 500 Hz). Of 400 drives that do saturate (seeds 101 and 201)
-as many settle at 0.95 of PI as without it, with 30 integral times one less.
+Without it an arm that follows slowly at first is fed half of its friction for good, and is 3.0 times better than PI
+instead of 9.2 times (``benchmarks.robot``, two links at 500 Hz). Of 400 drives that do saturate (seeds 101 and 201) as
+many settle at 0.95 of PI as without it, with 30 integral times one less.
 """
 
 

@@ -10,8 +10,8 @@ alike successive changes ``D`` of the plan have been tells one from the other,
 means over a second: one for a smooth plan, zero for one that is held for two samples or more. The slope is continued
 in full from 0.9 on, and not at all up to 0.5.
 
-On the built-in joint and moves of trapezoids that were held for five samples the controller settled at 0.73 to 0.84 of
-PI's accuracy with the slope continued, at 1.03 to 1.20 now.
+On the built-in joint and moves of trapezoids that are held for five samples the controller settles at 1.03 to 1.20 of
+PI's accuracy, with the slope continued always at 0.73 to 0.84.
 """
 
 import math

@@ -9,9 +9,9 @@ in a mean ``m`` of the integral ``I`` over 0.3 s. With the means of their magnit
     k = sat((<|m|>/<|I|> - 0.4)/(0.65 - 0.4)),    I <- m + k (I - m)
 
 On the built-in joint that share is 0: the error in the 5 s after 0.2 s without a measurement is 1.3 times the
-undisturbed one (``benchmarks.lost_measurement``, seeds 101 to 120). With the integral held it was 1.5 times, before
-friction was held at reversals. Where gravity or bristles are not modelled it is 1: with the mean alone the error there
-would be up to three times as large.
+undisturbed one (``benchmarks.lost_measurement``, seeds 101 to 120), with all of the integral held 1.5 times (measured
+without the friction that is held at reversals). Where gravity or bristles are not modelled it is 1: with the mean alone
+the error there would be up to three times as large.
 """
 
 from typing import NamedTuple

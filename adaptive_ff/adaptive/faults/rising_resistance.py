@@ -8,12 +8,12 @@ down. So a line is laid through resistance over speed, of the last 25 integral t
     r^2 > 0.6,    0 < (dR/d|w|) |w|_mean/R_mean < 1
 
 While nothing is proven all motion counts, afterwards that in which the joint follows. In the first case the line is
-believed only of the feedback alone, of a drive that has seemed to saturate: sooner, drives that do saturate were fed
-friction that never acted (windows of 74 times the error of PI). Of 60 of those that were doubted for so long (seeds 101
-and 201) one would pass; of multisines against ``Fc tanh(w/width)`` with 0.05 and 0.2 rad/s all seven did.
+believed only of the feedback alone, of a drive that has seemed to saturate: sooner, drives that do saturate are fed
+friction that never acts (windows of 74 times the error of PI). Of 60 of those that were doubted for so long (seeds 101
+and 201) one would pass; of multisines against ``Fc tanh(w/width)`` with 0.05 and 0.2 rad/s all seven do.
 
-What that friction made of the controller: with 0.2 rad/s it settled at 1.3 times better than PI on two of four
-references (seeds 105 to 108), and settles at 24 to 28 times better as it does where it is told the torque of its drive.
+With 0.2 rad/s the controller settles at 24 to 28 times better than PI, as it does where it is told the torque of its
+drive; taken for a limit, that friction leaves it at 1.3 times on two of four references (seeds 105 to 108).
 """
 
 from typing import NamedTuple

@@ -8,7 +8,7 @@ that the motion has needed. So a velocity is taken for a **leap**, and for not m
 from all that the torque of the drive can have made both of the last value and of the last one that was believed; ``s``
 is the noise, ``w_p`` the largest speed of the plan. The torque of the drive need not have acted, and the inertia may be
 2.5 times less than is assumed: what lies between is explained. Without that, joints whose inertia varies by 60 % over
-the position, which hunt where it is least, lost up to half their accuracy. After three leaps in a row the velocity is
+the position, which hunt where it is least, lose up to half their accuracy. After three leaps in a row the velocity is
 believed.
 
 A sensor that loses a message often gives the last value once more; one that is slower than the loop always does. A
@@ -23,9 +23,9 @@ estimator leaves such samples out as it leaves out those that are lost; where th
 them, for a sensor that is slower than the loop would leave nothing to learn. The feedback follows every value, as PI
 alone does, but compares one that is not believed with the plan of the last one that was.
 
-On the built-in joint a leap of 3 rad/s in one of 1000 samples left 0.33 to 0.65 of PI's accuracy, 1.5 to 2.9 now, and
-values held for ten samples 0.8 to 2.8, 3.5 to 5.7 now (six references, seeds 101 to 106). Of the rows of
-``benchmarks.never_worse`` without such faults one changed, from 1.36 to 1.37.
+On the built-in joint a leap of 3 rad/s in one of 1000 samples leaves 1.5 to 2.9 of PI's accuracy, believed 0.33 to
+0.65, and values held for ten samples 3.5 to 5.7, believed 0.8 to 2.8 (six references, seeds 101 to 106). Of the rows of
+``benchmarks.never_worse`` without such faults one differs, by 0.01 of 1.36.
 """
 
 import math
@@ -65,9 +65,9 @@ STANDS = 1e-3
 ROUNDED = 1e-9
 """Changes of a velocity, over the largest speed, that are none: a difference of positions is rounded.
 
-Counted as changes they were the least ones, and an encoder's steps none near them: every value that came twice was held
-(moves behind a position loop with an encoder of 6 urad at 500 Hz settled at 4 to 14 times better than PI, and settle at
-23 to 94 times; ``benchmarks.smooth_friction``, 2 kg m^2, seeds 105 and 106).
+Counted as changes they are the least ones, and an encoder's steps none near them: every value that comes twice is held
+then, and moves behind a position loop with an encoder of 6 urad at 500 Hz settle at 4 to 14 times better than PI, not
+at 23 to 94 times (``benchmarks.smooth_friction``, 2 kg m^2, seeds 105 and 106).
 """
 
 MOVED = 4.0

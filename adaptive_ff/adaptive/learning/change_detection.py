@@ -67,9 +67,9 @@ UNDONE = 0.3
 HEDGE = 0.5
 """Share of a change that is fed forward as friction while it may be a load.
 
-While the observer was not yet on where a change shows its cause (seeds 101 to 130), the first 5 s after a drop of
-friction had 0.39, 0.36, 0.32 and 0.29 of PI's error with 0, 0.5, 0.8 and 1, after a load step of 80 N m 0.29, 0.35,
-0.41 and 0.42; and the larger the share, the more pushes of 80 N m leave 1.2 times the undisturbed error or more.
+Measured with an observer that is not yet on where a change shows its cause (seeds 101 to 130): the first 5 s after a
+drop of friction have 0.39, 0.36, 0.32 and 0.29 of PI's error with 0, 0.5, 0.8 and 1, after a load step of 80 N m 0.29,
+0.35, 0.41 and 0.42; and the larger the share, the more pushes of 80 N m leave 1.2 times the undisturbed error or more.
 """
 
 LEAST_LIKELY, LARGEST_LIKELY = 0.3, 4.0

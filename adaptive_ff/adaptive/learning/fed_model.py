@@ -20,7 +20,8 @@ Block = Any
 RISE_MEMORIES = 2.0
 """Time in memories for which friction is not taken to rise from standstill on while all reversals are alike.
 
-What comes late at all of them looks the same: a machine on bristles had 1.4 of PI's error in the first 5 s, not 1.07.
+What comes late at all of them looks the same: without it a machine on bristles has 1.4 of PI's error in the first 5 s,
+with it 1.07.
 """
 
 

@@ -12,11 +12,11 @@ the friction (:mod:`adaptive.faults.counts`), the prior is nought and 1 stands f
 that bound, and so is one of a joint that sticks or bends at its reversals.
 
 Velocities of an encoder with few counts teach the wrong friction: the noise of the torque that answers to them is
-correlated with them, and may be fifty times the friction. A joint of another simulator, whose encoder gave one count of
-ten times the planned speed now and then, settled at a third of the accuracy of PI with 40 times its Coulomb friction,
-and settles at 1.00 (an experiment; ``benchmarks.other_joints`` draws such ones). Where nothing is wrong it costs
+correlated with them, and may be fifty times the friction. A joint of another simulator, whose encoder gives one count
+of ten times the planned speed now and then, settles at 1.00 of the accuracy of PI, without this at a third, with 40
+times its Coulomb friction (an experiment; ``benchmarks.other_joints`` draws such ones). Where nothing is wrong it costs
 nothing in the mean. The observer is not bounded by it: a joint that a brake has held and that is thrown when it lets go
-tracked 0.7 % worse than PI with that.
+would track 0.7 % worse than PI.
 """
 
 import math

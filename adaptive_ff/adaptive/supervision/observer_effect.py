@@ -7,39 +7,39 @@ the PI loop would make of the residual, ``c`` what an outer loop adds to the pla
 takes a part of the residual away, so what is left is less than the PI loop would leave: 0.1 to 0.7 of it on joints of
 all kinds, hardly ever more than all of it. Where it is far more, the loop oscillates with what the observer feeds back.
 So it does where a filter makes a velocity of an encoder with few counts and lags by more than has been told: with 4096
-counts in a turn and a Kalman filter the error was five times that of the PI loop alone.
+counts in a turn and a Kalman filter the error is five times that of the PI loop alone.
 
 The share ``h`` of the gain falls at once while the observer is in use and the error is 0.12 of the plan's largest speed
 or more, and rises by at most 1 in 20 s.
 
 Noise that a filter has made slow (:mod:`adaptive_ff.adaptive.supervision.colour`) is in ``e`` and ``ehat`` alike, and
 neither the gates nor ``rho`` tell it from what is to be observed: an encoder of 2^13 to 2^16 counts behind a Kalman
-filter at 1 kHz left an observer in use that made of the counts up to twice the error of PI alone, with ``rho`` at 0.8
-to 1.2. There it must help: beside such noise, with means over 0.3 s of use and errors of any size,
+filter at 1 kHz leaves an observer in use that makes of the counts up to twice the error of PI alone, with ``rho`` at
+0.8 to 1.2. There it must help: beside such noise, with means over 0.3 s of use and errors of any size,
 
     h = 1 - sat((rho - 0.8) / 0.15)
 
 for a share of its own, and once let go of it stays so, for a small gain helps little. It is used all the same while
 what it observes is much of the friction ``F``: as far as ``max(<d^2>, d^2/4)`` is one to two times ``(0.3 F)^2``, with
-a mean over 0.3 s. Without that a load of 80 N m that came later left 0.2 to 0.8 of PI's error for good with 2^16
-counts, and friction was not trusted any more; with it 0.2 to 0.3 (0.15 to 0.2 for an observer that need not help).
+a mean over 0.3 s. Without that a load of 80 N m that comes later leaves 0.2 to 0.8 of PI's error for good with 2^16
+counts, and friction is not trusted any more; with it 0.2 to 0.3 (0.15 to 0.2 for an observer that need not help).
 Where an outer loop asks for a correction the error is what that asks for, and nothing is asked of the observer.
 
 So it must where the error is a steady oscillation of any size, clear of the noise, as ``kappa`` below tells one: a
 velocity whose error turns with the joint (a resolver, a tachometer, a disc that is not round) is taken for a torque and
 followed, and beyond the band of the loop that leaves as much of the error that is measured, and up to 1.9 times the
 true one. How much torque is observed does not count there, since such a ripple feigns any; what comes as a load makes
-an error of one sign first. On motion one way joints with 0.5 to 1 % of the speed 60 and 120 times a turn settled at
-0.69 and 1.50 of PI, with it at 1.13 and 2.27 (rows ``sensor_ripple_60`` and ``_120``, seeds 101 to 106). Of 890 drawn
-joints, machines, cascades and drives that saturate 28 change, by 1.00 in the geometric mean (seeds 101 and 201). With
-cogging of half the Coulomb friction every 0.02 rad, told wrong, the error is 1.25 times what it was, 0.76 of PI's.
+an error of one sign first. On motion one way joints with 0.5 to 1 % of the speed 60 and 120 times a turn settle at
+0.69 and 1.50 of PI without it, with it at 1.13 and 2.27 (rows ``sensor_ripple_60`` and ``_120``, seeds 101 to 106). Of
+890 drawn joints, machines, cascades and drives that saturate 28 change, by 1.00 in the geometric mean (seeds 101 and 201). With
+cogging of half the Coulomb friction every 0.02 rad, told wrong, the error is 1.25 times that without it, 0.76 of PI's.
 Within the band of the loop such an observer makes less of the error that is measured, and nothing tells it from one
 that helps.
 
 On the built-in joint at 1, 2 and 5 ms with 2^13 to 2^18 counts (112 runs, seeds 101 to 108) 17 have a window above 1.2
-times PI's error, 56 had, and what they settle at is 1.18 times better in the geometric mean; the constants are on a
-plateau. Not used: a level of the noise for the gates that is that of the means (as many windows, since at reversals
-they open all the same).
+times PI's error, without it 56, and what they settle at is 1.18 times better in the geometric mean; the constants are
+on a plateau. Not used: a level of the noise for the gates that is that of the means (as many windows, since at
+reversals they open all the same).
 
 A lag that nobody tells, of the drive's current loop or of a filter of the velocity, makes an observer oscillate that
 would be stable without it, and then ``ehat`` holds the oscillation as well: what the observer feeds back comes late,
@@ -50,10 +50,10 @@ and looks like a disturbance. The error itself tells. What reversals, loads and 
 is 4 and more of them, 3 of noise, and 1.5 of a sine. Where the observer is in use, ``kappa`` is below 2.4, the mean
 error little beside that, and its square more than 0.04^2 of that of the plan's largest speed and four times the noise,
 it oscillates: a ceiling on ``h`` falls by 4 in a second, and rises by 1 in 300 s only, since the lag stays. With a lag
-of 20 ms the built-in joint settled at 0.28 of PI alone, with it at 1.2 to 3.3 (seeds 101 to 104); of 682 scenarios and
-drawn joints without such a lag 29 changed at all, by a factor of 1.00 in the geometric mean. What does not last as long
-as these means is told by its first half cycles (:mod:`adaptive_ff.adaptive.supervision.ringing`). A joint that
-oscillates without the observer as well gets it back (:mod:`adaptive_ff.adaptive.supervision.acquittal`).
+of 20 ms the built-in joint settles at 0.28 of PI without that, with it at 1.2 to 3.3 (seeds 101 to 104); of 682
+scenarios and drawn joints without such a lag 29 change at all, by a factor of 1.00 in the geometric mean. What does not
+last as long as these means is told by its first half cycles (:mod:`adaptive_ff.adaptive.supervision.ringing`). A joint
+that oscillates without the observer as well gets it back (:mod:`adaptive_ff.adaptive.supervision.acquittal`).
 """
 
 from typing import NamedTuple

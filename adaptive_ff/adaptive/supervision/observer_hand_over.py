@@ -38,9 +38,9 @@ def observe_all(state: ObserverState, integral: float) -> tuple[ObserverState, f
 
     While the plan rests the observer holds what it has, and the integral takes all that comes: a weight at a cold
     start, a payload that is picked. Once the plan sets out the observer would find that once more within some samples,
-    beside the integral, which takes its time to unwind: behind a position loop a joint that was held against 18 times
-    its friction was thrown by up to 2.7 times the error of PI. So what both give is what is observed, with a gain of
-    zero; as far as the gates open, it leaves the integral.
+    beside the integral, which takes its time to unwind: behind a position loop a joint that is held against 18 times
+    its friction would be thrown by up to 2.7 times the error of PI. So what both give is what is observed, with a gain
+    of zero; as far as the gates open, it leaves the integral.
 
     Parameters
     ----------

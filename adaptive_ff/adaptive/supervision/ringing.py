@@ -17,19 +17,19 @@ a start; what reversals leave behind is less and dies out, and the error of a sl
 several motions.
 
 Their lengths need not be alike: where friction drives the joint one way, every other half cycle is two or three times
-as long. While only those counted whose length was within 1.7 times that of the last, a drive that lags by 30 ms had a
-first window of more than 1.2 times the error of PI on 7 of 20 references (seeds 101 to 120), and has on one; torque
-that rises by at most 2000 N m/s had such a window on 7, and has on 4.
+as long. A drive that lags by 30 ms has a first window of more than 1.2 times the error of PI on one of 20 references
+(seeds 101 to 120), torque that rises by at most 2000 N m/s on 4; on 7 and 7 if only those count whose length is within
+1.7 times that of the last.
 
 A joint whose friction falls steeply sticks and slips in the same way without any lag. So where the identified friction
 is found to fall by more than twice the gain, ringing is no proof, and the observer is given back. Else it stays out of
-use until the controller is reset: a drive stays as late as it is. Where it came back over 300 s, a drive whose torque
-rises by at most 2000 N m/s settled at 0.46 and 0.67 over ten minutes.
+use until the controller is reset: a drive stays as late as it is. Were it to come back over 300 s, a drive whose torque
+rises by at most 2000 N m/s would settle at 0.46 and 0.67 over ten minutes.
 
-With a drive that lags by 13, 16 and 20 ms, told nobody, the first 5 s of the built-in joint left 2.0, 2.5 and 3.6 times
-the error of PI, and leave 0.6 to 0.8 of it; with 30 ms there were later windows of 11 times, and none of more than 1.1
-now (geometric means, and the worst, of seeds 101 to 104). With a torque that rises by at most 2000 N m/s it settled at
-0.43 to 0.69, and settles at 2.7 to 3.9.
+With a drive that lags by 13, 16 and 20 ms, told nobody, the first 5 s of the built-in joint leave 0.6 to 0.8 of the
+error of PI, without this rule 2.0, 2.5 and 3.6 times that; with 30 ms no later window is above 1.1, without it some are
+of 11 times (geometric means, and the worst, of seeds 101 to 104). With a torque that rises by at most 2000 N m/s it
+settles at 2.7 to 3.9, without it at 0.43 to 0.69.
 """
 
 import math
@@ -152,7 +152,7 @@ def loudest(peak: float, far: float) -> float:
     """Return the speed (rad/s) beside which half cycles are judged where a drive has seemed to saturate.
 
     Two of a far error ring then, small beside the plan's largest speed or not: of 200 machines that saturate untold one
-    settled at 0.01 of PI without that, and at 0.37 with it.
+    settles at 0.01 of PI without that, and at 0.37 with it.
     """
     return min(peak, FEWEST * far / TOGETHER)
 

@@ -36,8 +36,8 @@ They are held back for good where the loop is soft for its friction, at most ``s
 start ``sat(1.5 - t/1 s)`` where that is more. An error of ``F/Kp`` is what the proportional gain needs to overcome the
 friction ``F``. Where the plan is much slower than that, PI alone leaves the joint stuck for seconds, with an error of
 no more than the plan; what breaks it away more often makes it slip, far faster than the plan. With a tenth of the
-built-in inertia, gain and all, and a plan of 0.0125 rad/s (``peak Kp/F`` 0.02) it settled at 0.27 to 0.9 of PI alone on
-16 references, and every one had a window that was worse.
+built-in inertia, gain and all, and a plan of 0.0125 rad/s (``peak Kp/F`` 0.02) it settles at 0.27 to 0.9 of PI alone
+then on 16 references, and every one has a window that is worse.
 """
 
 import math
@@ -55,9 +55,9 @@ MEMORY = 4.0
 STANDING = 0.1
 """Rate at which they fade while the joint stands behind an outer loop, over that in motion.
 
-As fast as in motion, all that was left after a rest of seconds was the last sample at which the plan had set out, and a
-stiction that was learnt too large lost all trust: with a weight of twice the friction that was not told, moves between
-rests of 4 to 20 s settled at 0.84 of PI alone (velocity, six plans), with this at 1.2.
+As fast as in motion, all that is left after a rest of seconds is the last sample at which the plan has set out, and a
+stiction that was learnt too large loses all trust: with a weight of twice the friction that is not told, moves between
+rests of 4 to 20 s settle at 0.84 of PI alone then (velocity, six plans), with this at 1.2.
 """
 
 PRIOR = 0.05
@@ -69,8 +69,8 @@ ENOUGH = 0.25
 MISSED = 0.16
 """Error that there is, over the one that all of the friction would make, from which it is distrusted (rms values).
 
-Of 214 joints of seed 101 whose friction falls by two gains or more, 56 had more before, 50 of which a disturbance
-observer without a model tracked better.
+Of 214 joints of seed 101 whose friction falls by two gains or more, 56 have more without this rule, 50 of which a
+disturbance observer without a model tracks better.
 """
 
 RISE = 10.0
@@ -86,7 +86,7 @@ SPAN, SLOWER = 10.0, 20.0
 """Unless over this time of motion, s, and up to twice that, the plan was so many times slower: then it is forgotten.
 
 With it the built-in joint settles at 0.93 of PI or better on plans of 0.001 to 0.012 rad/s after a minute of 0.35
-rad/s, where it settled at 0.68 before; joints, machines and cascades of seed 101 are the same to the bit.
+rad/s, without it at 0.68; joints, machines and cascades of seed 101 are the same to the bit.
 """
 
 STEEPNESS = 4.0
