@@ -31,10 +31,10 @@ followed, and beyond the band of the loop that leaves as much of the error that 
 true one. How much torque is observed does not count there, since such a ripple feigns any; what comes as a load makes
 an error of one sign first. On motion one way joints with 0.5 to 1 % of the speed 60 and 120 times a turn settle at
 0.69 and 1.50 of PI without it, with it at 1.13 and 2.27 (rows ``sensor_ripple_60`` and ``_120``, seeds 101 to 106). Of
-890 drawn joints, machines, cascades and drives that saturate 28 change, by 1.00 in the geometric mean (seeds 101 and 201). With
-cogging of half the Coulomb friction every 0.02 rad, told wrong, the error is 1.25 times that without it, 0.76 of PI's.
-Within the band of the loop such an observer makes less of the error that is measured, and nothing tells it from one
-that helps.
+890 drawn joints, machines, cascades and drives that saturate 28 change, by 1.00 in the geometric mean (seeds 101 and
+201). With cogging of half the Coulomb friction every 0.02 rad, told wrong, the error is 1.25 times that without it,
+0.76 of PI's. Within the band of the loop such an observer makes less of the error that is measured, and nothing tells
+it from one that helps.
 
 On the built-in joint at 1, 2 and 5 ms with 2^13 to 2^18 counts (112 runs, seeds 101 to 108) 17 have a window above 1.2
 times PI's error, without it 56, and what they settle at is 1.18 times better in the geometric mean; the constants are
