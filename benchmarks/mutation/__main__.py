@@ -68,6 +68,8 @@ MUTATED = (
     "adaptive_ff.adaptive.fed_shares",
     "adaptive_ff.adaptive.sensing",
     "adaptive_ff.adaptive.at_rest.wound_integral",
+    "adaptive_ff.adaptive.setting_out",
+    "adaptive_ff.adaptive.share_out",
     "adaptive_ff.adaptive.supervised_step",
     "controllers.pi",
     "plant.step",
