@@ -40,6 +40,7 @@ from adaptive_ff.adaptive.state_check import (
     check_seen_velocity,
     check_share,
     check_standing,
+    check_swift_ringing,
     possible_now,
 )
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters
@@ -433,7 +434,9 @@ class AdaptiveController(AdaptiveBase):
         check_share("observer.effect.share", state.observer.effect.share)
         check_share("observer.effect.ceiling", state.observer.effect.ceiling)
         check_share("observer.effect.help", state.observer.effect.help)
+        check_share("observer.effect.pace", state.observer.effect.pace)
         check_ringing(state.observer.effect.ringing)
+        check_swift_ringing(state.observer.effect.swift)
         check_acquittal(state.observer.effect.acquittal)
         observer, noise = state.observer, state.observer.noise
         colour, effect = observer.colour, observer.effect

@@ -24,6 +24,7 @@ from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, E
 from adaptive_ff.adaptive.supervised_state import SupervisedState
 from adaptive_ff.adaptive.supervision.acquittal import GUILTY, WAITS, Acquittal
 from adaptive_ff.adaptive.supervision.ringing import Ringing
+from adaptive_ff.adaptive.supervision.swift_ringing import DIES_OUT, SwiftRinging
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -210,6 +211,17 @@ def check_ringing(ringing: Ringing) -> None:
         value = getattr(ringing, name)
         if value < 0:
             raise ValueError(f"state.observer.effect.ringing.{name} = {value} is not allowed: it must be zero or more")
+
+
+def check_swift_ringing(swift: SwiftRinging) -> None:
+    """Raise ``ValueError`` where short half cycles of the error cannot be."""
+    where = "state.observer.effect.swift"
+    if swift.sign not in (-1.0, 0.0, 1.0):
+        raise ValueError(f"{where}.sign = {swift.sign} is not allowed: it is -1, 0 or 1")
+    least = swift._replace(sign=-1.0, extreme=0.0, length=0.0, last_extreme=0.0, sustained=-DIES_OUT)
+    for name, value, smallest in zip(swift._fields, swift, least, strict=True):
+        if value < smallest:
+            raise ValueError(f"{where}.{name} = {value} is not allowed: it must be {smallest:g} or more")
 
 
 def check_acquittal(acquittal: Acquittal) -> None:

@@ -103,8 +103,15 @@ def _observer_withheld(controller: AdaptiveController) -> Iterator[str]:
     elif effect.ringing.blamed:
         yield (
             "The observer is not used until the controller is reset: the loop oscillated with it, as where the drive "
-            "or a filter of the velocity lags by more than has been told, or the torque rises more slowly than it is "
-            "asked to. Tell delay and velocity_lag and hand over realised_torque, or take a slower observer_bandwidth."
+            "or a filter of the velocity lags by more than has been told, the torque rises more slowly than it is "
+            "asked to, or the gear is elastic or has play. Tell delay and velocity_lag, hand over "
+            "realised_torque, or take a slower observer_bandwidth."
+        )
+    elif effect.pace < 1.0:
+        yield (
+            f"The observer has {effect.pace:g} of its bandwidth until the controller is reset: with it the joint "
+            "swung faster than a rigid one can, as where the gear is elastic or has play. Take a slower "
+            "observer_bandwidth, or a slower loop."
         )
     elif effect.ceiling < SHOWN:
         yield (

@@ -29,6 +29,13 @@ SECOND_DIFFERENCE = 6.0
 FIRST = 5.0
 """Samples from which on the short mean tells of the noise at all; what is the least then is no lower for chance."""
 
+LUCK = 9.0
+"""Variance of the noise over the least of its means that chance is allowed before it is known.
+
+With four times the least, 3 to 8 of 1000 starts on nothing but noise were taken for swift ringing; with nine times it
+is one, and 13 where the loop is forty samples slow.
+"""
+
 HUNTS = 25.0
 """How many times the level of the noise the short mean is where a loop hunts.
 
@@ -122,6 +129,12 @@ def likely_variance(state: NoiseState) -> float:
     if noise_known(state):
         return state.variance
     return filled_mean(state.mean, state.measured) if state.measured > 0.0 else 0.0
+
+
+@register_jitable
+def sure_variance(state: NoiseState) -> float:
+    """Return the variance (rad^2/s^2) of the noise, or before it is known a multiple of the least there has been."""
+    return state.variance if noise_known(state) else LUCK * state.least
 
 
 @register_jitable

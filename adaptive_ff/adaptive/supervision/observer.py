@@ -56,6 +56,7 @@ from adaptive_ff.adaptive.supervision.noise_level import (
     hunts,
     likely_variance,
     noise_known,
+    sure_variance,
 )
 from adaptive_ff.adaptive.supervision.observer_effect import (
     ObserverEffect,
@@ -210,7 +211,12 @@ def effect_after(
     load = 0.0 if known.saturates else math.sqrt(answer.observed)  # then it may be torque that never acted
     far = far_error(max(known.friction, load), feedback.proportional, correction)
     loud = loudest(known.peak, far) if known.saturates else known.peak
-    return look_for_ringing(effect, own, variance, loud, far, gain, answer.turned, known.falls, time_constant, duration)
+    sure, stuck = sure_variance(noise), known.friction / feedback.proportional
+    if answer.coloured:  # counts that a filter has made slow swing like a gear; there the observer must help
+        stuck = math.inf
+    return look_for_ringing(
+        effect, own, variance, sure, loud, far, stuck, gain, answer.turned, known.falls, time_constant, duration
+    )
 
 
 @register_jitable
@@ -303,7 +309,7 @@ def observe(
     residual = lacking - inertia * change / duration
     now = seen + correction - velocity
     sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
-    share = -math.expm1(-observer.pole * duration)
+    share = -math.expm1(-observer.pole * state.effect.pace * duration)
     if known.held or (sticks and (residual - state.disturbance) * now < 0.0):
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)

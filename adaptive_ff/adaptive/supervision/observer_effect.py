@@ -77,6 +77,14 @@ from adaptive_ff.adaptive.supervision.ringing import (
     rings,
     without_half_cycles,
 )
+from adaptive_ff.adaptive.supervision.swift_ringing import (
+    SLOWED,
+    SwiftRinging,
+    advance_swift,
+    initial_swift,
+    rings_swiftly,
+    while_it_dies_out,
+)
 
 WINDOW = 1.0
 """Length of the means, s: single reversals, at which a joint sticks and does not answer as predicted, do not count."""
@@ -143,6 +151,10 @@ class ObserverEffect(NamedTuple):
         Largest share, which an oscillation has left.
     ringing : Ringing
         Half cycles of the error.
+    swift : SwiftRinging
+        Short half cycles of the error.
+    pace : float
+        Pole of the observer that is used, over that of the design.
     acquittal : Acquittal
         What the error does without the observer.
     help : float
@@ -158,6 +170,8 @@ class ObserverEffect(NamedTuple):
     fourth: float
     ceiling: float
     ringing: Ringing
+    swift: SwiftRinging
+    pace: float
     acquittal: Acquittal
     help: float
     used_squared: float
@@ -174,6 +188,8 @@ def initial_effect() -> ObserverEffect:
         fourth=0.0,
         ceiling=1.0,
         ringing=initial_ringing(),
+        swift=initial_swift(),
+        pace=1.0,
         acquittal=initial_acquittal(),
         help=1.0,
         used_squared=0.0,
@@ -243,6 +259,8 @@ def advance_effect(
         fourth=fourth,
         ceiling=ceiling,
         ringing=ringing,
+        swift=state.swift,
+        pace=state.pace,
         acquittal=acquittal,
         help=state.help,
         used_squared=state.used_squared,
@@ -298,15 +316,17 @@ def look_for_ringing(
     state: ObserverEffect,
     error: float,
     variance: float,
+    sure_variance: float,
     peak: float,
     far: float,
+    stuck_error: float,
     gain: float,
     turned: bool,
     falls: bool,
     time_constant: float,
     duration: float,
 ) -> ObserverEffect:
-    """Return the state with an observer that is out of use where the loop rings with it.
+    """Return the state with an observer that is slower, or out of use, where the loop rings with it.
 
     Parameters
     ----------
@@ -314,8 +334,12 @@ def look_for_ringing(
         The state.
     error, variance, peak, gain, duration : float
         As of :func:`advance_effect`.
+    sure_variance : float
+        Variance of the measured velocity that holds no motion which looks like noise, rad^2/s^2.
     far : float
         Error that neither friction nor a load makes, rad/s.
+    stuck_error : float
+        Error that friction at breakaway makes of the proportional gain, rad/s.
     turned : bool
         Whether the plan has changed its sign, with which half cycles begin anew.
     falls : bool
@@ -326,12 +350,17 @@ def look_for_ringing(
     used = gain > IN_USE * state.share
     ringing = without_half_cycles(state.ringing.blamed) if turned else state.ringing
     ringing = advance_ringing(ringing, error, variance, far, time_constant, duration)
-    share, ceiling = state.share, state.ceiling
+    swift = advance_swift(initial_swift() if turned else state.swift, error, sure_variance, time_constant, duration)
+    share, ceiling, pace = state.share, state.ceiling, state.pace
     if falls and ringing.blamed:
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
-    elif used and not falls and may_be_blamed(state.acquittal) and rings(ringing, variance, peak):
-        share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
-    return state._replace(share=share, ceiling=ceiling, ringing=ringing)
+    elif used and not falls and may_be_blamed(state.acquittal):
+        swiftly = rings_swiftly(swift, sure_variance, peak, stuck_error)
+        if swiftly and pace == 1.0:
+            pace, swift = SLOWED, while_it_dies_out(swift)
+        elif swiftly or rings(ringing, variance, peak):
+            share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
+    return state._replace(share=share, ceiling=ceiling, ringing=ringing, swift=swift, pace=pace)
 
 
 @register_jitable

@@ -70,7 +70,9 @@ def oscillating(seconds, effect, *, amplitude=0.1, share=0.5, believed=True, var
         used, gain = effect.share > 0.5, effect.share
         error = (1.0 - share) * wave if used else wave
         effect = advance_effect(effect, error, wave, 0.0, variance, PEAK, gain, believed, PERIOD)
-        effect = look_for_ringing(effect, error, variance, PEAK, math.inf, gain, False, False, 0.05, PERIOD)
+        effect = look_for_ringing(
+            effect, error, variance, variance, PEAK, math.inf, 0.0, gain, False, False, 0.05, PERIOD
+        )
     return effect
 
 

@@ -110,7 +110,7 @@ def effect_after(error, *, gain=1.0, turns=False, falls=False, begin=None):
     for index, value in enumerate(error):
         turned = turns and index % 10 == 0
         effect = look_for_ringing(
-            effect, value, 0.0, PEAK, math.inf, gain * effect.share, turned, falls, TIME_CONSTANT, PERIOD
+            effect, value, 0.0, 0.0, PEAK, math.inf, 0.0, gain * effect.share, turned, falls, TIME_CONSTANT, PERIOD
         )
     return effect
 

@@ -1,0 +1,143 @@
+"""Swift ringing: an elastic gear, or one with play, that an observer shakes faster than a rigid joint rings.
+
+The observer is designed for a rigid joint. Where motor and load are two masses, what it feeds back may drive their
+resonance, whose half cycles are shorter than those of :mod:`adaptive_ff.adaptive.supervision.ringing`, mostly a few
+samples:
+
+    A_k >= 0.4 A_{k-1},    T_k < 1.6 J/Kp
+
+with the largest error ``A`` and the length ``T`` of each. Samples meet them at different places, so one may be less
+than half of the last. Of ``n`` such half cycles in a row, all in one motion,
+
+    n >= 4,    min(n, 8) A > 0.56 of the plan's largest speed,    A > 0.25 F/Kp
+
+with the friction ``F`` at breakaway are taken for ringing. The observer goes on with 0.2 of its pole, which is slow
+enough for most gears; only where that rings as well is it let go of. Without the last condition slow plans with counts
+behind a Kalman filter, whose errors are larger than the plan, lose the observer as well: the two of 350 drawn scenarios
+that lose most settle at 1.06 and 1.00 times better than PI instead of 1.95 and 1.66 (seed 604, an experiment).
+
+Before the noise is known such an oscillation looks like noise itself; nine times the least variance so far stands for
+it then (:mod:`adaptive_ff.adaptive.supervision.noise_level`).
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import register_jitable
+
+CLEAR = 9.0
+"""Square of an error from which on it has crossed zero, in variances of the noise."""
+
+KEEPS = 0.4
+"""Largest error of a half cycle over that of the one before, from which on it counts ..."""
+
+LONGEST = 1.6
+"""... where its length is at most this, in time constants of the proportional loop."""
+
+FEWEST, MOST = 4, 8
+"""Half cycles in a row, at least, and at most as many as count."""
+
+TOGETHER = 0.56
+"""Their number times the largest error of the last one, over the plan's largest speed, from which on it rings ..."""
+
+FELT = 0.25
+"""... where that error is more than this share of what friction at breakaway makes of the proportional gain, ..."""
+
+LOUD = 25.0
+"""... and its square more than so many times the variance of the noise."""
+
+SLOWED = 0.2
+"""Pole of an observer that has shaken a gear, over that of the design.
+
+Where the observer is let go of instead, the drawn joints with elastic gears or play that the rule changes settle at
+0.89 and 1.38 times the ratio to PI that they have without it (13 of seed 603, 30 of 606, geometric means); with 0.5 of
+the pole the former at 0.91, with 0.3 at 1.04 and 1.47, with this at 1.11 and 1.53.
+"""
+
+DIES_OUT = 8
+"""Half cycles that are not counted after that: a gear swings on for a while by itself."""
+
+
+class SwiftRinging(NamedTuple):
+    """Short half cycles of the error.
+
+    Attributes
+    ----------
+    sign : float
+        Sign of the error in the present one; zero before the first.
+    extreme : float
+        Largest error in it, rad/s.
+    length : float
+        Its length so far, s.
+    last_extreme : float
+        That of the half cycle before, rad/s.
+    sustained : int
+        How many short ones in a row were not much smaller than the one before; below zero while it dies out.
+    """
+
+    sign: float
+    extreme: float
+    length: float
+    last_extreme: float
+    sustained: int
+
+
+def initial_swift() -> SwiftRinging:
+    """Return the state of a loop of which nothing is known."""
+    return SwiftRinging(0.0, 0.0, 0.0, 0.0, 0)
+
+
+@register_jitable
+def advance_swift(
+    state: SwiftRinging, error: float, variance: float, time_constant: float, duration: float
+) -> SwiftRinging:
+    """Take the error of a sample into account.
+
+    Parameters
+    ----------
+    state : SwiftRinging
+        The state.
+    error : float
+        Error that the feedback sees, rad/s.
+    variance : float
+        Variance of the measured velocity, rad^2/s^2.
+    time_constant : float
+        ``J/Kp``, s.
+    duration : float
+        Length of the period, s.
+    """
+    length, most = state.length + duration, LONGEST * time_constant
+    if error * state.sign >= 0.0 or error * error <= CLEAR * variance:
+        sign = state.sign if state.sign != 0.0 else math.copysign(1.0, error)
+        extreme = max(state.extreme, error * sign)
+        sustained = state.sustained if length <= most else 0
+        return SwiftRinging(sign, extreme, length, state.last_extreme, sustained)
+    kept = 0.0 < KEEPS * state.last_extreme < state.extreme
+    sustained = state.sustained + 1 if kept and length <= most else 0
+    return SwiftRinging(math.copysign(1.0, error), abs(error), 0.0, state.extreme, sustained)
+
+
+@register_jitable
+def while_it_dies_out(state: SwiftRinging) -> SwiftRinging:
+    """Return the state once the observer has been slowed."""
+    return state._replace(sustained=-DIES_OUT)
+
+
+@register_jitable
+def rings_swiftly(state: SwiftRinging, variance: float, peak: float, stuck_error: float) -> bool:
+    """Tell whether the loop rings.
+
+    Parameters
+    ----------
+    state : SwiftRinging
+        The state.
+    variance : float
+        Variance of the measured velocity, rad^2/s^2.
+    peak : float
+        Largest speed of the plan of late, rad/s.
+    stuck_error : float
+        Error that friction at breakaway makes of the proportional gain, rad/s.
+    """
+    least = max(TOGETHER * peak / max(1, min(state.sustained, MOST)), FELT * stuck_error)
+    squared = state.last_extreme * state.last_extreme
+    return state.sustained >= FEWEST and state.last_extreme > least and squared > LOUD * variance
