@@ -219,6 +219,11 @@ def _are_units(rows: list[list[str]], comma: bool) -> bool:
 
 
 def _separator(line: str) -> str:
+    """Return what is between the cells of a line: of numbers with decimal commas, no comma."""
+    for separator in (";", "\t", ""):
+        cells = [cell.strip() for cell in _cells(line, separator)] if separator in line else []
+        if len(cells) > 1 and any(map(_is_comma_number, cells)) and all(map(_is_number_with_comma, cells)):
+            return separator
     best = max(SEPARATORS, key=line.count)
     return best if best in line else ""
 
@@ -229,6 +234,11 @@ def _cells(line: str, separator: str) -> list[str]:
 
 def _is_comma_number(cell: str) -> bool:
     return cell.count(",") == 1 and "." not in cell and math.isfinite(_number(cell, True))
+
+
+def _is_number_with_comma(cell: str) -> bool:
+    """Tell whether a cell is a number, or none, where decimals are written with a comma: 1,5 or 2, but not 1, or ,5."""
+    return cell == "" or (cell[0] != "," != cell[-1] and math.isfinite(_number(cell, True)))
 
 
 def _read_quickly(path: Path, layout: Layout, places: list[int]) -> NDArray[np.float64] | None:

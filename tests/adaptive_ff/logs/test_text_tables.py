@@ -39,6 +39,25 @@ def test_table_is_read_however_it_is_written(way, tmp_path):
     }
 
 
+@pytest.mark.parametrize("separator", [";", "\t", "  "])
+def test_no_header_and_decimal_commas(separator, tmp_path):
+    """There are more commas in a row than what separates its cells, and it was cut at them."""
+    path = tmp_path / "log.csv"
+    path.write_text("0,0 1,5 -2\n0,1 1,25 3e1\n".replace(" ", separator), encoding="utf-8")
+    names, columns = read_table(path, ["0", "1", "2"])
+    assert names == ["0", "1", "2"]
+    assert [column.tolist() for column in columns.values()] == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
+
+
+@pytest.mark.parametrize("row", ["0,1,2", "0, 1, 2", "0 ,1 ,2", "0.0,1.0, 2"])
+def test_commas_between_numbers_separate_them(row, tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(f"{row}\n{row}\n", encoding="utf-8")
+    names, columns = read_table(path, ["0", "1", "2"])
+    assert names == ["0", "1", "2"]
+    assert [column.tolist() for column in columns.values()] == [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]
+
+
 def test_row_of_units_is_told_from_a_row_of_words(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("t;q;u\n[s];[deg];\n0,0;1,5;-2\n", encoding="utf-8")
