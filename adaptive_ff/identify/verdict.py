@@ -99,7 +99,8 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
     if found.selection.lead > found.period:
         said.append(
             f"friction seems to lead the motion by {1e3 * found.selection.lead:.3g} ms: the motion may be "
-            "recorded later than the torque; if it is, give that time as --torque-delay"
+            "recorded later than the torque; if it is, give that time as --torque-delay; or the joint sticks for a "
+            "moment where it reverses, or another torque acts on it"
         )
     return said
 
@@ -141,6 +142,8 @@ def _of_fit(found: LogIdentification) -> str:
             f" This is no lumped joint with one inertia, its friction changes along the log (heat), or not only "
             f"friction acts on it ({others}); intervals do not cover that."
         )
+        if not is_linear(found.units) and not any(GRAVITY[0] in terms for terms in found.selection.models):
+            sentence += " Gravity was not among the terms tried: that takes a position, and --model auto or gravity."
     return sentence
 
 

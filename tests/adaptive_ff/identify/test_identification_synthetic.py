@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy import signal
-from synthetic_logs import JOINT, make_log, motion
+from synthetic_logs import JOINT, make_log, motion, sines_log
 
 from adaptive_ff import InputError, load_scenario, simulate
 from adaptive_ff.identify.filtering import condition
@@ -70,6 +70,16 @@ def test_torque_that_is_recorded_early_looks_like_a_lag_unless_its_delay_is_iden
     assert right.parameters["friction_lag"].estimate.lower < 0.0 < right.parameters["friction_lag"].estimate.upper
     assert wrong.parameters["friction_lag"].estimate.upper < 0.0
     assert any("friction seems to lead the motion" in caution for caution in wrong.cautions)
+
+
+def test_a_log_of_velocities_says_that_gravity_was_not_tried():
+    def further(position, velocity):
+        return 1.5 * np.sin(position) + np.sign(velocity)
+
+    (blind, _), (placed, _) = (sines_log(further, as_position=known) for known in (False, True))
+    asked = "Gravity was not among the terms tried: that takes a position"
+    assert asked in identify_log(blind).verdict[0]
+    assert not any(asked in sentence for sentence in identify_log(placed).verdict)
 
 
 def test_friction_by_direction_is_part_of_the_model_where_it_says_what_is_held_out():
