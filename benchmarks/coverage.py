@@ -240,7 +240,7 @@ def examine(case: Case, **asked: Any) -> dict[str, Any]:
     result["terms"] = list(found.selection.chosen.terms)
     result["map"] = found.position_map is not None
     result["bandwidth"] = found.bandwidth
-    result["held"] = any("half a sample time after its stamp" in caution for caution in found.cautions)
+    result["held"] = any("after its stamp" in caution for caution in found.cautions)
     for name in (*NAMES, *SLOW):
         if name in NAMES or (name in case.truth and name in found.parameters and found.parameters[name].used):
             result[name] = _beside_truth(found.parameters[name], case.truth[name])

@@ -6,10 +6,14 @@ that only friction that rises with the speed shows a lag, a lag of ``sqrt(J dela
 inertia too large by ``sigma`` times that: of a joint of 0.5 kg m^2 and 1.5 N m s/rad by 5 % for a delay of 1 ms, with
 an interval of a tenth of that. So the chosen terms are fitted once more, without their lag, to the torque half a period
 later; nothing else of the rows depends on it. Where that does as well as a lag, intervals are taken over it, too.
+
+A log may have fewer rows than the drive has periods, and then the delay is any part of half a sample time: so, in the
+place of such a lag, the delay that it amounts to is tried as well.
 """
 
 import math
 import sys
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,7 +32,22 @@ DEVIATIONS, LESS = 3.0, 0.05
 must fit better as one that is held; in the place of a friction lag it need not fit worse, with a parameter less."""
 
 
-def fit_if_held(problem: Problem, prepared: Prepared, pieces: list[Piece], selection: Selection) -> Fitted | None:
+class Later(NamedTuple):
+    """A fit to a torque that acts later than its stamp.
+
+    Attributes
+    ----------
+    delay : float
+        Time after its stamp at which it acts, s.
+    fitted : Fitted
+        The chosen terms without a lag.
+    """
+
+    delay: float
+    fitted: Fitted
+
+
+def fit_if_held(problem: Problem, prepared: Prepared, pieces: list[Piece], selection: Selection) -> Later | None:
     """Return the fit to a torque that is held, where it seems to be and friction does not seem to lead; else None.
 
     Parameters
@@ -45,24 +64,44 @@ def fit_if_held(problem: Problem, prepared: Prepared, pieces: list[Piece], selec
     chosen = selection.chosen
     if selection.lead > prepared.period:
         return None
-    later = fit_later(problem, prepared, pieces, chosen, 0.5 * prepared.period)
+    later: Later | None = None
+    for delay in [0.5 * prepared.period] + ([] if problem.shows_lag else _delays_like_lag(chosen)):
+        fitted = fit_later(problem, prepared, pieces, chosen, delay)
+        if fitted is not None and (later is None or _is_clearly_less(gain(later.fitted, fitted))):
+            later = Later(delay, fitted)
     if later is None:
         return None
-    less, deviation = gain(chosen, later)
-    return later if less > (0.0 if LAG in chosen.terms else max(DEVIATIONS * deviation, LESS)) else None
+    less = gain(chosen, later.fitted)
+    return later if (less[0] > 0.0 if LAG in chosen.terms else _is_clearly_less(less)) else None
 
 
-def held_words(found: LogIdentification, later: Fitted | None) -> list[str]:
+def _is_clearly_less(less: tuple[float, float]) -> bool:
+    """Tell whether a fit leaves clearly less, from what ``gain`` says of it."""
+    return less[0] > max(DEVIATIONS * less[1], LESS)
+
+
+def _delays_like_lag(chosen: Fitted) -> list[float]:
+    """Return the delay of the torque, s, that a lag of viscous friction alone amounts to; none without such a lag."""
+    lag, viscous = chosen.values.get(LAG, 0.0), chosen.values["viscous"]
+    inertia = chosen.values["inertia"] - viscous * lag
+    delay = viscous * lag**2 / inertia if inertia > 0.0 else 0.0
+    return [delay] if 0.0 < delay < lag else []
+
+
+def held_words(found: LogIdentification, later: Later | None) -> list[str]:
     """Say that the torque seems to be held, where it does: one sentence or none."""
     if later is None:
         return []
     chosen = found.selection.chosen
-    held, stamped = (f"{fitted.values['inertia']:.4g}" for fitted in (later, chosen))
+    held, stamped = (f"{fitted.values['inertia']:.4g}" for fitted in (later.fitted, chosen))
+    half = later.delay == 0.5 * found.period
+    when, until = ("half a sample time", "the next") if half else (f"{1e3 * later.delay:.2g} ms", "its next period")
     return [
-        "the torque seems to act half a sample time after its stamp, as one that the drive holds until the next: so "
+        f"the torque seems to act {when} after its stamp, as one that the drive holds until {until}: so "
         f"taken, the same terms {'without a lag ' if LAG in chosen.terms else ''}leave "
-        f"{100.0 * gain(chosen, later)[0]:.2g} % less of the squares, with an inertia of {held} instead of {stamped} "
-        f"{found.units['inertia']}; if the drive holds it, give --torque-delay {0.5 * found.period:.4g}"
+        f"{100.0 * gain(chosen, later.fitted)[0]:.2g} % less of the squares, with an inertia of {held} instead of "
+        f"{stamped} {found.units['inertia']}; if the drive holds it, give --torque-delay "
+        f"{later.delay:{'.4g' if half else '.2g'}}"
     ]
 
 

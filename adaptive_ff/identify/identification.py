@@ -147,8 +147,8 @@ def identify_log(
     )
     prepared, problem, selection, basis, asked = chosen
     later = None if told else fit_if_held(problem, prepared, fitting, selection)
-    if LAG in selection.chosen.terms:  # which a held torque does as well, where there is such a fit
-        selection = selection._replace(held=later)
+    if later is not None and LAG in selection.chosen.terms:  # which a held torque does as well
+        selection = selection._replace(held=later.fitted)
     other, unseen, name = _unseen(prepared, holding, validation, asked, linear=linear)
     held = regression_problem(other, unseen, torque_delay)
     if basis is not None and selection.varied is not None:
