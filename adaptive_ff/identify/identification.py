@@ -321,7 +321,7 @@ def _reasons(found: LogIdentification, problem: Problem, held: Problem, *, of_lo
     assert found.validation is not None
     foreign = other_units(problem, held) if of_log else None
     arguments = held, found.selection, found.fit, found.validation
-    carrying = carries_over(problem, held, found.selection, found.confidence)
+    carrying = carries_over(problem, *arguments, found.confidence)
     loaded = None if foreign else error_with_other_load(*arguments)
     if loaded is not None and carrying is not None:
         loaded, carrying = (loaded, None) if loaded < carrying[1].rms_error else (None, carrying)

@@ -37,6 +37,19 @@ def test_machine_that_changed_and_became_noisier_is_blamed():
     assert found.verdict[1].endswith(BLAMED)
 
 
+def test_machine_that_changed_is_blamed_though_a_model_without_gravity_is_as_poor_on_both():
+    """Of Coulomb friction that was two thirds more it was said that the log does not show another friction."""
+
+    def with_gravity(log):
+        return replace(log, torque=log.torque + 60.0 * np.sin(log.position))
+
+    found = identify_log(
+        with_gravity(make_log(noise=0.1)), validation=with_gravity(make_log(noise=0.1, coulomb=5.0, seed=102))
+    )
+    assert found.carries_over is None
+    assert found.verdict[1].endswith(BLAMED)
+
+
 @pytest.mark.parametrize("shift", [0.0, 0.8])
 def test_gravity_of_a_position_with_another_zero_is_no_other_friction(shift):
     """It was said that the chosen terms do not carry over, for a model that left more there than the chosen one."""
