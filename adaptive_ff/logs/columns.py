@@ -10,10 +10,10 @@ from adaptive_ff.logs.formats import is_text, read_content
 from adaptive_ff.logs.text_tables import table_units
 
 USUAL = {
-    "time": ("time", "t"),
+    "time": ("time", "t", "timestamp"),
     "position": ("position", "q"),
     "velocity": ("measured", "velocity", "w"),
-    "torque": ("torque", "u", "current"),
+    "torque": ("torque", "u", "effort", "current"),
 }
 """Names that columns have where none are given; words with capitals, too, as ``Time``. A ``T`` may be a torque."""
 

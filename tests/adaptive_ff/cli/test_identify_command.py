@@ -289,9 +289,12 @@ def test_bad_options_are_answered_with_one_line_and_leave_nothing(options, messa
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
-        ("stamp,position,torque", "--time must name a column, as none is called time or t; there are stamp, position"),
+        (
+            "stamp,position,torque",
+            "--time must name a column, as none is called time or t or timestamp; there are stamp, position",
+        ),
         ("time,angle,torque", "--position or --velocity must name a column, as none is called position or q or"),
-        ("time,position,amps", "--torque must name a column, as none is called torque or u or current"),
+        ("time,position,amps", "--torque must name a column, as none is called torque or u or effort or current"),
     ],
 )
 def test_column_without_a_usual_name_must_be_named(columns, message, tmp_path):

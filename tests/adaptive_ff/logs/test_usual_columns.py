@@ -8,7 +8,13 @@ from adaptive_ff.logs.columns import usual_column
 
 @pytest.mark.parametrize(
     ("names", "found"),
-    [(["Time", "t"], "Time"), (["TIME", "time"], "time"), (["stamp", "t"], "t"), (["T", "stamp"], None)],
+    [
+        (["Time", "t"], "Time"),
+        (["TIME", "time"], "time"),
+        (["stamp", "t"], "t"),
+        (["Timestamp", "position"], "Timestamp"),
+        (["T", "stamp"], None),
+    ],
 )
 def test_usual_names_may_be_written_with_capitals_where_they_are_words(tmp_path, names, found):
     path = tmp_path / "log.csv"
@@ -16,5 +22,5 @@ def test_usual_names_may_be_written_with_capitals_where_they_are_words(tmp_path,
     if found is not None:
         assert usual_column(path, names, ["time"]) == ("time", found)
     else:
-        with pytest.raises(InputError, match="none is called time or t"):
+        with pytest.raises(InputError, match="none is called time or t or timestamp"):
             usual_column(path, names, ["time"])
