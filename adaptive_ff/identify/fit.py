@@ -35,6 +35,9 @@ TIMES_ANDREWS = 2.0
 SLOPE_STEP = 1e-4
 """Step of the difference quotients by a searched parameter, over its range."""
 
+FAR = math.log(1e6)
+"""How far, as a logarithm, an end of the interval of a bend must be from it to be taken for zero or infinity."""
+
 
 class Fitted(NamedTuple):
     """A fit of some terms.
@@ -112,8 +115,9 @@ class Fitted(NamedTuple):
         if name not in BENT.values():
             return found
         value = math.exp(found.value)
-        with np.errstate(over="ignore"):
-            return Estimate(value, value * found.standard_error, *(float(np.exp(end)) for end in found[2:]))
+        lower = math.exp(found.lower) if found.value - found.lower < FAR else 0.0
+        upper = math.exp(found.upper) if found.upper - found.value < FAR else math.inf
+        return Estimate(value, value * found.standard_error, lower, upper)
 
 
 def linear_terms(terms: Sequence[str]) -> list[str]:

@@ -1,8 +1,11 @@
 """The verdict on a log in words: what it determines, what it does not, and what is probably wrong with it."""
 
+import math
+
 import numpy as np
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import (
     ASYMMETRY,
     GRAVITY,
@@ -186,11 +189,16 @@ def _why(found: LogIdentification) -> str:
     )
 
 
+def _range(estimate: Estimate) -> str:
+    """Say from where to where an interval goes."""
+    return f"{estimate.lower:.3g} to " + (f"{estimate.upper:.3g}" if math.isfinite(estimate.upper) else "∞")
+
+
 def _of_confounding(found: LogIdentification) -> list[str]:
     """Say which parameters the log cannot separate from others."""
     return [
         f"{_words(name)[0].upper() + _words(name)[1:]} is confounded with {_listed(list(reported.confounded))}: the "
-        f"log allows {reported.estimate.lower:.3g} to {reported.estimate.upper:.3g} {found.units[name]}."
+        f"log allows {_range(reported.estimate)} {found.units[name]}."
         for name, reported in found.parameters.items()
         if reported.confounded
     ]
