@@ -1,7 +1,7 @@
 """Machines drawn at random over decades of size, speed and sampling rate: none is built around the built-in joint.
 
 The same in a cascade: with a weight, behind a position loop; there with rests of seconds between moves as well. And
-with drives that saturate and tell nothing of it.
+with drives that saturate and tell nothing of it, and with elastic gears.
 """
 
 import math
@@ -55,6 +55,21 @@ KINDS = ("stribeck", "lugre", "elasto_plastic")
 WEIGHTS = (0.1, 3.0)
 """Smallest and largest torque of the weight of a machine in a cascade, over its Coulomb friction."""
 
+RIGID = {"inertia", "coulomb", "stiction", "viscous", "stribeck_velocity", "stribeck_shape", "friction_lag"}
+"""Fields of a joint that one with an elastic gear has as well, the lag but of one without LuGre friction."""
+
+LINK_SHARES = (0.3, 0.8)
+"""Smallest and largest share of the inertia that is beyond the gear."""
+
+RESONANCES = (3.0, 10.0)
+"""Smallest and largest resonance of a gear over the bandwidth of the loop."""
+
+GEAR_DAMPING = 0.05
+"""Damping of that resonance."""
+
+GAPS = (1e-4, 5e-3)
+"""Smallest and largest play, in seconds of the peak speed."""
+
 SATURATIONS = (0.5, 1.05)
 """Smallest and largest limit of a drive that saturates untold, over the torque that its plan needs."""
 
@@ -79,6 +94,9 @@ SATURATION_STREAM = 2
 REST_STREAM = 3
 """Stream of random numbers of moves and rests."""
 
+GEAR_STREAM = 4
+"""Stream of random numbers of the gear."""
+
 
 def log_uniform(generator: np.random.Generator, bounds: tuple[float, float]) -> float:
     """Return a number whose logarithm is drawn evenly between those of two bounds."""
@@ -94,6 +112,18 @@ def moves(peak: float, tempo: float, dwell: float) -> dict[str, Any]:
         "acceleration": 2.0 * math.pi * tempo * peak,
         "dwell": dwell,
     }
+
+
+def with_fine_steps(table: dict[str, Any], joint: dict[str, Any], period: float) -> Scenario:
+    """Return a scenario whose joint is simulated in steps as short as it asks for, parts of a sampling period (s)."""
+    parts = math.ceil(period / LONGEST_STEP + 3.0)
+    while True:
+        try:
+            return Scenario(**{**table, "joint": {**joint, "solver_period": period / parts}})
+        except ValidationError as error:
+            if "solver_period" not in str(error) or parts > 1000:
+                raise
+            parts *= 2
 
 
 def draw_machine(seed: int, draw: int) -> Scenario:
@@ -153,14 +183,7 @@ def draw_machine(seed: int, draw: int) -> Scenario:
         "adaptation": {"stribeck_velocity": stribeck_velocity * wide((0.5, 2.0))},
         "fixed": {"inertia": inertia, "coulomb": coulomb, "viscous": viscous / peak},
     }
-    parts = math.ceil(period / LONGEST_STEP + 3.0)
-    while True:
-        try:
-            return Scenario(**table, joint={**joint, "solver_period": period / parts})
-        except ValidationError as error:
-            if "solver_period" not in str(error) or parts > 1000:
-                raise
-            parts *= 2
+    return with_fine_steps(table, joint, period)
 
 
 def draw_cascade(seed: int, draw: int) -> Scenario:
@@ -186,6 +209,26 @@ def draw_resting(seed: int, draw: int) -> Scenario:
     tempo, rest = log_uniform(generator, TEMPOS), log_uniform(generator, RESTS)
     peak = float(np.max(np.abs(machine.reference_velocity())))
     return machine.modified(duration=LASTS, reference=moves(peak, tempo, rest))
+
+
+def draw_elastic(seed: int, draw: int) -> Scenario:
+    """Return the machine of :func:`draw_machine` with an elastic gear (even draws), or with one that has play as well.
+
+    Nothing of the gear is told. Friction is that of the motor, the Stribeck curve with its lag.
+    """
+    machine, generator = draw_machine(seed, draw), np.random.default_rng([seed, draw, GEAR_STREAM])
+    share, inertia = float(generator.uniform(*LINK_SHARES)), machine.joint.inertia
+    reduced = share * (1.0 - share) * inertia
+    resonance = 2.0 * math.pi * machine.feedback.bandwidth * log_uniform(generator, RESONANCES)
+    joint = machine.joint.model_dump(include=RIGID) | {
+        "kind": "backlash" if draw % 2 else "elastic",
+        "link_share": share,
+        "link_stiffness": resonance**2 * reduced,
+        "link_damping": 2.0 * GEAR_DAMPING * resonance * reduced,
+    }
+    if draw % 2:
+        joint["gap"] = float(np.max(np.abs(machine.reference_velocity()))) * log_uniform(generator, GAPS)
+    return with_fine_steps(machine.model_dump(exclude_defaults=True), joint, machine.sampling.period)
 
 
 def draw_saturating(seed: int, draw: int) -> Scenario:

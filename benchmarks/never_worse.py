@@ -7,8 +7,9 @@ proportional gain. Where it falls by more than the gain, PI itself hunts. Machin
 decades of size, speed and sampling rate, see ``benchmarks.drawn_machines``; with a weight and behind a position loop
 (``--cascades``), and with rests of seconds between moves there (``--resting``), the error is that of the position, in
 mrad. With ``--saturating`` joints and machines have drives that saturate, of whose torque the controllers are told
-nothing. ``--controller pi`` compares PI with itself under other noise: what chance alone does to the figures. Reported
-are references of seeds from 1 on and the draws of seed 1; whoever tunes takes ``--first-seed 101``.
+nothing; with ``--elastic`` machines have gears that are elastic, or have play, of which nothing is told. ``--controller
+pi`` compares PI with itself under other noise: what chance alone does to the figures. Reported are references of seeds
+from 1 on and the draws of seed 1; whoever tunes takes ``--first-seed 101``.
 """
 
 import os
@@ -33,7 +34,7 @@ from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.windows import DRAWS, Judgement, judge, judge_chance
 from adaptive_ff.files import write_json
 from adaptive_ff.scenario.new import new_scenario_text
-from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_resting, draw_saturating
+from benchmarks.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
 from benchmarks.position_map import rows as map_rows
 from benchmarks.position_map import told
 from benchmarks.wide import wide_console
@@ -332,6 +333,12 @@ def saturating_cases(drives: int, seed: int) -> list[Case]:
     return [Case(f"{('joint', 'machine')[draw % 2]}, saturates untold", draw, scenario) for draw, scenario in drawn]
 
 
+def elastic_cases(machines: int, seed: int) -> list[Case]:
+    """Return machines with elastic gears, and with such that have play as well."""
+    drawn = ((draw, draw_elastic(seed, draw)) for draw in range(machines))
+    return [Case(f"machine, {('elastic gear', 'play')[draw % 2]}", draw, scenario) for draw, scenario in drawn]
+
+
 def judge_case(case: Case, controller: str, draws: int) -> Judgement:
     """Judge a controller on one reference; PI under other noise than that which it is compared with."""
     if controller == BASELINE:
@@ -453,6 +460,7 @@ def main(
     cascades: Annotated[int, typer.Option(min=0, help="Number of them behind a position loop, with a weight.")] = 0,
     resting: Annotated[int, typer.Option(min=0, help="Number of these with rests of seconds between moves.")] = 0,
     saturating: Annotated[int, typer.Option(min=0, help="Number of joints and machines that saturate untold.")] = 0,
+    elastic: Annotated[int, typer.Option(min=0, help="Number of machines with elastic gears, or with play.")] = 0,
     controller: Annotated[str, typer.Option(help="Controller that is judged.")] = "adaptive",
     references: Annotated[int, typer.Option(min=1, help="Number of references of each scenario.")] = 30,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first reference, and of the draws.")] = 1,
@@ -477,7 +485,7 @@ def main(
         for name in given:
             if name not in allowed:
                 raise typer.BadParameter(f"{name!r} is not known; there are {', '.join(allowed)}", param_hint=option)
-    drawn = joints or machines or cascades or resting or saturating
+    drawn = joints or machines or cascades or resting or saturating or elastic
     names = known if every else scenario or ([] if drawn else list(SITUATIONS))
     console = wide_console()
     rows: list[dict[str, Any]] = []
@@ -491,6 +499,7 @@ def main(
         ),
         f"position error of {pair} on these with rests of 1 to 20 s between moves": resting_cases(resting, first_seed),
         f"{pair} where the drive saturates and tells nothing of it": saturating_cases(saturating, first_seed),
+        f"{pair} on machines whose gear is elastic and not told of": elastic_cases(elastic, first_seed),
     }
     with ProcessPoolExecutor(workers) as pool:
         for title, cases in parts.items():
