@@ -10,7 +10,16 @@ from adaptive_ff.comparison.drawn_joints import CLASSES
 from adaptive_ff.comparison.matrix.cells import scenario_names
 from adaptive_ff.comparison.windows import Errors, Judgement
 from benchmarks import never_worse
-from benchmarks.drawn_machines import INERTIAS, PERIODS, SPEEDS, WEIGHTS, draw_cascade, draw_machine
+from benchmarks.drawn_machines import (
+    INERTIAS,
+    PERIODS,
+    RESONANCES,
+    SPEEDS,
+    WEIGHTS,
+    draw_cascade,
+    draw_elastic,
+    draw_machine,
+)
 from benchmarks.never_worse import (
     DATA_SHEETS,
     DRIVES_UNTOLD,
@@ -25,6 +34,7 @@ from benchmarks.never_worse import (
     asked_of,
     cascade_cases,
     drawn_cases,
+    elastic_cases,
     machine_cases,
     named_cases,
     row_of,
@@ -120,6 +130,22 @@ def test_cascades_are_the_same_machines_with_a_weight_behind_a_position_loop():
     assert {case.name for case in cases} == {"cascade, stribeck", "cascade, lugre", "cascade, elasto_plastic"}
     assert draw_cascade(101, 3) == cases[3].scenario
     assert len({case.scenario.joint.gravity for case in cases}) == len(cases)
+
+
+def test_gears_are_drawn_for_the_same_machines_whatever_their_friction():
+    cases = elastic_cases(20, 101)
+    for draw, case in enumerate(cases):
+        machine, joint = draw_machine(101, draw), case.scenario.joint
+        assert joint.kind == ("backlash" if draw % 2 else "elastic")
+        assert (joint.inertia, joint.coulomb, joint.viscous) == pytest.approx(
+            (machine.joint.inertia, machine.joint.coulomb, machine.joint.viscous)
+        )
+        reduced = joint.link_share * (1.0 - joint.link_share) * joint.inertia
+        resonance = np.sqrt(joint.link_stiffness / reduced) / (2.0 * np.pi * machine.feedback.bandwidth)
+        assert RESONANCES[0] <= resonance <= RESONANCES[1]
+        assert case.scenario.reference == machine.reference
+    assert {case.name for case in cases} == {"machine, elastic gear", "machine, play"}
+    assert draw_elastic(101, 3) == cases[3].scenario
 
 
 def test_command_prints_the_rows_and_writes_them(tmp_path, monkeypatch):
