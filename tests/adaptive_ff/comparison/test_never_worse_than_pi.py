@@ -8,7 +8,7 @@ import pytest
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
 from adaptive_ff.comparison.windows import judge
-from benchmarks.drawn_machines import draw_cascade, draw_machine, draw_resting, draw_saturating
+from benchmarks.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
 from benchmarks.never_worse import named_scenario, row_of
 
 SEED, DRAWS = 101, 5
@@ -46,6 +46,11 @@ def test_on_the_same_machines_with_a_weight_behind_a_position_loop(draw):
 @pytest.mark.parametrize("draw", range(8))
 def test_with_rests_of_seconds_between_moves_there(draw):
     assert judge(draw_resting(SEED, draw), draws=1).settled >= 0.95
+
+
+@pytest.mark.parametrize("draw", range(8))
+def test_a_gear_that_nobody_tells_of_settles_as_pi_does_or_better(draw):
+    assert judge(draw_elastic(SEED, draw), draws=1).settled >= 0.95
 
 
 @pytest.mark.parametrize("draw", range(16))
