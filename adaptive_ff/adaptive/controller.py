@@ -40,12 +40,12 @@ from adaptive_ff.adaptive.state_check import (
     check_seen_velocity,
     check_share,
     check_standing,
-    check_swift_ringing,
     possible_now,
 )
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters
 from adaptive_ff.adaptive.supervised_step import initial_supervised_state
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, initial_observer
+from adaptive_ff.adaptive.supervision.swift_ringing import DIES_OUT
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction
@@ -434,9 +434,8 @@ class AdaptiveController(AdaptiveBase):
         check_share("observer.effect.share", state.observer.effect.share)
         check_share("observer.effect.ceiling", state.observer.effect.ceiling)
         check_share("observer.effect.help", state.observer.effect.help)
-        check_share("observer.effect.pace", state.observer.effect.pace)
-        check_ringing(state.observer.effect.ringing)
-        check_swift_ringing(state.observer.effect.swift)
+        check_ringing("ringing", state.observer.effect.ringing, 0)
+        check_ringing("swift", state.observer.effect.swift, -DIES_OUT)
         check_acquittal(state.observer.effect.acquittal)
         observer, noise = state.observer, state.observer.noise
         colour, effect = observer.colour, observer.effect

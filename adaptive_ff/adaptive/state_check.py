@@ -24,7 +24,6 @@ from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, E
 from adaptive_ff.adaptive.supervised_state import SupervisedState
 from adaptive_ff.adaptive.supervision.acquittal import GUILTY, WAITS, Acquittal
 from adaptive_ff.adaptive.supervision.ringing import Ringing
-from adaptive_ff.adaptive.supervision.swift_ringing import DIES_OUT, SwiftRinging
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -203,25 +202,15 @@ def check_plan_known(state: SupervisedState) -> None:
         raise ValueError(f"state.doubt.foresight.square = {foresight.square} is not allowed: it must be zero or more")
 
 
-def check_ringing(ringing: Ringing) -> None:
-    """Raise ``ValueError`` where half cycles of the error cannot be."""
+def check_ringing(name: str, ringing: Ringing, fewest: int) -> None:
+    """Raise ``ValueError`` where half cycles of the error cannot be; ``fewest`` is how many there are in a row."""
+    where = f"state.observer.effect.{name}"
     if ringing.sign not in (-1.0, 0.0, 1.0):
-        raise ValueError(f"state.observer.effect.ringing.sign = {ringing.sign} is not allowed: it is -1, 0 or 1")
-    for name in ("extreme", "length", "last_extreme", "sustained"):
-        value = getattr(ringing, name)
-        if value < 0:
-            raise ValueError(f"state.observer.effect.ringing.{name} = {value} is not allowed: it must be zero or more")
-
-
-def check_swift_ringing(swift: SwiftRinging) -> None:
-    """Raise ``ValueError`` where short half cycles of the error cannot be."""
-    where = "state.observer.effect.swift"
-    if swift.sign not in (-1.0, 0.0, 1.0):
-        raise ValueError(f"{where}.sign = {swift.sign} is not allowed: it is -1, 0 or 1")
-    least = swift._replace(sign=-1.0, extreme=0.0, length=0.0, last_extreme=0.0, sustained=-DIES_OUT)
-    for name, value, smallest in zip(swift._fields, swift, least, strict=True):
-        if value < smallest:
-            raise ValueError(f"{where}.{name} = {value} is not allowed: it must be {smallest:g} or more")
+        raise ValueError(f"{where}.sign = {ringing.sign} is not allowed: it is -1, 0 or 1")
+    for field, least in {"extreme": 0.0, "length": 0.0, "last_extreme": 0.0, "sustained": fewest}.items():
+        value = getattr(ringing, field)
+        if value < least:
+            raise ValueError(f"{where}.{field} = {value} is not allowed: it must be {least:g} or more")
 
 
 def check_acquittal(acquittal: Acquittal) -> None:

@@ -11,6 +11,7 @@ from adaptive_ff.adaptive.supervision.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.supervision.noise_level import noise_known
 from adaptive_ff.adaptive.supervision.observer import helping_share
 from adaptive_ff.adaptive.supervision.observer_effect import steadily_oscillates
+from adaptive_ff.adaptive.supervision.swift_ringing import SLOWED
 from adaptive_ff.adaptive.supervision.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.watching import holding_friction
 
@@ -107,9 +108,9 @@ def _observer_withheld(controller: AdaptiveController) -> Iterator[str]:
             "asked to, or the gear is elastic or has play. Tell delay and velocity_lag, hand over "
             "realised_torque, or take a slower observer_bandwidth."
         )
-    elif effect.pace < 1.0:
+    elif effect.swift.blamed:
         yield (
-            f"The observer has {effect.pace:g} of its bandwidth until the controller is reset: with it the joint "
+            f"The observer has {SLOWED:g} of its bandwidth until the controller is reset: with it the joint "
             "swung faster than a rigid one can, as where the gear is elastic or has play. Take a slower "
             "observer_bandwidth, or a slower loop."
         )

@@ -67,6 +67,7 @@ from adaptive_ff.adaptive.supervision.observer_effect import (
 )
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.supervision.ringing import beside_correction, far_error, loudest
+from adaptive_ff.adaptive.supervision.swift_ringing import pace
 from adaptive_ff.estimation.shares import TINY, saturated
 from adaptive_ff.model.loop_response import advance_loop_response
 from controllers import PIParameters
@@ -309,7 +310,7 @@ def observe(
     residual = lacking - inertia * change / duration
     now = seen + correction - velocity
     sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
-    share = -math.expm1(-observer.pole * state.effect.pace * duration)
+    share = -math.expm1(-observer.pole * pace(state.effect.swift) * duration)
     if known.held or (sticks and (residual - state.disturbance) * now < 0.0):
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)

@@ -77,14 +77,7 @@ from adaptive_ff.adaptive.supervision.ringing import (
     rings,
     without_half_cycles,
 )
-from adaptive_ff.adaptive.supervision.swift_ringing import (
-    SLOWED,
-    SwiftRinging,
-    advance_swift,
-    initial_swift,
-    rings_swiftly,
-    while_it_dies_out,
-)
+from adaptive_ff.adaptive.supervision.swift_ringing import advance_swift, rings_swiftly, slowed
 
 WINDOW = 1.0
 """Length of the means, s: single reversals, at which a joint sticks and does not answer as predicted, do not count."""
@@ -151,10 +144,8 @@ class ObserverEffect(NamedTuple):
         Largest share, which an oscillation has left.
     ringing : Ringing
         Half cycles of the error.
-    swift : SwiftRinging
+    swift : Ringing
         Short half cycles of the error.
-    pace : float
-        Pole of the observer that is used, over that of the design.
     acquittal : Acquittal
         What the error does without the observer.
     help : float
@@ -170,8 +161,7 @@ class ObserverEffect(NamedTuple):
     fourth: float
     ceiling: float
     ringing: Ringing
-    swift: SwiftRinging
-    pace: float
+    swift: Ringing
     acquittal: Acquittal
     help: float
     used_squared: float
@@ -188,8 +178,7 @@ def initial_effect() -> ObserverEffect:
         fourth=0.0,
         ceiling=1.0,
         ringing=initial_ringing(),
-        swift=initial_swift(),
-        pace=1.0,
+        swift=initial_ringing(),
         acquittal=initial_acquittal(),
         help=1.0,
         used_squared=0.0,
@@ -260,7 +249,6 @@ def advance_effect(
         ceiling=ceiling,
         ringing=ringing,
         swift=state.swift,
-        pace=state.pace,
         acquittal=acquittal,
         help=state.help,
         used_squared=state.used_squared,
@@ -350,17 +338,18 @@ def look_for_ringing(
     used = gain > IN_USE * state.share
     ringing = without_half_cycles(state.ringing.blamed) if turned else state.ringing
     ringing = advance_ringing(ringing, error, variance, far, time_constant, duration)
-    swift = advance_swift(initial_swift() if turned else state.swift, error, sure_variance, time_constant, duration)
-    share, ceiling, pace = state.share, state.ceiling, state.pace
+    swift = without_half_cycles(state.swift.blamed) if turned else state.swift
+    swift = advance_swift(swift, error, sure_variance, time_constant, duration)
+    share, ceiling = state.share, state.ceiling
     if falls and ringing.blamed:
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
     elif used and not falls and may_be_blamed(state.acquittal):
         swiftly = rings_swiftly(swift, sure_variance, peak, stuck_error)
-        if swiftly and pace == 1.0:
-            pace, swift = SLOWED, while_it_dies_out(swift)
+        if swiftly and not swift.blamed:
+            swift = slowed(swift)
         elif swiftly or rings(ringing, variance, peak):
             share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
-    return state._replace(share=share, ceiling=ceiling, ringing=ringing, swift=swift, pace=pace)
+    return state._replace(share=share, ceiling=ceiling, ringing=ringing, swift=swift)
 
 
 @register_jitable

@@ -21,9 +21,10 @@ it then (:mod:`adaptive_ff.adaptive.supervision.noise_level`).
 """
 
 import math
-from typing import NamedTuple
 
 from numba.extending import register_jitable
+
+from adaptive_ff.adaptive.supervision.ringing import Ringing
 
 CLEAR = 9.0
 """Square of an error from which on it has crossed zero, in variances of the noise."""
@@ -58,45 +59,14 @@ DIES_OUT = 8
 """Half cycles that are not counted after that: a gear swings on for a while by itself."""
 
 
-class SwiftRinging(NamedTuple):
-    """Short half cycles of the error.
-
-    Attributes
-    ----------
-    sign : float
-        Sign of the error in the present one; zero before the first.
-    extreme : float
-        Largest error in it, rad/s.
-    length : float
-        Its length so far, s.
-    last_extreme : float
-        That of the half cycle before, rad/s.
-    sustained : int
-        How many short ones in a row were not much smaller than the one before; below zero while it dies out.
-    """
-
-    sign: float
-    extreme: float
-    length: float
-    last_extreme: float
-    sustained: int
-
-
-def initial_swift() -> SwiftRinging:
-    """Return the state of a loop of which nothing is known."""
-    return SwiftRinging(0.0, 0.0, 0.0, 0.0, 0)
-
-
 @register_jitable
-def advance_swift(
-    state: SwiftRinging, error: float, variance: float, time_constant: float, duration: float
-) -> SwiftRinging:
+def advance_swift(state: Ringing, error: float, variance: float, time_constant: float, duration: float) -> Ringing:
     """Take the error of a sample into account.
 
     Parameters
     ----------
-    state : SwiftRinging
-        The state.
+    state : Ringing
+        Short half cycles so far; blamed, where the observer has been slowed for them.
     error : float
         Error that the feedback sees, rad/s.
     variance : float
@@ -111,25 +81,31 @@ def advance_swift(
         sign = state.sign if state.sign != 0.0 else math.copysign(1.0, error)
         extreme = max(state.extreme, error * sign)
         sustained = state.sustained if length <= most else 0
-        return SwiftRinging(sign, extreme, length, state.last_extreme, sustained)
+        return Ringing(sign, extreme, length, state.last_extreme, sustained, state.blamed)
     kept = 0.0 < KEEPS * state.last_extreme < state.extreme
     sustained = state.sustained + 1 if kept and length <= most else 0
-    return SwiftRinging(math.copysign(1.0, error), abs(error), 0.0, state.extreme, sustained)
+    return Ringing(math.copysign(1.0, error), abs(error), 0.0, state.extreme, sustained, state.blamed)
 
 
 @register_jitable
-def while_it_dies_out(state: SwiftRinging) -> SwiftRinging:
-    """Return the state once the observer has been slowed."""
-    return state._replace(sustained=-DIES_OUT)
+def slowed(state: Ringing) -> Ringing:
+    """Return the state of a loop whose observer is slowed from now on."""
+    return state._replace(sustained=-DIES_OUT, blamed=True)
 
 
 @register_jitable
-def rings_swiftly(state: SwiftRinging, variance: float, peak: float, stuck_error: float) -> bool:
+def pace(state: Ringing) -> float:
+    """Return the pole of the observer over that of the design."""
+    return SLOWED if state.blamed else 1.0
+
+
+@register_jitable
+def rings_swiftly(state: Ringing, variance: float, peak: float, stuck_error: float) -> bool:
     """Tell whether the loop rings.
 
     Parameters
     ----------
-    state : SwiftRinging
+    state : Ringing
         The state.
     variance : float
         Variance of the measured velocity, rad^2/s^2.

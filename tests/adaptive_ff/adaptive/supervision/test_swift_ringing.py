@@ -16,6 +16,7 @@ from adaptive_ff.adaptive.supervision.noise_level import (
 )
 from adaptive_ff.adaptive.supervision.observer import observe
 from adaptive_ff.adaptive.supervision.observer_effect import initial_effect, look_for_ringing
+from adaptive_ff.adaptive.supervision.ringing import initial_ringing, without_half_cycles
 from adaptive_ff.adaptive.supervision.swift_ringing import (
     FELT,
     FEWEST,
@@ -23,7 +24,6 @@ from adaptive_ff.adaptive.supervision.swift_ringing import (
     SLOWED,
     TOGETHER,
     advance_swift,
-    initial_swift,
     rings_swiftly,
 )
 from adaptive_ff.comparison.registry import make_controller
@@ -39,7 +39,7 @@ SINE = np.sin(2.0 * np.pi * 60.0 * TIME + 0.3)
 
 def first_rings(error, *, variance=0.0, stuck_error=0.0):
     """Return at which sample an error is taken for ringing, or None."""
-    state = initial_swift()
+    state = initial_ringing()
     for index, value in enumerate(error):
         state = advance_swift(state, value, variance, TIME_CONSTANT, PERIOD)
         if rings_swiftly(state, variance, PEAK, stuck_error):
@@ -81,7 +81,7 @@ def test_nor_is_noise():
 
 def rings_at_start(errors):
     """Tell whether a start with such errors is taken for ringing, before and after the noise is known."""
-    noise, state = initial_noise(), initial_swift()
+    noise, state = initial_noise(), initial_ringing()
     for error in errors:
         noise = advance_noise(noise, error, True, PERIOD)
         state = advance_swift(state, error, sure_variance(noise), TIME_CONSTANT, PERIOD)
@@ -144,21 +144,21 @@ def looked_at(effect, error):
 
 def test_an_observer_that_shakes_a_gear_is_slowed_and_let_go_of_only_where_that_goes_on():
     effect, begun = initial_effect(), 0
-    while effect.pace == 1.0:
+    while not effect.swift.blamed:
         effect, begun = looked_at(effect, PEAK * SINE[begun : begun + 1]), begun + 1
-    assert (effect.pace, effect.share, effect.ringing.blamed) == (SLOWED, 1.0, False)
+    assert (effect.swift.blamed, effect.share, effect.ringing.blamed) == (True, 1.0, False)
     dying = looked_at(effect, PEAK * SINE[begun:] * np.exp(-TIME[: TIME.size - begun] / 0.03))
-    assert (dying.pace, dying.share, dying.ringing.blamed) == (SLOWED, 1.0, False)
+    assert (dying.swift.blamed, dying.share, dying.ringing.blamed) == (True, 1.0, False)
     lasting = looked_at(effect, PEAK * SINE[begun:])
-    assert (lasting.pace, lasting.share, lasting.ringing.blamed) == (SLOWED, 0.0, True)
+    assert (lasting.swift.blamed, lasting.share, lasting.ringing.blamed) == (True, 0.0, True)
 
 
 def test_a_slower_observer_answers_later():
     controller = make_controller(load_scenario().modified(duration=1.0), "adaptive")
     block, observer = controller.parameters, controller.state.observer
     paces = {}
-    for pace in (1.0, SLOWED):
-        began = observer._replace(effect=observer.effect._replace(pace=pace))
+    for blamed in (False, True):
+        began = observer._replace(effect=observer.effect._replace(swift=without_half_cycles(blamed)))
         known = Circumstances(
             held=False,
             peak=PEAK,
@@ -170,15 +170,15 @@ def test_a_slower_observer_answers_later():
             unforeseen=0.0,
         )
         after = observe(block.observer, began, block.feedback, 10.0, block.observer.inertia, 0.0, 0.0, 0.0, 0.01, known)
-        paces[pace] = after.disturbance
-    assert paces[1.0] == pytest.approx(10.0 * -math.expm1(-0.01 * block.observer.pole))
-    assert paces[SLOWED] == pytest.approx(10.0 * -math.expm1(-0.01 * SLOWED * block.observer.pole))
+        paces[blamed] = after.disturbance
+    assert paces[False] == pytest.approx(10.0 * -math.expm1(-0.01 * block.observer.pole))
+    assert paces[True] == pytest.approx(10.0 * -math.expm1(-0.01 * SLOWED * block.observer.pole))
 
 
 def test_diagnosis_tells_of_an_observer_that_was_slowed():
     controller = make_controller(load_scenario().modified(duration=1.0), "adaptive")
     observer = controller.state.observer
-    slowed = observer._replace(effect=observer.effect._replace(pace=SLOWED))
+    slowed = observer._replace(effect=observer.effect._replace(swift=without_half_cycles(True)))
     controller.state = controller.state._replace(observer=slowed)
     assert f"The observer has {SLOWED:g} of its bandwidth" in " ".join(str(controller.diagnose()).split())
 
