@@ -106,6 +106,30 @@ def initial_ringing() -> Ringing:
 
 
 @register_jitable
+def crosses(state: Ringing, error: float, variance: float) -> bool:
+    """Tell whether an error (rad/s) is clearly on the other side of zero, for noise of a variance (rad^2/s^2)."""
+    return error * state.sign < 0.0 and error * error > CLEAR * variance
+
+
+@register_jitable
+def grown_half_cycle(state: Ringing, error: float, length: float) -> Ringing:
+    """Return the state where the half cycle goes on with an error (rad/s), and is so long (s) by now."""
+    sign = state.sign if state.sign != 0.0 else math.copysign(1.0, error)
+    return state._replace(sign=sign, extreme=max(state.extreme, error * sign), length=length)
+
+
+@register_jitable
+def next_half_cycle(state: Ringing, error: float, keeps: float, in_range: bool) -> Ringing:
+    """Return the state where the next half cycle begins with an error (rad/s).
+
+    The one that ends counts where its length is in range, and its largest error more than a share of the last one's.
+    """
+    kept = 0.0 < keeps * state.last_extreme < state.extreme
+    sustained = state.sustained + 1 if kept and in_range else 0
+    return Ringing(math.copysign(1.0, error), abs(error), 0.0, state.extreme, sustained, state.blamed)
+
+
+@register_jitable
 def advance_ringing(
     state: Ringing, error: float, variance: float, far: float, time_constant: float, duration: float
 ) -> Ringing:
@@ -127,15 +151,11 @@ def advance_ringing(
         Length of the period, s.
     """
     length = state.length + duration
-    if error * state.sign >= 0.0 or error * error <= CLEAR * variance:
-        sign = state.sign if state.sign != 0.0 else math.copysign(1.0, error)
-        extreme = max(state.extreme, error * sign)
-        sustained = state.sustained if length <= longest(extreme, far) * time_constant else 0
-        return Ringing(sign, extreme, length, state.last_extreme, sustained, state.blamed)
-    kept = 0.0 < KEEPS * state.last_extreme < state.extreme
+    if not crosses(state, error, variance):
+        grown = grown_half_cycle(state, error, length)
+        return grown if length <= longest(grown.extreme, far) * time_constant else grown._replace(sustained=0)
     in_range = SHORTEST * time_constant < length < longest(state.extreme, far) * time_constant
-    sustained = state.sustained + 1 if kept and in_range else 0
-    return Ringing(math.copysign(1.0, error), abs(error), 0.0, state.extreme, sustained, state.blamed)
+    return next_half_cycle(state, error, KEEPS, in_range)
 
 
 @register_jitable

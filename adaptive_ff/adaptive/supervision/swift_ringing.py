@@ -20,14 +20,17 @@ Before the noise is known such an oscillation looks like noise itself; nine time
 it then (:mod:`adaptive_ff.adaptive.supervision.noise_level`).
 """
 
-import math
-
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.supervision.ringing import Ringing
-
-CLEAR = 9.0
-"""Square of an error from which on it has crossed zero, in variances of the noise."""
+from adaptive_ff.adaptive.supervision.ringing import (
+    LOUD,
+    MOST,
+    TOGETHER,
+    Ringing,
+    crosses,
+    grown_half_cycle,
+    next_half_cycle,
+)
 
 KEEPS = 0.4
 """Largest error of a half cycle over that of the one before, from which on it counts ..."""
@@ -35,17 +38,11 @@ KEEPS = 0.4
 LONGEST = 1.6
 """... where its length is at most this, in time constants of the proportional loop."""
 
-FEWEST, MOST = 4, 8
-"""Half cycles in a row, at least, and at most as many as count."""
-
-TOGETHER = 0.56
-"""Their number times the largest error of the last one, over the plan's largest speed, from which on it rings ..."""
+FEWEST = 4
+"""Half cycles in a row, at least."""
 
 FELT = 0.25
-"""... where that error is more than this share of what friction at breakaway makes of the proportional gain, ..."""
-
-LOUD = 25.0
-"""... and its square more than so many times the variance of the noise."""
+"""Share of what friction at breakaway makes of the proportional gain, from which on their errors count."""
 
 SLOWED = 0.2
 """Pole of an observer that has shaken a gear, over that of the design.
@@ -77,14 +74,10 @@ def advance_swift(state: Ringing, error: float, variance: float, time_constant: 
         Length of the period, s.
     """
     length, most = state.length + duration, LONGEST * time_constant
-    if error * state.sign >= 0.0 or error * error <= CLEAR * variance:
-        sign = state.sign if state.sign != 0.0 else math.copysign(1.0, error)
-        extreme = max(state.extreme, error * sign)
-        sustained = state.sustained if length <= most else 0
-        return Ringing(sign, extreme, length, state.last_extreme, sustained, state.blamed)
-    kept = 0.0 < KEEPS * state.last_extreme < state.extreme
-    sustained = state.sustained + 1 if kept and length <= most else 0
-    return Ringing(math.copysign(1.0, error), abs(error), 0.0, state.extreme, sustained, state.blamed)
+    if not crosses(state, error, variance):
+        grown = grown_half_cycle(state, error, length)
+        return grown if length <= most else grown._replace(sustained=0)
+    return next_half_cycle(state, error, KEEPS, length <= most)
 
 
 @register_jitable

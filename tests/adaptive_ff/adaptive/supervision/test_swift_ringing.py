@@ -16,13 +16,11 @@ from adaptive_ff.adaptive.supervision.noise_level import (
 )
 from adaptive_ff.adaptive.supervision.observer import observe
 from adaptive_ff.adaptive.supervision.observer_effect import initial_effect, look_for_ringing
-from adaptive_ff.adaptive.supervision.ringing import initial_ringing, without_half_cycles
+from adaptive_ff.adaptive.supervision.ringing import MOST, TOGETHER, initial_ringing, without_half_cycles
 from adaptive_ff.adaptive.supervision.swift_ringing import (
     FELT,
     FEWEST,
-    MOST,
     SLOWED,
-    TOGETHER,
     advance_swift,
     rings_swiftly,
 )
