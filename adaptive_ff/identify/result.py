@@ -1,5 +1,6 @@
 """What was identified from a log."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +23,12 @@ if TYPE_CHECKING:
 
     from adaptive_ff.identify.first_estimate import FirstEstimate
     from adaptive_ff.model.friction import TorqueModel
+
+
+def interval_words(estimate: Estimate, digits: int) -> tuple[str, str]:
+    """Return the ends of an interval as they are printed, with so many digits."""
+    lower, upper = (f"{end:.{digits}g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
+    return lower, upper
 
 
 class Reported(NamedTuple):

@@ -1,11 +1,8 @@
 """The verdict on a log in words: what it determines, what it does not, and what is probably wrong with it."""
 
-import math
-
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.families import (
     ASYMMETRY,
     GRAVITY,
@@ -21,7 +18,7 @@ from adaptive_ff.identify.families import (
 from adaptive_ff.identify.held_out_error import WORSE, block_squares, is_larger
 from adaptive_ff.identify.map_words import map_words, mapped_word
 from adaptive_ff.identify.regressors import BENT
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.result import LogIdentification, interval_words
 from adaptive_ff.identify.unattributed import unattributed
 from adaptive_ff.identify.units import is_linear
 from adaptive_ff.logs.log import Log
@@ -189,16 +186,11 @@ def _why(found: LogIdentification) -> str:
     )
 
 
-def _range(estimate: Estimate) -> str:
-    """Say from where to where an interval goes."""
-    return f"{estimate.lower:.3g} to " + (f"{estimate.upper:.3g}" if math.isfinite(estimate.upper) else "∞")
-
-
 def _of_confounding(found: LogIdentification) -> list[str]:
     """Say which parameters the log cannot separate from others."""
     return [
         f"{_words(name)[0].upper() + _words(name)[1:]} is confounded with {_listed(list(reported.confounded))}: the "
-        f"log allows {_range(reported.estimate)} {found.units[name]}."
+        f"log allows {' to '.join(interval_words(reported.estimate, 3))} {found.units[name]}."
         for name, reported in found.parameters.items()
         if reported.confounded
     ]

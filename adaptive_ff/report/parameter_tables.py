@@ -1,13 +1,11 @@
 """The parameters of an identified log as a table for a terminal."""
 
-import math
-
 import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.identify.families import SQUARE_STICTION
-from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.result import LogIdentification, interval_words
 
 FEWEST = 9
 """Rows of a map at least."""
@@ -35,12 +33,13 @@ def parameters_table(found: LogIdentification) -> Table:
         remark = "" if reported.is_known else "not apart from zero" if used else "not identifiable"
         if confounded:
             remark = f"confounded with {', '.join(SHORT.get(name, name.replace('_', ' ')) for name in confounded)}"
-        ends = (f"{end:.4g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
         style = None if identifiable else "dim"
-        table.add_row(f"{name}, {found.units[name]}", f"{estimate.value:.4g}", *ends, remark, style=style)
+        table.add_row(
+            f"{name}, {found.units[name]}", f"{estimate.value:.4g}", *interval_words(estimate, 4), remark, style=style
+        )
     share = None if found.position_map is None else found.position_map.load_share
     if share is not None:
-        numbers = (f"{share.value:.4g}", f"{share.lower:.4g}", f"{share.upper:.4g}")
+        numbers = (f"{share.value:.4g}", *interval_words(share, 4))
         table.add_row(f"load_friction, 1/({found.units['torque']})", *numbers, "")
     return table
 
