@@ -35,8 +35,8 @@ WHOLE = 0.65
 SINGLE = 1.5
 """A measurement lost for less, in sampling periods, is a single one, as many drives lose at times: nothing changes."""
 
-TINY = 1e-9
-"""Magnitude of an integral that is taken for none, N m: nothing is known of it yet, and all of it is held."""
+TINY = 1e-300
+"""Added to what may be zero, N m: nothing is known of an integral yet, and all of it is held."""
 
 
 class HeldIntegral(NamedTuple):

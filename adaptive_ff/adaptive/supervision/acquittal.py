@@ -41,7 +41,7 @@ BETTER = 1.0
 LASTS = 10.0
 """How long a trial lasts, s."""
 
-NONE = 1e-15
+NONE = 1e-24
 """Added to what may be zero, rad^2/s^2."""
 
 

@@ -68,7 +68,7 @@ from adaptive_ff.adaptive.supervision.observer_effect import (
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.supervision.ringing import beside_correction, far_error, loudest
 from adaptive_ff.adaptive.supervision.swift_ringing import pace
-from adaptive_ff.estimation.shares import TINY, saturated
+from adaptive_ff.estimation.shares import ROUNDING, TINY, saturated
 from adaptive_ff.model.loop_response import advance_loop_response
 from controllers import PIParameters
 
@@ -375,8 +375,8 @@ def misfit(noise: NoiseState, feedback: PIParameters, squared_error: float) -> f
     """
     if not noise_known(noise):
         return 1.0
-    explained = feedback.proportional * feedback.proportional * noise.variance
-    return saturated(squared_error / (LOUDER * explained + TINY) - 1.0)
+    explained = feedback.proportional * feedback.proportional * (LOUDER * noise.variance + ROUNDING)
+    return saturated(squared_error / (explained + TINY) - 1.0)
 
 
 @register_jitable
@@ -407,14 +407,15 @@ def observer_gain(
     if not noise_known(state.noise):
         return 1.0
     share = -math.expm1(-observer.pole * observer.period)
-    left = state.error_squared / (LOUDER * smoothed_noise(state, share) + TINY * TINY) - 1.0
+    left = state.error_squared / (LOUDER * smoothed_noise(state, share) + TINY) - 1.0
     noise = share * inertia / observer.period
     noise *= noise * 2.0 / (2.0 - share) * state.noise.variance
-    observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + TINY) - 1.0
+    rounding = feedback.proportional * feedback.proportional * ROUNDING
+    observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + rounding + TINY) - 1.0
     share = min(1.0, feedback.proportional * observer.period / observer.inertia)
     white = 2.0 * smoothed_noise(state, share)
     level = min(max(white, state.quiet), (unfit + (1.0 - unfit) * COLOURED) * white)
-    predicted = state.predicted_squared / (LOUDER * level + TINY * TINY) - 1.0
+    predicted = state.predicted_squared / (LOUDER * level + TINY) - 1.0
     return min(saturated(observed), max(saturated(predicted), saturated(left)))
 
 

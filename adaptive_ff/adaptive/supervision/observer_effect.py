@@ -121,7 +121,7 @@ LOUD = 4.0
 LETS_GO, FORGIVES = 0.25, 300.0
 """Times in which the ceiling on the share falls from one to zero while the loop oscillates, and rises again, s."""
 
-NONE = 1e-15
+NONE = 1e-24
 """Added to what may be zero, rad^2/s^2."""
 
 
