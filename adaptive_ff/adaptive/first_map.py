@@ -70,9 +70,10 @@ def with_first_map(
     ValueError
         The map is not allowed.
     """
-    if coefficients is None:
+    spread = _checked_deviation(estimator, deviation)
+    if coefficients is None:  # the deviation is checked, though without a map it is of no use
         return None
-    known, spread = _checked(estimator, coefficients, deviation)
+    known = _checked(estimator, coefficients)
     return partial(_initial_state, _begun(estimator, known, spread))
 
 
@@ -81,11 +82,13 @@ def _initial_state(begun: MapState, parameters: SupervisedParameters) -> Supervi
     return state._replace(estimator=state.estimator._replace(friction_map=copy.deepcopy(begun)))
 
 
-def _checked(
-    estimator: EstimatorParameters, coefficients: Sequence[float], deviation: float | Sequence[float]
-) -> tuple[Array, Array]:
-    mapped = estimator.friction_map
-    count = 2 * mapped.waves.size + mapped.hats
+def _count(estimator: EstimatorParameters) -> int:
+    """Return how many numbers a map of friction over position has."""
+    return int(2 * estimator.friction_map.waves.size + estimator.friction_map.hats)
+
+
+def _checked(estimator: EstimatorParameters, coefficients: Sequence[float]) -> Array:
+    count = _count(estimator)
     if count == 0:
         raise ValueError("position_map is not allowed without position_periods or position_hats")
     if not (estimator.given and estimator.first[COULOMB] > 0.0):
@@ -99,15 +102,22 @@ def _checked(
                 f"position_map[{place}] = {value:g} is not allowed: it must be from {-LARGEST_COEFFICIENT:g} to "
                 f"{LARGEST_COEFFICIENT:g}"
             )
-    one_for_all = np.ndim(deviation) == 0
-    spread = _numbers("map_deviation", [deviation] * count if one_for_all else deviation, count)
+    return known
+
+
+def _checked_deviation(estimator: EstimatorParameters, deviation: float | Sequence[float]) -> Array:
+    count, one_for_all = _count(estimator), np.ndim(deviation) == 0
+    if one_for_all:
+        spread = _numbers("map_deviation", [deviation] * max(count, 1), max(count, 1))
+    else:
+        spread = _numbers("map_deviation", deviation, count)
     for place, value in enumerate(spread.tolist()):
         if not value >= 0.0:
             where = "map_deviation" if one_for_all else f"map_deviation[{place}]"
             raise ValueError(
                 f"{where} = {value:g} is not allowed: it must be zero or more, or inf for what is not known"
             )
-    return known, np.maximum(spread, LEAST_DEVIATION)
+    return np.maximum(spread, LEAST_DEVIATION)
 
 
 def _numbers(name: str, values: object, count: int) -> Array:

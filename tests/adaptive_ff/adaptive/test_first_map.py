@@ -137,6 +137,8 @@ def test_a_group_takes_the_map_from_its_table():
         ),
         ({**PERIOD, "position_map": [0.1, 0.1], "map_deviation": "much"}, "^map_deviation = "),
         ({**PERIOD, "position_map": [0.1, 0.1], "map_deviation": [0.1]}, r"^map_deviation has shape \(1,\)"),
+        ({"map_deviation": -0.1}, "^map_deviation = -0.1 is not allowed"),
+        ({"map_deviation": "much"}, "^map_deviation = "),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(options, message):
