@@ -21,6 +21,8 @@ from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gra
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
 from controllers.checks import check_numbers, checked_switch
+from controllers.plausibility import LEAST_RESPONSE, LONGEST_RESPONSE
+from controllers.plausible_sizes import LARGEST_VELOCITY
 
 GATE_SHARE = 0.2
 """Speed of the gate, as a share of the Stribeck velocity."""
@@ -62,6 +64,21 @@ def default_memory(period: float, pole: float) -> float:
     suited loops of 5 and 10 Hz at 1 kHz, 100 Hz and 22 ms (seeds from 101 on).
     """
     return MEMORY * math.sqrt(period / pole)
+
+
+def check_machine(proportional: float, inertia: float, stribeck_velocity: float) -> None:
+    """Raise ``ValueError`` for an inertia (kg m^2) or a Stribeck velocity (rad/s) that no machine of the loop has."""
+    check_positive(proportional=proportional, inertia=inertia, stribeck_velocity=stribeck_velocity)
+    least, most = LEAST_RESPONSE * proportional, LONGEST_RESPONSE * proportional
+    if not least < inertia < most:
+        raise ValueError(
+            f"inertia = {inertia} kg m^2 is not allowed with proportional = {proportional} N m s/rad: it must be "
+            f"between {least:g} and {most:g}"
+        )
+    if stribeck_velocity > LARGEST_VELOCITY:
+        raise ValueError(
+            f"stribeck_velocity = {stribeck_velocity} rad/s is not allowed: it must be {LARGEST_VELOCITY:g} at most"
+        )
 
 
 def adaptive_parameters(
@@ -109,13 +126,8 @@ def adaptive_parameters(
             f"regressors = {regressors} is not allowed: with {ripples.size} ripple_periods, two columns each, it must "
             f"be {MOST_REGRESSORS - 2 * ripples.size} at most"
         )
-    check_positive(
-        proportional=proportional,
-        inertia=inertia,
-        stribeck_velocity=stribeck_velocity,
-        stribeck_shape=stribeck_shape,
-        period=period,
-    )
+    check_machine(proportional, inertia, stribeck_velocity)
+    check_positive(stribeck_shape=stribeck_shape, period=period)
     pole = proportional / inertia if filter_pole is None else filter_pole
     check_positive(filter_pole=pole)
     memory = default_memory(period, pole) if memory is None else memory
@@ -184,4 +196,4 @@ def observer_pole(block: AdaptiveParameters, inertia: float, bandwidth: float | 
         # a delay of d samples costs the observer's loop the phase that it costs the feedback once more
         return min(crossover / (1.0 + 2.0 * block.feedback.delay * block.period * crossover), FASTEST)
     check_positive(observer_bandwidth=bandwidth)
-    return min(2.0 * math.pi * bandwidth, crossover)
+    return min(2.0 * math.pi * float(bandwidth), crossover)

@@ -197,6 +197,29 @@ def test_a_setting_that_is_not_positive_is_refused_by_name(name, value):
         make(**{name: value})
 
 
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"inertia": 1e300}, r"^inertia = 1e\+300 kg m\^2 is not allowed with proportional = .* between .* and "),
+        ({"inertia": 1e-9}, r"^inertia = 1e-09 kg m\^2 is not allowed with proportional = "),
+        ({"stribeck_velocity": 1e306}, r"^stribeck_velocity = 1e\+306 rad/s is not allowed: it must be 100000 at most"),
+    ],
+)
+def test_a_machine_that_cannot_be_is_refused_by_name(settings, message):
+    with pytest.raises(ValueError, match=message):
+        make(**settings)
+
+
+def test_a_single_precision_bandwidth_of_the_observer_is_a_number():
+    single, double = (
+        AdaptiveController(
+            *pi_gains(20.0, 10.0), 0.01, inertia=20.0, stribeck_velocity=0.05, observer_bandwidth=kind(2.0)
+        )
+        for kind in (np.float32, float)
+    )
+    assert single.step(0.1, 0.0) == double.step(0.1, 0.0)
+
+
 def test_a_loop_without_proportional_gain_is_refused():
     with pytest.raises(ValueError, match=r"^proportional = 0\.0 is not allowed"):
         UnsupervisedController(0.0, 1.0, 0.01, inertia=20.0, stribeck_velocity=0.05)
