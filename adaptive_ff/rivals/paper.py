@@ -4,6 +4,9 @@ The estimator is the paper's: all samples count, sliding or not; nothing is filt
 torque ``u(k)`` is the one realised over the period that ends at ``k``, the newest that is known then. What the paper
 leaves open, how the model is fed forward, is done as in the adaptive controller, with the same bounds on the
 estimates. Where the covariance grows beyond a bound (standstill), forgetting pauses; the paper has no such bound.
+
+It begins with the same covariance for every coefficient, whatever its unit: how fast it learns depends on the units of
+torque and velocity.
 """
 
 import math
