@@ -8,6 +8,7 @@ import importlib
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
+from zipfile import is_zipfile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +77,8 @@ def _read_text(path: Path, wanted: Collection[str]) -> Content:
 
 
 def _read_npz(path: Path, wanted: Collection[str]) -> Content:
+    if not is_zipfile(path):  # numpy takes it for pickled objects, and advises to trust it
+        raise InputError(f"{path}: cannot be read: it is no NPZ archive")
     with np.load(path, allow_pickle=False) as archive:
         series: dict[str, _Series] = {}
         for name in archive.files:

@@ -325,3 +325,10 @@ def test_log_that_is_made_of_something_else_is_refused(changed, said):
     series = {"time": np.arange(5.0), "torque": np.zeros(5), "position": np.zeros(5), **changed}
     with pytest.raises(ValueError, match=rf"^mine: {said}"):
         Log("mine", **series)
+
+
+def test_a_file_that_is_no_npz_archive_is_not_said_to_hold_objects(tmp_path):
+    path = tmp_path / "log.npz"
+    path.write_bytes(bytes(range(256)) * 10)
+    with pytest.raises(InputError, match=r"log\.npz: cannot be read: it is no NPZ archive$"):
+        read_log(path, torque="u", position="q", time="t")
