@@ -6,6 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 import synthetic_logs
+from bristle_logs import bristle_log
 
 from adaptive_ff import AdaptiveController, Log, identify_log
 from adaptive_ff.identify.families import FORCE_OVER
@@ -85,6 +86,14 @@ def test_nothing_is_found_where_there_is_nothing():
     assert found.map_asked == MapAsked()
     assert found.position_map is None
     assert not any("over position" in one or "ripple" in one for one in found.verdict)
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_reversals_that_come_back_at_the_same_places_are_no_ripple(seed):
+    """Of bristles that bend at each reversal periods of 13 and 30 mrad were found, which other logs do not have."""
+    assert not identify_log(bristle_log(seed), held_out=0.0).map_asked.found
+    found = identify_log(bristle_log(seed, ripple=0.3), held_out=0.0)
+    assert found.map_asked.periods[0] == pytest.approx(0.17, rel=0.01)
 
 
 def test_a_ripple_is_no_part_of_a_model_that_was_told_nor_looked_for_beside_a_map():
