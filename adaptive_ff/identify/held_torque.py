@@ -107,16 +107,22 @@ def held_words(found: LogIdentification, later: Later | None) -> list[str]:
 
 def fit_later(problem: Problem, prepared: Prepared, pieces: list[Piece], chosen: Fitted, delay: float) -> Fitted | None:
     """Return the fit of the terms of a model but its lag to the torque so many s later; None where there is none."""
+    terms = tuple(term for term in chosen.terms if term != LAG)
+    rows = rows_of_later(problem, prepared, pieces, delay)
+    try:
+        return fit_terms(rows, terms, chosen.regression.confidence, start=chosen.values)
+    except ValueError:
+        return None
+
+
+def rows_of_later(problem: Problem, prepared: Prepared, pieces: list[Piece], delay: float) -> Problem:
+    """Return the rows with the torque of so many s later."""
     log, band, period, rest = prepared.log, prepared.bandwidth, prepared.period, prepared.rest
     made = [
         rows._replace(moving_torque=moving_torque(log, piece, band, period, rest, delay))
         for piece, rows in zip(pieces, problem.pieces, strict=True)
     ]
-    terms = tuple(term for term in chosen.terms if term != LAG)
-    try:
-        return fit_terms(problem._replace(pieces=made), terms, chosen.regression.confidence, start=chosen.values)
-    except ValueError:
-        return None
+    return problem._replace(pieces=made)
 
 
 def gain(chosen: Fitted, later: Fitted) -> tuple[float, float]:

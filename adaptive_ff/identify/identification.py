@@ -9,6 +9,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, counted
 from adaptive_ff.estimation.confidence import check_confidence
+from adaptive_ff.identify.bristle_lag import fit_on_bristles
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
@@ -149,6 +150,8 @@ def identify_log(
     later = None if told else fit_if_held(problem, prepared, fitting, selection)
     if later is not None and LAG in selection.chosen.terms:  # which a held torque does as well
         selection = selection._replace(held=later.fitted)
+    on_bristles = fit_on_bristles(problem, prepared, fitting, selection.chosen, delay_told=told)
+    selection = selection._replace(bristles=on_bristles)
     other, unseen, name = _unseen(prepared, holding, validation, asked, linear=linear)
     held = regression_problem(other, unseen, torque_delay)
     if basis is not None and selection.varied is not None:

@@ -56,12 +56,15 @@ class Problem(NamedTuple):
         Largest friction lag that is looked for, s.
     noise : dict of float
         Variance of the noise of a column, by its term.
+    unlagged : sequence of str
+        Terms of friction that do not lag where the others do.
     """
 
     pieces: Sequence[Conditioned]
     speeds: Mapping[str, Array]
     longest_lag: float
     noise: Mapping[str, float] = {}
+    unlagged: Sequence[str] = ()
 
     @property
     def shows_lag(self) -> bool:
@@ -78,12 +81,19 @@ def measured_torque(problem: Problem) -> Array:
 def design(problem: Problem, terms: Sequence[str], searched: Mapping[str, float]) -> Array:
     """Return the columns of linear terms on the regressed rows, shape (rows, terms); see ``piece_columns``."""
     return np.concatenate(
-        [piece_columns(piece, problem.speeds, terms, searched)[piece.slides] for piece in problem.pieces]
+        [
+            piece_columns(piece, problem.speeds, terms, searched, problem.unlagged)[piece.slides]
+            for piece in problem.pieces
+        ]
     )
 
 
 def piece_columns(
-    piece: Conditioned, speeds: Mapping[str, Array], terms: Sequence[str], searched: Mapping[str, float]
+    piece: Conditioned,
+    speeds: Mapping[str, Array],
+    terms: Sequence[str],
+    searched: Mapping[str, float],
+    unlagged: Sequence[str] = (),
 ) -> Array:
     """Return the columns of linear terms on all rows of a piece.
 
@@ -98,6 +108,8 @@ def piece_columns(
     searched : mapping of float
         ``friction_lag`` (s, zero where it is not given; a negative one leads), ``stribeck_velocity`` and
         ``saturation_velocity`` (rad/s).
+    unlagged : sequence of str
+        Terms of friction that do not lag.
 
     Returns
     -------
@@ -110,7 +122,7 @@ def piece_columns(
         if term in DIRECT or term.startswith(FORCE_OVER):
             made.append(direct_column(piece, term))
         else:
-            made.append(_lagged(piece, speeds, term, searched, lag))
+            made.append(_lagged(piece, speeds, term, searched, 0.0 if term in unlagged else lag))
     return np.column_stack(made)
 
 

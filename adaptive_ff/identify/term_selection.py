@@ -65,6 +65,9 @@ class Selection(NamedTuple):
     held : Fitted or None
         The model without its lag, fitted to a torque that is held, where that explains as much: intervals are taken
         over it, too, see :mod:`adaptive_ff.identify.held_torque`.
+    bristles : Fitted or None
+        The model with viscous friction that does not lag, where that explains as much: intervals are taken over it,
+        too, see :mod:`adaptive_ff.identify.bristle_lag`.
     """
 
     chosen: Fitted
@@ -78,11 +81,17 @@ class Selection(NamedTuple):
     grid: Grid
     varied: Fitted | None = None
     held: Fitted | None = None
+    bristles: Fitted | None = None
 
     @property
     def allowed(self) -> list[Fitted]:
         """All fits that intervals are taken over, the chosen one first."""
-        return self.alike if self.held is None else [*self.alike, self.held]
+        return [*self.alike, *self._beside]
+
+    @property
+    def _beside(self) -> list[Fitted]:
+        """Fits of other rows than those of the grid: of a later torque, of viscous friction that does not lag."""
+        return [fitted for fitted in (self.held, self.bristles) if fitted is not None]
 
     def interval(self, name: str) -> Estimate:
         """Return a parameter of the chosen model; its interval covers those of all models that are allowed."""
@@ -93,7 +102,8 @@ class Selection(NamedTuple):
 
     def ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
         """Return the ends of the interval of one of the models that are allowed."""
-        profiles = None if fitted is self.held else self.profiles.get(fitted.terms)  # of the torque at its stamps
+        is_beside = any(fitted is other for other in self._beside)
+        profiles = None if is_beside else self.profiles.get(fitted.terms)  # of the rows of the grid
         if profiles is None or name not in profiles[0].values or any(name not in one.values for one in profiles):
             return fitted.estimate(name)[2:]
         return profile_interval(self.grid, profiles, fitted, name, self.chosen.regression.confidence)

@@ -197,15 +197,19 @@ def _of_confounding(found: LogIdentification) -> list[str]:
 
 
 def _of_lag(found: LogIdentification) -> list[str]:
-    """Say what the lag does to the inertia: of ``J a + f``, lagged friction takes up ``-sigma tau a``."""
+    """Say what the lag does to the inertia: of ``J a + f``, lagged viscous friction takes up ``-sigma tau a``."""
     lag = found.value("friction_lag")
     if lag == 0.0:
         return []
     inertia, viscous = (found.selection.chosen.values[name] for name in ("inertia", "viscous"))
-    less = inertia - viscous * lag
+    less, without = inertia - viscous * lag, "Without lag"
+    on_bristles = found.selection.bristles
+    if on_bristles is not None:
+        without = "Where friction lags on bristles, which viscous friction does not"
+        less = on_bristles.values["inertia"]
     return [
         f"Friction lags by {1e3 * lag:.3g} ms; a delay between the columns of torque and motion would look alike. "
-        f"Without lag, inertia would be about {less:.4g} instead of {inertia:.4g} {found.units['inertia']}."
+        f"{without}, inertia would be about {less:.4g} instead of {inertia:.4g} {found.units['inertia']}."
     ]
 
 
