@@ -44,6 +44,9 @@ NEGATIVE = {
 UNSUITED = 0.5
 """Relative error from which a model does not suit, so that its parameters are none of the joint."""
 
+LONG = 0.99
+"""Share of the longest friction lag that is looked for from which on a lag is said to be at that end."""
+
 
 def check_plausible(found: LogIdentification, log: Log) -> None:
     """Refuse a log whose friction drives the joint.
@@ -95,6 +98,12 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
         said.append(
             f"inertia and friction leave {100.0 * error:.0f} % of the torque unexplained: another torque acts on the "
             "joint (gravity, other axes, elasticity), or columns or units are not what they are named"
+        )
+    if found.value("friction_lag") > LONG * float(found.lags[-1]):
+        said.append(
+            f"friction lags by {1e3 * found.value('friction_lag'):.3g} ms, the longest time that is looked for in this "
+            "band, or more, as where bristles, belts or seals bend over a long way: inertia and friction may not be "
+            "those of the joint, whatever their intervals say; record longer strokes"
         )
     if found.selection.lead > found.period:
         said.append(

@@ -53,3 +53,11 @@ def test_terms_that_do_not_lag_are_those_without_a_lag():
     assert np.array_equal(mixed[:, 0], lagged[:, 0])
     assert np.array_equal(mixed[:, 1], at_once[:, 1])
     assert not np.allclose(lagged[:, 1], at_once[:, 1])
+
+
+@pytest.mark.parametrize(("lag", "is_said"), [(0.3, True), (0.05, False)])
+def test_a_lag_at_the_end_of_what_is_looked_for_is_said(lag, is_said):
+    """It was given with an interval of a few per cent, and nothing was said."""
+    found = identify_log(bristle_log(1, lag=lag), held_out=0.0)
+    assert (found.value(LAG) > 0.99 * found.lags[-1]) == is_said
+    assert any("the longest time that is looked for" in one for one in found.cautions) == is_said
