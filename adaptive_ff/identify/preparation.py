@@ -26,6 +26,12 @@ FEWEST_SAMPLES = 50
 LARGEST = 1e30
 """Largest value of a series; one over it is the smallest peak."""
 
+DRIVEN = "it must be that of the drive"
+"""What is asked of a torque that never changes."""
+
+SWINGING = "of a joint that swings freely, take its known gravity away with --known-torque, and give --model offset"
+"""What a rotary joint without a drive can be identified by: its weight."""
+
 
 class Prepared(NamedTuple):
     """A log, ready to be filtered.
@@ -90,7 +96,7 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
     what = "position" if is_position else "velocity"
     check_varies(f"{log.name}: the {what}", log.motion, pieces, "it must move to be identified")
     _check_moves(log, pieces, "m" if linear else "rad")
-    check_varies(f"{log.name}: the torque", log.torque, pieces, "it must be that of the drive")
+    check_varies(f"{log.name}: the torque", log.torque, pieces, DRIVEN if linear else f"{DRIVEN}; {SWINGING}")
     if bandwidth is None:
         longest = max(pieces, key=lambda piece: piece.size)
         bandwidth = choose_bandwidth(uniform(log, longest, period)[1], period, is_position=is_position)

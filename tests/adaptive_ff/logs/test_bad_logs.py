@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from synthetic_logs import JOINT, make_log
 
 from adaptive_ff import InputError
@@ -92,6 +93,32 @@ def test_useless_column_is_refused(change, message):
     with pytest.raises(InputError) as refused:
         identify_log(spoiled(make_log(), **change))
     assert message in str(refused.value)
+
+
+def swing(inertia=0.12, weight=4.0, coulomb=0.02, viscous=0.004, seconds=20.0, period=0.002):
+    """Times and angles of a pendulum that is let go at 2 rad, by its equation of motion."""
+    time = np.arange(0.0, seconds, period)
+
+    def slopes(_, state):
+        friction = coulomb * np.tanh(state[1] / 1e-3) + viscous * state[1]
+        return [state[1], -(weight * np.sin(state[0]) + friction) / inertia]
+
+    return time, solve_ivp(slopes, (0.0, seconds), [2.0, 0.0], t_eval=time, rtol=1e-9, atol=1e-10, max_step=0.01).y[0]
+
+
+def test_a_pendulum_that_swings_freely_is_identified_by_its_weight_as_its_refusal_says():
+    time, angle = swing()
+    still = np.zeros(time.size)
+    with pytest.raises(
+        InputError, match=r"swings freely, take its known gravity away with --known-torque, and give --m"
+    ):
+        identify_log(Log("swing", time, still, angle))
+    with pytest.raises(InputError, match=r"the drive$"):
+        identify_log(Log("axis", time, still, angle), linear=True)
+    found = identify_log(Log("swing", time, still - 4.0 * np.sin(angle), angle), model="offset")
+    assert found.value("inertia") == pytest.approx(0.12, rel=1e-3)
+    assert found.value("coulomb") == pytest.approx(0.02, rel=0.05)
+    assert found.value("viscous") == pytest.approx(0.004, rel=0.1)
 
 
 @pytest.mark.parametrize(
