@@ -17,6 +17,9 @@ from adaptive_ff.errors import InputError, counted
 
 SEPARATORS = ",;\t"
 
+MINUS = "\N{MINUS SIGN}"
+"""Sign that spreadsheets and tables for print have before numbers in the place of a hyphen."""
+
 COMMENT = "#"
 """Lines that begin with it are comments; the last one before the numbers may be the header."""
 
@@ -327,7 +330,8 @@ def _rows(stream: TextIO, separator: str) -> Iterator[list[str]]:
 
 def _number(cell: str, comma: bool, clock: "Clock | None" = None) -> float:
     """Return a cell as a number, an ISO time, with its day or without, as seconds of a clock, and all else as NaN."""
-    text = cell.replace(",", ".") if comma else cell
+    text = cell.replace(MINUS, "-")
+    text = text.replace(",", ".") if comma else text
     try:
         return math.nan if "_" in text else float(text)
     except ValueError:

@@ -49,6 +49,16 @@ def test_no_header_and_decimal_commas(separator, tmp_path):
     assert [column.tolist() for column in columns.values()] == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
 
 
+@pytest.mark.parametrize(("separator", "point"), [(",", "."), (";", ",")])
+def test_a_minus_sign_is_one(separator, point, tmp_path):
+    """All negative values were left out as no numbers."""
+    path = tmp_path / "log.csv"
+    rows = "t q u\n0.0 \N{MINUS SIGN}1.5 2.25\n0.1 1.25 \N{MINUS SIGN}3.0e\N{MINUS SIGN}1\n"
+    path.write_text(rows.replace(".", point).replace(" ", separator), encoding="utf-8")
+    _, columns = read_table(path, ["t", "q", "u"])
+    assert [column.tolist() for column in columns.values()] == [[0.0, 0.1], [-1.5, 1.25], [2.25, -0.3]]
+
+
 @pytest.mark.parametrize("row", ["0,1,2", "0, 1, 2", "0 ,1 ,2", "0.0,1.0, 2"])
 def test_commas_between_numbers_separate_them(row, tmp_path):
     path = tmp_path / "log.csv"
