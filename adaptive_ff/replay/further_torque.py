@@ -87,7 +87,8 @@ class FurtherTorque(NamedTuple):
         """Return what it has, as a sentence; empty where it has nothing."""
         parts = []
         if self.has_gravity:
-            parts.append(f"gravity of {self.sine:.3g} sin q + {self.cosine:.3g} cos q")
+            sign = "-" if self.cosine < 0.0 else "+"
+            parts.append(f"gravity of {self.sine:.3g} sin q {sign} {abs(self.cosine):.3g} cos q")
         for one in self.ripples:
             parts.append(f"a ripple of {math.hypot(one.sine, one.cosine):.3g} every {one.period:.3g}")
         if self.shape:

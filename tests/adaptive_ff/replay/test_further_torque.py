@@ -56,3 +56,8 @@ def test_saturating_friction_lags_and_goes_on_from_part_to_part():
         half, state = model.along(Seen(*(series[part] for series in given)), PERIOD, state)
         halves.append(half)
     assert np.concatenate(halves) == pytest.approx(torque, abs=1e-12)
+
+
+def test_the_sentence_has_one_sign_between_sine_and_cosine():
+    assert "gravity of 2 sin q - 0.5 cos q" in FurtherTorque(sine=2.0, cosine=-0.5).sentence()
+    assert "gravity of -2 sin q + 0.5 cos q" in FurtherTorque(sine=-2.0, cosine=0.5).sentence()
