@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.estimation.shares import saturated
+from adaptive_ff.estimation.shares import TINY, saturated
 
 MEAN = 0.3
 """Time constant of the mean of the integral, s: long for noise and reversals."""
@@ -34,9 +34,6 @@ WHOLE = 0.65
 
 SINGLE = 1.5
 """A measurement lost for less, in sampling periods, is a single one, as many drives lose at times: nothing changes."""
-
-TINY = 1e-300
-"""Added to what may be zero, N m: nothing is known of an integral yet, and all of it is held."""
 
 
 class HeldIntegral(NamedTuple):

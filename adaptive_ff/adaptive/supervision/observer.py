@@ -67,7 +67,7 @@ from adaptive_ff.adaptive.supervision.observer_effect import (
 )
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.supervision.ringing import beside_correction, far_error, loudest
-from adaptive_ff.adaptive.supervision.swift_ringing import pace
+from adaptive_ff.adaptive.supervision.swift_ringing import Background, pace
 from adaptive_ff.estimation.shares import ROUNDING, TINY, saturated
 from adaptive_ff.model.loop_response import advance_loop_response
 from controllers import PIParameters
@@ -212,11 +212,9 @@ def effect_after(
     load = 0.0 if known.saturates else math.sqrt(answer.observed)  # then it may be torque that never acted
     far = far_error(max(known.friction, load), feedback.proportional, correction)
     loud = loudest(known.peak, far) if known.saturates else known.peak
-    sure, stuck = sure_variance(noise), known.friction / feedback.proportional
-    if answer.coloured:  # counts that a filter has made slow swing like a gear; there the observer must help
-        stuck = math.inf
+    beside = Background(sure_variance(noise), answer.coloured, known.friction / feedback.proportional)
     return look_for_ringing(
-        effect, own, variance, sure, loud, far, stuck, gain, answer.turned, known.falls, time_constant, duration
+        effect, own, variance, beside, loud, far, gain, answer.turned, known.falls, time_constant, duration
     )
 
 

@@ -77,7 +77,7 @@ from adaptive_ff.adaptive.supervision.ringing import (
     rings,
     without_half_cycles,
 )
-from adaptive_ff.adaptive.supervision.swift_ringing import advance_swift, rings_swiftly, slowed
+from adaptive_ff.adaptive.supervision.swift_ringing import Background, advance_swift, rings_swiftly, slowed
 
 WINDOW = 1.0
 """Length of the means, s: single reversals, at which a joint sticks and does not answer as predicted, do not count."""
@@ -304,10 +304,9 @@ def look_for_ringing(
     state: ObserverEffect,
     error: float,
     variance: float,
-    sure_variance: float,
+    beside: Background,
     peak: float,
     far: float,
-    stuck_error: float,
     gain: float,
     turned: bool,
     falls: bool,
@@ -322,12 +321,10 @@ def look_for_ringing(
         The state.
     error, variance, peak, gain, duration : float
         As of :func:`advance_effect`.
-    sure_variance : float
-        Variance of the measured velocity that holds no motion which looks like noise, rad^2/s^2.
+    beside : Background
+        What short half cycles are judged beside.
     far : float
         Error that neither friction nor a load makes, rad/s.
-    stuck_error : float
-        Error that friction at breakaway makes of the proportional gain, rad/s.
     turned : bool
         Whether the plan has changed its sign, with which half cycles begin anew.
     falls : bool
@@ -339,12 +336,12 @@ def look_for_ringing(
     ringing = without_half_cycles(state.ringing.blamed) if turned else state.ringing
     ringing = advance_ringing(ringing, error, variance, far, time_constant, duration)
     swift = without_half_cycles(state.swift.blamed) if turned else state.swift
-    swift = advance_swift(swift, error, sure_variance, time_constant, duration)
+    swift = advance_swift(swift, error, beside.variance, time_constant, duration)
     share, ceiling = state.share, state.ceiling
     if falls and ringing.blamed:
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
     elif used and not falls and may_be_blamed(state.acquittal):
-        swiftly = rings_swiftly(swift, sure_variance, peak, stuck_error)
+        swiftly = rings_swiftly(swift, beside, peak)
         if swiftly and not swift.blamed:
             swift = slowed(swift)
         elif swiftly or rings(ringing, variance, peak):

@@ -16,9 +16,14 @@ enough for most gears; only where that rings as well is it let go of. Without th
 behind a Kalman filter, whose errors are larger than the plan, lose the observer as well: the two of 350 drawn scenarios
 that lose most settle at 1.06 and 1.00 times better than PI instead of 1.95 and 1.66 (seed 604, an experiment).
 
+Counts that a filter has made slow swing like a gear for some half cycles, and a gear that swings within a few samples
+looks like such noise. Only the gear goes on and on, so beside noise that seems coloured 32 half cycles are asked for.
+
 Before the noise is known such an oscillation looks like noise itself; nine times the least variance so far stands for
 it then (:mod:`adaptive_ff.adaptive.supervision.noise_level`).
 """
+
+from typing import NamedTuple
 
 from numba.extending import register_jitable
 
@@ -39,7 +44,14 @@ LONGEST = 1.6
 """... where its length is at most this, in time constants of the proportional loop."""
 
 FEWEST = 4
-"""Half cycles in a row, at least."""
+"""Half cycles in a row, at least ..."""
+
+FEWEST_COLOURED = 32
+"""... and where the noise seems coloured.
+
+With none at all there the first window of such a gear may have ten times the error of PI: it is shaken until the noise
+is known.
+"""
 
 FELT = 0.25
 """Share of what friction at breakaway makes of the proportional gain, from which on their errors count."""
@@ -54,6 +66,24 @@ the pole the former at 0.91, with 0.3 at 1.04 and 1.47, with this at 1.11 and 1.
 
 DIES_OUT = 8
 """Half cycles that are not counted after that: a gear swings on for a while by itself."""
+
+
+class Background(NamedTuple):
+    """What short half cycles are judged beside.
+
+    Attributes
+    ----------
+    variance : float
+        Variance of the measured velocity that holds no motion which looks like noise, rad^2/s^2.
+    coloured : bool
+        Whether its noise seems coloured.
+    stuck_error : float
+        Error that friction at breakaway makes of the proportional gain, rad/s.
+    """
+
+    variance: float
+    coloured: bool
+    stuck_error: float
 
 
 @register_jitable
@@ -93,20 +123,9 @@ def pace(state: Ringing) -> float:
 
 
 @register_jitable
-def rings_swiftly(state: Ringing, variance: float, peak: float, stuck_error: float) -> bool:
-    """Tell whether the loop rings.
-
-    Parameters
-    ----------
-    state : Ringing
-        The state.
-    variance : float
-        Variance of the measured velocity, rad^2/s^2.
-    peak : float
-        Largest speed of the plan of late, rad/s.
-    stuck_error : float
-        Error that friction at breakaway makes of the proportional gain, rad/s.
-    """
-    least = max(TOGETHER * peak / max(1, min(state.sustained, MOST)), FELT * stuck_error)
+def rings_swiftly(state: Ringing, beside: Background, peak: float) -> bool:
+    """Tell whether the loop rings, beside a background and the largest speed of the plan of late (rad/s)."""
+    least = max(TOGETHER * peak / max(1, min(state.sustained, MOST)), FELT * beside.stuck_error)
     squared = state.last_extreme * state.last_extreme
-    return state.sustained >= FEWEST and state.last_extreme > least and squared > LOUD * variance
+    fewest = FEWEST_COLOURED if beside.coloured else FEWEST
+    return state.sustained >= fewest and state.last_extreme > least and squared > LOUD * beside.variance

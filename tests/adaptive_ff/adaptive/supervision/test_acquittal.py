@@ -18,6 +18,7 @@ from adaptive_ff.adaptive.supervision.acquittal import (
     initial_acquittal,
 )
 from adaptive_ff.adaptive.supervision.observer_effect import advance_effect, initial_effect, look_for_ringing
+from adaptive_ff.adaptive.supervision.swift_ringing import Background
 from adaptive_ff.comparison.registry import make_controller
 from tests.helpers.changed_effect import with_effect
 
@@ -70,9 +71,8 @@ def oscillating(seconds, effect, *, amplitude=0.1, share=0.5, believed=True, var
         used, gain = effect.share > 0.5, effect.share
         error = (1.0 - share) * wave if used else wave
         effect = advance_effect(effect, error, wave, 0.0, variance, PEAK, gain, believed, PERIOD)
-        effect = look_for_ringing(
-            effect, error, variance, variance, PEAK, math.inf, 0.0, gain, False, False, 0.05, PERIOD
-        )
+        beside = Background(variance, False, 0.0)
+        effect = look_for_ringing(effect, error, variance, beside, PEAK, math.inf, gain, False, False, 0.05, PERIOD)
     return effect
 
 

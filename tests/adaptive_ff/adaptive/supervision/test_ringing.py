@@ -17,6 +17,7 @@ from adaptive_ff.adaptive.supervision.ringing import (
     loudest,
     rings,
 )
+from adaptive_ff.adaptive.supervision.swift_ringing import Background
 from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
@@ -27,6 +28,7 @@ PERIOD = 0.01
 TIME_CONSTANT = 1.0 / (2.0 * np.pi * 10.0)
 PEAK = 0.1
 TIME = PERIOD * np.arange(100)
+NO_NOISE = Background(0.0, False, 0.0)
 SINE = np.sin(2.0 * np.pi * 9.0 * TIME)
 
 
@@ -110,7 +112,7 @@ def effect_after(error, *, gain=1.0, turns=False, falls=False, begin=None):
     for index, value in enumerate(error):
         turned = turns and index % 10 == 0
         effect = look_for_ringing(
-            effect, value, 0.0, 0.0, PEAK, math.inf, 0.0, gain * effect.share, turned, falls, TIME_CONSTANT, PERIOD
+            effect, value, 0.0, NO_NOISE, PEAK, math.inf, gain * effect.share, turned, falls, TIME_CONSTANT, PERIOD
         )
     return effect
 

@@ -20,7 +20,9 @@ from adaptive_ff.adaptive.supervision.ringing import MOST, TOGETHER, initial_rin
 from adaptive_ff.adaptive.supervision.swift_ringing import (
     FELT,
     FEWEST,
+    FEWEST_COLOURED,
     SLOWED,
+    Background,
     advance_swift,
     rings_swiftly,
 )
@@ -32,15 +34,16 @@ PERIOD = 0.005
 TIME_CONSTANT = 1.0 / (2.0 * np.pi * 12.0)
 PEAK = 0.1
 TIME = PERIOD * np.arange(200)
+NO_NOISE = Background(0.0, False, 0.0)
 SINE = np.sin(2.0 * np.pi * 60.0 * TIME + 0.3)
 
 
-def first_rings(error, *, variance=0.0, stuck_error=0.0):
+def first_rings(error, *, variance=0.0, coloured=False, stuck_error=0.0):
     """Return at which sample an error is taken for ringing, or None."""
     state = initial_ringing()
     for index, value in enumerate(error):
         state = advance_swift(state, value, variance, TIME_CONSTANT, PERIOD)
-        if rings_swiftly(state, variance, PEAK, stuck_error):
+        if rings_swiftly(state, Background(variance, coloured, stuck_error), PEAK):
             return index
     return None
 
@@ -72,6 +75,12 @@ def test_neither_is_what_is_little_beside_what_friction_makes_of_the_gain():
     assert first_rings(PEAK * SINE, stuck_error=1.1 * PEAK / FELT) is None
 
 
+def test_beside_noise_that_seems_coloured_only_what_goes_on_is():
+    noticed = first_rings(PEAK * SINE, coloured=True)
+    assert noticed > (FEWEST_COLOURED - 1) * 0.5 / 60.0 / PERIOD
+    assert noticed <= (FEWEST_COLOURED + 3) * 0.5 / 60.0 / PERIOD
+
+
 def test_nor_is_noise():
     noise = np.random.default_rng(601).normal(0.0, PEAK, 100_000)
     assert first_rings(noise, variance=PEAK**2) is None
@@ -83,7 +92,7 @@ def rings_at_start(errors):
     for error in errors:
         noise = advance_noise(noise, error, True, PERIOD)
         state = advance_swift(state, error, sure_variance(noise), TIME_CONSTANT, PERIOD)
-        if rings_swiftly(state, sure_variance(noise), PEAK, 0.0):
+        if rings_swiftly(state, Background(sure_variance(noise), False, 0.0), PEAK):
             return True
     return False
 
@@ -135,7 +144,7 @@ def looked_at(effect, error):
     for value in error:
         gain = effect.share
         effect = look_for_ringing(
-            effect, value, 0.0, 0.0, PEAK, math.inf, 0.0, gain, False, False, TIME_CONSTANT, PERIOD
+            effect, value, 0.0, NO_NOISE, PEAK, math.inf, gain, False, False, TIME_CONSTANT, PERIOD
         )
     return effect
 
