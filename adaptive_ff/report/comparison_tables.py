@@ -8,8 +8,9 @@ from rich.table import Table
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.comparison.run import Run
 from adaptive_ff.model.friction import PER_DIRECTION, unit_of
-from adaptive_ff.report.scaling import scale_for, shown
+from adaptive_ff.report.scaling import DEVIATIONS, scale_for, shown
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.truth import last_model, true_waves
 
@@ -72,23 +73,35 @@ def estimates_table(comparison: Comparison) -> Table | None:
     runs = [run for run in comparison.runs.values() if run.estimates]
     if not runs:
         return None
-    table = Table(title="Parameters at the end of the run", box=SIMPLE, title_style="bold")
+    title = "Parameters at the end of the run"
+    if any(run.uncertainties for run in runs):
+        title += f", ± {DEVIATIONS:g} standard deviations"
+    table = Table(title=title, box=SIMPLE, title_style="bold")
     table.add_column("parameter")
     table.add_column("true", justify="right")
     for run in runs:
         table.add_column(run.name, justify="right")
     model = last_model(comparison.scenario)
-    found = [run.final_estimates for run in runs]
     waves = true_waves(comparison.scenario)
     truth = model._asdict() | waves
-    there = dict.fromkeys(name for estimates in found for name in estimates)
+    there = dict.fromkeys(name for run in runs for name in run.estimates)
     known = [name for name in (*PER_DIRECTION, *waves) if name in there]
     for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
-        cells = (f"{estimates[name]:.4g}" if name in estimates else "-" for estimates in found)
+        cells = (_estimate(run, name) for run in runs)
         true = f"{truth[name]:.4g}" if name in known else "-"
         unit = axis_unit(comparison.scenario.joint.axis, unit_of(name))
         table.add_row(f"{name}, {unit}" if name in known else name, true, *cells)
     return table
+
+
+def _estimate(run: Run, name: str) -> str:
+    """Return a final estimate as text, with how far it may be off where the controller says so."""
+    if name not in run.estimates:
+        return "-"
+    value = f"{run.final_estimates[name]:.4g}"
+    if name not in run.uncertainties:
+        return value
+    return f"{value} ± {DEVIATIONS * run.uncertainties[name][-1]:.2g}"
 
 
 def sweep_table(result: dict[str, Any]) -> Table:

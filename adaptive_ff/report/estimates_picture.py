@@ -11,12 +11,10 @@ from adaptive_ff.model.friction import unit_of
 from adaptive_ff.report.drawing import Look, Series, draw_series, explain_looks, label_above, make_panels
 from adaptive_ff.report.framing import frame, peak_of, plain_name, typical_peak
 from adaptive_ff.report.marks import TRUTH, mark_changes
+from adaptive_ff.report.scaling import DEVIATIONS
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.truth import true_waves
 from adaptive_ff.simulation.loop import joint_in_phase
-
-DEVIATIONS = 2.0
-"""Half width of a band, standard deviations."""
 
 ROOM = 1.3
 """A panel goes to this multiple of the truth at least."""

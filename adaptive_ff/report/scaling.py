@@ -6,6 +6,9 @@ from collections.abc import Iterable
 PREFIXES = {-3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M"}
 """By power of a thousand."""
 
+DEVIATIONS = 2.0
+"""What is shown of an uncertainty, to either side, standard deviations."""
+
 
 def scale_for(values: Iterable[float], unit: str) -> tuple[float, str]:
     """Return a factor, and the unit with its prefix, for which the middle one of some values is from 1 to 1000.

@@ -413,3 +413,15 @@ def test_pictures_and_tables_of_a_linear_axis_have_its_units():
     assert not [label for label in labels if "rad" in label or "N m" in label or "torque" in label]
     assert any("mm/s" in label for label in labels)
     assert "inertia, kg" in labels
+
+
+def test_the_table_of_estimates_says_how_far_each_may_be_off():
+    found = compare(SHORT.modified(duration=3.0, controllers=["pi", "adaptive_paper", "adaptive"]))
+    table = estimates_table(found)
+    adaptive = found.runs["adaptive"]
+    row = list(adaptive.estimates).index("coulomb")
+    spread = 2.0 * adaptive.uncertainties["coulomb"][-1]
+    cells = {str(column.header): list(column.cells)[row] for column in table.columns}
+    assert cells["adaptive"] == f"{adaptive.final_estimates['coulomb']:.4g} ± {spread:.2g}"
+    assert "±" not in cells["adaptive_paper"]  # which does not say
+    assert str(table.title).endswith("± 2 standard deviations")
