@@ -344,7 +344,7 @@ def look_for_ringing(
         swiftly = rings_swiftly(swift, beside, peak)
         if swiftly and not swift.blamed:
             swift = slowed(swift)
-        elif swiftly or rings(ringing, variance, peak):
+        elif (swiftly and not beside.coloured) or rings(ringing, variance, peak):
             share, ceiling, ringing = 0.0, 0.0, without_half_cycles(True)
     return state._replace(share=share, ceiling=ceiling, ringing=ringing, swift=swift)
 

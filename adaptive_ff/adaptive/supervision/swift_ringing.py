@@ -17,7 +17,8 @@ behind a Kalman filter, whose errors are larger than the plan, lose the observer
 that lose most settle at 1.06 and 1.00 times better than PI instead of 1.95 and 1.66 (seed 604, an experiment).
 
 Counts that a filter has made slow swing like a gear for some half cycles, and a gear that swings within a few samples
-looks like such noise. Only the gear goes on and on, so beside noise that seems coloured 32 half cycles are asked for.
+looks like such noise. Only the gear goes on and on, so beside noise that seems coloured 32 half cycles are asked for,
+and the observer is slowed but not let go of: there it must help anyway.
 
 Before the noise is known such an oscillation looks like noise itself; nine times the least variance so far stands for
 it then (:mod:`adaptive_ff.adaptive.supervision.noise_level`).
@@ -50,7 +51,10 @@ FEWEST_COLOURED = 32
 """... and where the noise seems coloured.
 
 With none at all there the first window of such a gear may have ten times the error of PI: it is shaken until the noise
-is known.
+is known. Of joints behind Kalman filters at 1 kHz with 8192 to 65536 counts that leaves 18 of 120 with a window above
+1.2 times PI's error instead of 11, and medians up to 9 % lower; with 8 or 16 as with 32, but for single ones whose
+friction triples (seeds 101 to 130). Were the observer let go of, four of 30 with a load that comes would settle at 1.1
+to 1.6 times better than PI instead of 3.3 and more.
 """
 
 FELT = 0.25

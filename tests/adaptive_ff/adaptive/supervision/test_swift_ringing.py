@@ -139,13 +139,11 @@ def test_an_elastic_gear_is_not_shaken_by_the_observer():
     assert np.median([each.worst_window for each in judged]) < 1.5
 
 
-def looked_at(effect, error):
+def looked_at(effect, error, beside=NO_NOISE):
     """Return the effect after errors of an observer in use that nothing else is known of."""
     for value in error:
         gain = effect.share
-        effect = look_for_ringing(
-            effect, value, 0.0, NO_NOISE, PEAK, math.inf, gain, False, False, TIME_CONSTANT, PERIOD
-        )
+        effect = look_for_ringing(effect, value, 0.0, beside, PEAK, math.inf, gain, False, False, TIME_CONSTANT, PERIOD)
     return effect
 
 
@@ -158,6 +156,11 @@ def test_an_observer_that_shakes_a_gear_is_slowed_and_let_go_of_only_where_that_
     assert (dying.swift.blamed, dying.share, dying.ringing.blamed) == (True, 1.0, False)
     lasting = looked_at(effect, PEAK * SINE[begun:])
     assert (lasting.swift.blamed, lasting.share, lasting.ringing.blamed) == (True, 0.0, True)
+
+
+def test_beside_noise_that_seems_coloured_it_is_slowed_and_never_let_go_of():
+    effect = looked_at(initial_effect(), PEAK * SINE, Background(0.0, True, 0.0))
+    assert (effect.swift.blamed, effect.share, effect.ringing.blamed) == (True, 1.0, False)
 
 
 def test_a_slower_observer_answers_later():
