@@ -70,8 +70,8 @@ def with_first_map(
     ValueError
         The map is not allowed.
     """
-    spread = _checked_deviation(estimator, deviation)
-    if coefficients is None:  # the deviation is checked, though without a map it is of no use
+    spread = _checked_deviation(estimator, deviation)  # also without a map: a wrong one is never taken in silence
+    if coefficients is None:
         return None
     known = _checked(estimator, coefficients)
     return partial(_initial_state, _begun(estimator, known, spread))
@@ -108,9 +108,8 @@ def _checked(estimator: EstimatorParameters, coefficients: Sequence[float]) -> A
 def _checked_deviation(estimator: EstimatorParameters, deviation: float | Sequence[float]) -> Array:
     count, one_for_all = _count(estimator), np.ndim(deviation) == 0
     if one_for_all:
-        spread = _numbers("map_deviation", [deviation] * max(count, 1), max(count, 1))
-    else:
-        spread = _numbers("map_deviation", deviation, count)
+        count = max(count, 1)  # a single number is checked though there is no map
+    spread = _numbers("map_deviation", [deviation] * count if one_for_all else deviation, count)
     for place, value in enumerate(spread.tolist()):
         if not value >= 0.0:
             where = "map_deviation" if one_for_all else f"map_deviation[{place}]"

@@ -3,7 +3,7 @@
 from numba.extending import register_jitable
 
 TINY = 1e-30
-"""Mean square that is taken for none, in any unit: a simulation without noise must not divide by zero."""
+"""Mean square or magnitude that is taken for none, in any unit: a simulation without noise must not divide by zero."""
 
 ROUNDING = 1e-21
 """Variance of a velocity, rad^2/s^2, that is taken for none; times the square of the proportional gain, of a torque.

@@ -406,12 +406,12 @@ def observer_gain(
         return 1.0
     share = -math.expm1(-observer.pole * observer.period)
     left = state.error_squared / (LOUDER * smoothed_noise(state, share) + TINY) - 1.0
-    noise = share * inertia / observer.period
-    noise *= noise * 2.0 / (2.0 - share) * state.noise.variance
+    amplified = share * inertia / observer.period
+    noise = amplified * (amplified * 2.0 / (2.0 - share) * state.noise.variance)
     rounding = feedback.proportional * feedback.proportional * ROUNDING
     observed = state.squared / (LOUDER * OBSERVED_NOISE * noise + rounding + TINY) - 1.0
-    share = min(1.0, feedback.proportional * observer.period / observer.inertia)
-    white = 2.0 * smoothed_noise(state, share)
+    share_of_loop = min(1.0, feedback.proportional * observer.period / observer.inertia)
+    white = 2.0 * smoothed_noise(state, share_of_loop)
     level = min(max(white, state.quiet), (unfit + (1.0 - unfit) * COLOURED) * white)
     predicted = state.predicted_squared / (LOUDER * level + TINY) - 1.0
     return min(saturated(observed), max(saturated(predicted), saturated(left)))

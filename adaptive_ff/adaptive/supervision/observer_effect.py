@@ -64,6 +64,7 @@ from adaptive_ff.adaptive.supervision.acquittal import (
     ACQUITTED,
     CLEAR,
     GUILTY,
+    NONE,
     TRIED,
     WAITS,
     Acquittal,
@@ -120,9 +121,6 @@ LOUD = 4.0
 
 LETS_GO, FORGIVES = 0.25, 300.0
 """Times in which the ceiling on the share falls from one to zero while the loop oscillates, and rises again, s."""
-
-NONE = 1e-24
-"""Added to what may be zero, rad^2/s^2."""
 
 
 class ObserverEffect(NamedTuple):

@@ -50,11 +50,11 @@ FEWEST = 4
 FEWEST_COLOURED = 32
 """... and where the noise seems coloured.
 
-With none at all there the first window of such a gear may have ten times the error of PI: it is shaken until the noise
-is known. Of joints behind Kalman filters at 1 kHz with 8192 to 65536 counts that leaves 18 of 120 with a window above
-1.2 times PI's error instead of 11, and medians up to 9 % lower; with 8 or 16 as with 32, but for single ones whose
-friction triples (seeds 101 to 130). Were the observer let go of, four of 30 with a load that comes would settle at 1.1
-to 1.6 times better than PI instead of 3.3 and more.
+Were nothing taken for ringing beside such noise, the first 5 s of a gear might have ten times the error of PI: the
+observer would shake it until the noise is known. Of joints behind Kalman filters at 1 kHz with 8192 to 65536 counts 18
+of 120 would have a window above 1.2 times PI's error instead of 11, and medians would be up to 9 % lower. With 8 or 16
+half cycles it is as with 32, but for single joints whose friction triples (seeds 101 to 130). Were the observer let go
+of, four of 30 with a load that comes would settle at 1.1 to 1.6 times better than PI instead of 3.3 and more.
 """
 
 FELT = 0.25
