@@ -90,17 +90,20 @@ def _friction_withheld(controller: AdaptiveController) -> Iterator[str]:
         )
 
 
+def _used_with(share: float) -> str:
+    """Return how much of its gain the observer is used with, as the begin of a sentence."""
+    return f"The observer is used with {100.0 * share:.0f} % of its gain"
+
+
 def _observer_withheld(controller: AdaptiveController) -> Iterator[str]:
     """Yield why the observer is used with less than all of its gain, but for its gates."""
     state, effect = controller.state, controller.state.observer.effect
     stage = effect.acquittal.stage
+    used = _used_with(effect.share)
     if stage in (TRIED, ACQUITTED):
         yield f"Oscillation is not held against the observer: without it the joint oscillates as well, {OSCILLATES}"
     if stage == GUILTY:
-        yield (
-            f"The observer is used with {100.0 * effect.share:.0f} % of its gain: it takes nothing of "
-            f"an oscillation that is there without it as well, {OSCILLATES}"
-        )
+        yield f"{used}: it takes nothing of an oscillation that is there without it as well, {OSCILLATES}"
     elif effect.ringing.blamed:
         yield (
             "The observer is not used until the controller is reset: the loop oscillated with it, as where the drive "
@@ -116,28 +119,26 @@ def _observer_withheld(controller: AdaptiveController) -> Iterator[str]:
         )
     elif effect.ceiling < SHOWN:
         yield (
-            f"The observer is used with {100.0 * effect.share:.0f} % of its gain: the loop oscillated "
-            "with it, as where the drive or a filter of the velocity lags by more than has been told. Tell delay and "
-            "velocity_lag, or take a slower observer_bandwidth."
+            f"{used}: the loop oscillated with it, as where the drive or a filter of the velocity lags by more than "
+            "has been told. Tell delay and velocity_lag, or take a slower observer_bandwidth."
         )
     elif effect.share < SHOWN:
         yield (
-            f"The observer is used with {100.0 * effect.share:.0f} % of its gain: the error is more "
-            "than the loop would make without it, as where the measured velocity lags by more than has been told (a "
-            "filter behind a coarse encoder)."
+            f"{used}: the error is more than the loop would make without it, as where the measured velocity lags by "
+            "more than has been told (a filter behind a coarse encoder)."
         )
     helping = helping_share(state.observer, holding_friction(state))
     if helping < SHOWN and steadily_oscillates(state.observer.effect, state.observer.noise.variance):
         yield (
-            f"The observer is used with {100.0 * helping:.0f} % of its gain: the error oscillates steadily and the "
-            "observer takes little of it, as where the measured velocity ripples as the joint turns (a resolver, a "
-            "tachometer, a disc that is not round), or cogging is too fast for it."
+            f"{_used_with(helping)}: the error oscillates steadily and the observer takes little of it, as where the "
+            "measured velocity ripples as the joint turns (a resolver, a tachometer, a disc that is not round), or "
+            "cogging is too fast for it."
         )
     elif helping < SHOWN:
         yield (
-            f"The observer is used with {100.0 * helping:.0f} % of its gain: it takes little of the error, and the "
-            "noise of the measured velocity changes slowly, as behind a filter that makes a velocity of an encoder's "
-            "counts. A finer encoder leaves more to gain."
+            f"{_used_with(helping)}: it takes little of the error, and the noise of the measured velocity changes "
+            "slowly, as behind a filter that makes a velocity of an encoder's counts. A finer encoder leaves more to "
+            "gain."
         )
 
 
