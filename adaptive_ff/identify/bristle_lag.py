@@ -52,10 +52,10 @@ def fit_on_bristles(
         return fit_terms(later, chosen.terms, chosen.regression.confidence, start=chosen.searched)
 
     try:
-        fits = [fitted_at(share) for share in DELAYS[: 1 if delay_told else None]]
-        if not delay_told:
-            least = _least([fitted.squares for fitted in fits])
-            fits += [fitted_at(least)] if least not in DELAYS else []
+        fits = [fitted_at(share) for share in (DELAYS[:1] if delay_told else DELAYS)]
+        least = DELAYS[0] if delay_told else _least([fitted.squares for fitted in fits])
+        if least not in DELAYS:
+            fits.append(fitted_at(least))
     except ValueError:
         return None
     best = min(fits, key=lambda fitted: fitted.squares)
@@ -66,6 +66,6 @@ def fit_on_bristles(
 def _least(squares: list[float]) -> float:
     """Return where, in ``DELAYS``, the parabola through the squares has its least value."""
     curvature, slope, _ = np.polyfit(DELAYS, squares, 2)
-    if curvature <= 0.0:
+    if curvature <= 0.0:  # then it is at an end
         return DELAYS[int(np.argmin(squares))]
     return float(np.clip(-0.5 * slope / curvature, DELAYS[0], DELAYS[-1]))

@@ -50,7 +50,7 @@ SURELY = 15.0
 """Power of the best period over that of chance, beyond the logarithm of the number of periods that are told apart."""
 
 REACH, CELLS = 2.0, 8
-"""Periods over which residuals are taken as correlated along the position, and cells that this is summed in."""
+"""Length over which residuals in neighbouring places count as correlated, periods; cells that it is divided into."""
 
 
 def ripple_period(problem: Problem, prepared: Prepared, pieces: Sequence[Piece], fitted: Fitted) -> float | None:
@@ -120,7 +120,7 @@ def _spread_in_place(products: Array, position: Array, reach: float) -> float:
     Parameters
     ----------
     products : ndarray, shape (rows, n)
-        What is summed, of no mean.
+        What is summed; its mean is zero.
     position : ndarray, shape (rows,)
         Where the joint is, rad (m).
     reach : float

@@ -103,7 +103,7 @@ class Selection(NamedTuple):
     def ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
         """Return the ends of the interval of one of the models that are allowed."""
         is_beside = any(fitted is other for other in self._beside)
-        profiles = None if is_beside else self.profiles.get(fitted.terms)  # of the rows of the grid
+        profiles = None if is_beside else self.profiles.get(fitted.terms)  # which are of the rows of the grid
         if profiles is None or name not in profiles[0].values or any(name not in one.values for one in profiles):
             return fitted.estimate(name)[2:]
         return profile_interval(self.grid, profiles, fitted, name, self.chosen.regression.confidence)

@@ -211,14 +211,15 @@ def _of_lag(found: LogIdentification) -> list[str]:
     if lag == 0.0:
         return []
     inertia, viscous = (found.selection.chosen.values[name] for name in ("inertia", "viscous"))
-    less, without = inertia - viscous * lag, "Without lag"
     on_bristles = found.selection.bristles
-    if on_bristles is not None:
-        without = "Where friction lags on bristles, which viscous friction does not"
+    if on_bristles is None:
+        otherwise, less = "Without lag", inertia - viscous * lag
+    else:
+        otherwise = "If only friction on bristles lags, and viscous friction does not"
         less = on_bristles.values["inertia"]
     return [
         f"Friction lags by {1e3 * lag:.3g} ms; a delay between the columns of torque and motion would look alike. "
-        f"{without}, inertia would be about {less:.4g} instead of {inertia:.4g} {found.units['inertia']}."
+        f"{otherwise}, inertia would be about {less:.4g} instead of {inertia:.4g} {found.units['inertia']}."
     ]
 
 
