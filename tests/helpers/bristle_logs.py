@@ -12,7 +12,7 @@ RATE = 1000.0
 
 
 def bristles(velocity, travel):
-    """Friction of bristles that bend over a travel (rad), over Coulomb friction: ``dz/dt = w - |w| z``, (LuGre)."""
+    """Friction of bristles (LuGre) over Coulomb friction, bent over a travel ``s`` (rad): ``s dz/dt = w - |w| z``."""
     bent, made = 0.0, np.empty_like(velocity)
     for place, speed in enumerate(velocity.tolist()):
         side = math.copysign(1.0, speed)

@@ -1,4 +1,4 @@
-"""The controller knows no units but the second's: a joint in other units of torque and angle moves alike."""
+"""A joint in other units of torque and angle moves alike: but for a few bounds, the second is all that is given."""
 
 import math
 

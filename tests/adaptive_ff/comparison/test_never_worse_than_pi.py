@@ -1,4 +1,4 @@
-"""The first law on a small fixed sample: the adaptive controller is never worse than its own PI loop.
+"""On a small fixed sample the adaptive controller is never worse than its own PI loop.
 
 ``python -m benchmarks.never_worse`` judges many more joints, references and draws; bounds and definitions are its own.
 """
