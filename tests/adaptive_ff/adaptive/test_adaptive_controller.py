@@ -217,6 +217,7 @@ def test_a_single_precision_bandwidth_of_the_observer_is_a_number():
         )
         for kind in (np.float32, float)
     )
+    assert single.parameters.observer.pole == double.parameters.observer.pole
     assert single.step(0.1, 0.0) == double.step(0.1, 0.0)
 
 
