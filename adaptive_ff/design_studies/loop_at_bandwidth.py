@@ -14,7 +14,7 @@ from plant import steepest_fall
 SETTLED = 40.0
 """Time constants of the integral part over which a response to noise is followed."""
 
-LONGEST_RESPONSE = 20_000
+MOST_SAMPLES = 20_000
 """Samples after which a filter of the velocity has forgotten a reading."""
 
 
@@ -88,7 +88,7 @@ def noise_response(scenario: Scenario) -> NDArray[np.float64]:
         return np.ones(1)
     period, observer = scenario.sampling.period, scenario.velocity_estimator
     state, response, largest = initial_velocity_state(observer, 0.0, 0.0), [], 0.0
-    for k in range(LONGEST_RESPONSE):
+    for k in range(MOST_SAMPLES):
         velocity, state = estimate_velocity(observer, state, 1.0 if k == 1 else 0.0, period)
         response.append(velocity)
         largest = max(largest, abs(velocity))
