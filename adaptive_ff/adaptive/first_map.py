@@ -70,9 +70,10 @@ def with_first_map(
     ValueError
         The map is not allowed.
     """
-    spread = _checked_deviation(estimator, deviation)  # also without a map: a wrong one is never taken in silence
-    if coefficients is None:
+    if coefficients is None:  # a wrong one is not taken in silence, though it is of no use
+        _checked_deviation(deviation, np.size(deviation))
         return None
+    spread = _checked_deviation(deviation, _count(estimator))
     known = _checked(estimator, coefficients)
     return partial(_initial_state, _begun(estimator, known, spread))
 
@@ -105,10 +106,8 @@ def _checked(estimator: EstimatorParameters, coefficients: Sequence[float]) -> A
     return known
 
 
-def _checked_deviation(estimator: EstimatorParameters, deviation: float | Sequence[float]) -> Array:
-    count, one_for_all = _count(estimator), np.ndim(deviation) == 0
-    if one_for_all:
-        count = max(count, 1)  # a single number is checked though there is no map
+def _checked_deviation(deviation: float | Sequence[float], count: int) -> Array:
+    one_for_all = np.ndim(deviation) == 0
     spread = _numbers("map_deviation", [deviation] * count if one_for_all else deviation, count)
     for place, value in enumerate(spread.tolist()):
         if not value >= 0.0:
