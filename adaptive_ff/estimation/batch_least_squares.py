@@ -203,13 +203,24 @@ def spread_along(orthogonal: Array, residuals: Array, correlated_samples: int, p
     if correlated_samples == 0:
         independent: Array = np.eye(orthogonal.shape[1]) * float(residuals @ residuals) * correction
         return independent
-    weighted = orthogonal * residuals[:, np.newaxis]
-    total = weighted.T @ weighted
-    for lag in range(1, correlated_samples + 1):
-        product = weighted[lag:].T @ weighted[:-lag]
-        total += (1.0 - lag / (correlated_samples + 1.0)) * (product + product.T)
-    spread: Array = total * rows * correction
-    return spread
+    return spread_of_sum(orthogonal * residuals[:, np.newaxis], correlated_samples) * rows * correction
+
+
+def spread_of_sum(products: Array, correlated_rows: int) -> Array:
+    """Return the covariance, shape (n, n), of the sum of rows that are correlated with so many after them.
+
+    Parameters
+    ----------
+    products : ndarray, shape (m, n)
+        What is summed; its mean is zero.
+    correlated_rows : int
+        Over how many rows Bartlett's weights fall to zero.
+    """
+    total: Array = products.T @ products
+    for lag in range(1, correlated_rows + 1):
+        product = products[lag:].T @ products[:-lag]
+        total += (1.0 - lag / (correlated_rows + 1.0)) * (product + product.T)
+    return total
 
 
 def _factorise(matrix: Array, names: tuple[str, ...]) -> _Factors:

@@ -23,7 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import fft, optimize
 
-from adaptive_ff.estimation.batch_least_squares import spread_along
+from adaptive_ff.estimation.batch_least_squares import spread_along, spread_of_sum
 from adaptive_ff.identify.fit import Fitted, correlation_length
 from adaptive_ff.identify.map_columns import MapAsked, band_along, map_basis, position_along
 from adaptive_ff.identify.preparation import Prepared
@@ -132,11 +132,10 @@ def _spread_in_place(products: Array, position: Array, reach: float) -> float:
         Trace of the covariance.
     """
     cells = ((position - np.min(position)) * (CELLS / reach)).astype(np.int64)
-    summed = np.column_stack([np.bincount(cells, column) for column in products.T])
-    spread = float(np.sum(np.square(summed)))
-    for apart in range(1, min(CELLS, len(summed))):
-        spread += 2.0 * (1.0 - apart / CELLS) * float(np.sum(summed[apart:] * summed[:-apart]))
-    return spread
+    summed: Array = np.column_stack([np.bincount(cells, column) for column in products.T]).astype(
+        np.float64, copy=False
+    )
+    return float(np.trace(spread_of_sum(summed, CELLS - 1)))
 
 
 def _peaks(position: Array, residuals: Array, lowest: float, highest: float) -> list[float]:
