@@ -85,12 +85,12 @@ def estimates_table(comparison: Comparison) -> Table | None:
     waves = true_waves(comparison.scenario)
     truth = model._asdict() | waves
     there = dict.fromkeys(name for run in runs for name in run.estimates)
-    known = [name for name in (*PER_DIRECTION, *waves) if name in there]
+    known = [name for name in (*PER_DIRECTION, *waves, "stribeck_velocity") if name in there]
     for name in known + [name for name in there if name not in known]:  # own controllers may estimate anything
         cells = (_estimate(run, name) for run in runs)
         true = f"{truth[name]:.4g}" if name in known else "-"
-        unit = axis_unit(comparison.scenario.joint.axis, unit_of(name))
-        table.add_row(f"{name}, {unit}" if name in known else name, true, *cells)
+        unit = unit_of(name) and axis_unit(comparison.scenario.joint.axis, unit_of(name))
+        table.add_row(f"{name}, {unit}" if unit else name, true, *cells)
     return table
 
 
