@@ -1,6 +1,6 @@
 """Picture of the estimates over time, beside the truth, in bands of their uncertainty."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -45,7 +45,7 @@ def draw_estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure
             axes.plot(starts, [*truth, truth[-1]], drawstyle="steps-post", **TRUTH)
         frame(
             [axes],
-            {"": np.concatenate([truth, ROOM * truth, [0.0]]), **curves},
+            {"": np.concatenate([truth, ROOM * truth, [0.0], *_last_bands(known.values(), name, curves)]), **curves},
             2.0 * (peak_of(truth) or typical_peak(curves)),
         )
         unit = axis_unit(first.scenario.joint.axis, unit_of(name))
@@ -54,6 +54,15 @@ def draw_estimates(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Figure
     bands = [BAND_KEY] if any(run.uncertainties for run in runs.values()) else []
     explain_looks(figure, [TRUTH, *(looks[name] for name in runs), *bands, *mark_changes(panels, first.scenario)])
     return figure
+
+
+def _last_bands(runs: Iterable[Run], name: str, curves: Mapping[str, Series]) -> list[Series]:
+    """Return how uncertain an estimate is at the end where all curves are zero, which else have a scale of 1."""
+    if any(np.any(curve) for curve in curves.values()):
+        return []
+    return [
+        DEVIATIONS * run.uncertainties[name][-1] * np.array([-1.0, 1.0]) for run in runs if name in run.uncertainties
+    ]
 
 
 def _draw_band(axes: Axes, run: Run, name: str, look: Look) -> None:

@@ -425,3 +425,19 @@ def test_the_table_of_estimates_says_how_far_each_may_be_off():
     assert cells["adaptive"] == f"{adaptive.final_estimates['coulomb']:.4g} ± {spread:.2g}"
     assert "±" not in cells["adaptive_paper"]  # which does not say
     assert str(table.title).endswith("± 2 standard deviations")
+
+
+def test_the_table_of_estimates_has_truth_and_unit_of_the_stribeck_velocity():
+    found = compare(SHORT.modified(duration=3.0, controllers=["adaptive"]))
+    names, true, _ = (list(column.cells) for column in estimates_table(found).columns)
+    assert dict(zip(names, true, strict=True))["stribeck_velocity, rad/s"] == f"{SHORT.joint.stribeck_velocity:.4g}"
+    assert names[-1] == "presliding, rad"
+
+
+def test_an_estimate_that_stays_zero_is_drawn_on_the_scale_of_its_uncertainty():
+    found = compare(SHORT.modified(duration=3.0, controllers=["adaptive"]))
+    run = found.runs["adaptive"]
+    assert not run.estimates["presliding"].any()
+    panel = plot_comparison(found)["estimates"].axes[list(run.estimates).index("presliding")]
+    spread = 2.0 * run.uncertainties["presliding"][-1]
+    assert spread < panel.get_ylim()[1] < 1.2 * spread
