@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from adaptive_ff.comparison.own import Own
     from adaptive_ff.scenario.scenario import Scenario
 
+COLUMNS = (
+    "settled: the last half of the run, or of the time after the last change; pi / own: settled error of pi over that "
+    "of the controller, above 1 is better than pi; sum |du|: how much the command moves in all"
+)
+"""What the columns of the tables of errors mean."""
+
 
 def compare_command(
     scenario: ScenarioFile = None,
@@ -131,7 +137,7 @@ def _tables(comparison: "Comparison") -> "list[Table | str]":
     from adaptive_ff.report.comparison_tables import estimates_table, position_table, tracking_table
 
     tables = [tracking_table(comparison), position_table(comparison), estimates_table(comparison)]
-    shown: list[Table | str] = [table for table in tables if table is not None]
+    shown: list[Table | str] = [*(table for table in tables if table is not None), COLUMNS]
     if comparison.bandwidths:
         best = ", ".join(f"{name} {hertz:.3g} Hz" for name, hertz in comparison.bandwidths.items())
         shown.append(f"Each controller in the loop that suits it, chosen on other seeds: {best}")
