@@ -32,7 +32,7 @@ from adaptive_ff.cli.options import (
     picture_formats,
 )
 from adaptive_ff.cli.places import of_earlier_runs, places
-from adaptive_ff.cli.terminal import Printer, error_console, warn, warn_of_skips
+from adaptive_ff.cli.terminal import Printer, error_console, progress_bars, warn, warn_of_skips
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
@@ -93,19 +93,21 @@ def identify_command(
     given = read_columns(log, columns, period, scales)
     other = None if validate is None else read_columns(validate, columns, period, scales)
     with places(out, json) as (stage, beside):
-        found = identify_log(
-            given,
-            bandwidth=bandwidth,
-            held_out=held_out,
-            validation=other,
-            torque_delay=torque_delay,
-            linear=linear,
-            is_current=is_current,
-            model=model,
-            position_periods=known_periods(position_period, gear_ratio),
-            position_hats=position_hats,
-            load_friction=load_friction,
-        )
+        with progress_bars(error_console()) as progress:
+            progress.add_task("identify", total=None)
+            found = identify_log(
+                given,
+                bandwidth=bandwidth,
+                held_out=held_out,
+                validation=other,
+                torque_delay=torque_delay,
+                linear=linear,
+                is_current=is_current,
+                model=model,
+                position_periods=known_periods(position_period, gear_ratio),
+                position_hats=position_hats,
+                load_friction=load_friction,
+            )
         refused = _write_scenario(found, stage)
         figures, shown = found.plot(None), _shown(found, columns, refused, out)
         write_figures(figures, stage, drawn)
