@@ -29,7 +29,7 @@ def excite_command(
     formats: Formats = "png",
     report: Report = False,
 ) -> None:
-    """Find a motion that tells the parameters of a joint, within its limits, to record and identify. Takes minutes."""
+    """Find a motion that makes the parameters of a joint identifiable, within its limits. Takes minutes."""
     from adaptive_ff.design_studies.exciting_motion import default_limits, exciting_motion
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.drawing import write_stamped

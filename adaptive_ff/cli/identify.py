@@ -67,7 +67,7 @@ def identify_command(
         str,
         typer.Option(
             help="Family of models: coulomb-viscous, symmetric, offset, directions, gravity or "
-            "gravity-directions; auto takes the one that says best what it has not seen."
+            "gravity-directions; auto takes the one that predicts held-out data best."
         ),
     ] = "auto",
     position_period: PositionPeriod = None,

@@ -179,6 +179,6 @@ def _shown(found: "Replay", columns: dict[str, str]) -> "list[Table | str]":
 
     sentences = [columns_taken(columns), *found.notes]
     for name, estimates in found.estimates.items():
-        values = ", ".join(f"{key} {value:.4g}" for key, value in estimates.items())
+        values = ", ".join(f"{key} {value:.4g} {found.units[key]}" for key, value in estimates.items())
         sentences.append(f"Estimates at the end, {name}: {values}")
     return [left_table(found), *sentences]

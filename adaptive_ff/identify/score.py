@@ -222,7 +222,7 @@ def score_log(
     model = means[choices.index(choose_mean(choices))][1]
     said = [f"{one.log.name}: {sentence}" for one in prepared for sentence in one.said]
     if train.is_same_record(test):
-        said.append(f"{test.name}: is the log that the model is trained on; of other motion its error tells nothing")
+        said.append(f"{test.name}: is the log that the model is trained on; its error says nothing about other motion")
     return replace(_judge(train, test, model, choices, records, linear=linear), cautions=list(dict.fromkeys(said)))
 
 

@@ -238,7 +238,9 @@ def _notes(
         if chosen:
             known = [name for name in chosen if getattr(settings, name) is not None]
             shown = ", ".join(f"{name} {getattr(settings, name):.3g}" for name in known)
-            notes.append(f"Not given, but taken from the log, which on the machine was to come: {shown}.")
+            notes.append(
+                f"Not given, but taken from the log, which a running machine does not have beforehand: {shown}."
+            )
     if not has_reference(log):
         notes.append(
             f"The log has no reference: the measured motion stands for it, filtered without delay in a band of "

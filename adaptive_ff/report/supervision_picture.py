@@ -32,7 +32,7 @@ def draw_supervision(run: Run) -> Figure:
     axis = run.scenario.joint.axis
     label_above(error, axis_label(axis, "velocity error (mrad/s)"))
     label_above(trust, "trust and observer gain, from 0 to 1")
-    label_above(torque, axis_label(axis, "torque (N m): who gives it"))
+    label_above(torque, axis_label(axis, "torque (N m) by source"))
     torque.set(xlim=(0.0, run.solver_time[-1]), xlabel="time (s)")
     for change in run.scenario.change:
         for axes in (error, trust, torque):

@@ -77,6 +77,7 @@ def test_json_and_table_say_the_same(result):
         assert f"{left[name]['second_half']:.3g}" in line
     assert "Torque left to the feedback, rms in N m, in a band of 20 Hz" in outcome.out
     assert "Not given, but taken from the log" in outcome.out
+    assert f"coulomb {found['estimates']['adaptive']['coulomb']:.4g} N m" in outcome.out
 
 
 def test_saved_state_is_where_the_next_log_starts(result):
