@@ -26,7 +26,7 @@ The first six changes of a sensor that has stood still may be such counts, unles
 is no more than ``F``: then the joint has stuck, and breaks away. Of a first count nothing is observed.
 
 ``python -m benchmarks.coarse_encoders`` prints what comes of it: of 1000 runs with 0.1 to 10 counts in a period at the
-largest speed, as differences and behind a low-pass, 55 have a window above 1.2 times PI's error, the worst of 4.29;
+largest speed, as differences and behind a low-pass, 56 have a window above 1.2 times PI's error, the worst of 4.29;
 without these rules 205, the worst of 30.5. They were chosen on other joints (seeds 601 to 660). With a threshold of a
 tenth for differences as well the first window is twice as bad with three counts. With all of what is observed handed
 over to the integral a first window of 17 times PI's is left; with nothing of it as many joints have one as with the
