@@ -32,10 +32,11 @@ Kalman filter its square is a fifth of what the noise makes. So it is raised to 
 ``<ehat^2>``, at most to 2.5 times, and as far as the model fits, ``1 - q``; where it does not, the least of the error
 is not noise.
 
-``<.>`` is a short mean, ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop would make
-of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which is held where ``d`` is. The two
-errors differ while the estimates move, since what a new estimate feeds is taken out of the integral. No time and no age
-enters: the gate is open while there is something to gain.
+``<.>`` is a short mean, which is at once no less than a quarter of the present square where that tells of a sudden
+change (:func:`tells_at_once`), ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop
+would make of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which is held where ``d`` is.
+The two errors differ while the estimates move, since what a new estimate feeds is taken out of the integral. No time
+and no age enters: the gate is open while there is something to gain.
 
 The pole is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the gains of
 the PI loop respect and the observer would not. By default it is at most 65 rad/s: a fast loop has no margin to spare.
@@ -114,12 +115,20 @@ EXPLAINED = 2.0
 
 
 MUCH, AT_ONCE = 0.3, 0.25
-"""Share of the friction from which on what is observed is used even where the observer does not help, and share of its
-present square that counts beside the short mean.
+"""Share of the friction from which on what is observed is used even where the observer does not help, and share of a
+present square that counts beside a short mean.
 
 Of 112 joints behind Kalman filters 15 to 18 have a window above 1.2 times PI's error with any threshold of noise beside
 these; with 0 as the first (and such a threshold) 39, with 1 as the second 25. With 0 as the second a load that comes
 costs 0.8 of PI's error in its first second, not 0.5.
+"""
+
+
+SUDDEN = 0.15
+"""Share of the friction from which on what is observed may be a sudden change.
+
+With 0.3 the first 5 s after a drop of friction have 0.303 of PI's error, with 0.15 0.283, without the rule 0.306 (seeds
+101 to 130).
 """
 
 
@@ -255,6 +264,36 @@ def is_astray(stuck: float, away: float) -> bool:
 
 
 @register_jitable
+def short_mean(mean: float, square: float, weight: float, at_once: float) -> float:
+    """Return a short mean of squares after another one of this weight, of which a share may count at once."""
+    return max(mean + weight * (square - mean), at_once * square)
+
+
+@register_jitable
+def tells_at_once(disturbance: float, one_way: float, coloured: bool, known: Circumstances) -> bool:
+    """Tell whether what is observed (N m) may be a sudden change: a gate opens within two samples then, not in five.
+
+    Friction that turns too early or too late is observed as well, and only the error after a reversal tells by how much
+    (:mod:`adaptive_ff.adaptive.learning.lag_tuning`); an observer that takes it over leaves nothing to learn from. So
+    the plan has moved one way for longer than the short mean, and what is observed is much of a friction that is known.
+    With noise that changes slowly a large torque may be noise.
+
+    Parameters
+    ----------
+    disturbance : float
+        The observed torque, N m.
+    one_way : float
+        For how long the plan has moved one way, s.
+    coloured : bool
+        Whether the noise of the measured velocity is coloured.
+    known : Circumstances
+        What is known of the joint.
+    """
+    much = SUDDEN * SUDDEN * known.friction * known.friction
+    return 0.0 < much < disturbance * disturbance and one_way >= WINDOW and not coloured and not known.held
+
+
+@register_jitable
 def observe(
     observer: ObserverParameters,
     state: ObserverState,
@@ -322,14 +361,17 @@ def observe(
     # the residual is behind the low-pass of the velocity already
     response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
     weight = 0.0 if known.held else duration / (WINDOW + duration)
-    squared = state.squared + weight * (disturbance * disturbance - state.squared)
+    coloured = is_coloured(colour, noise, length, feedback.proportional, known.friction)
+    one_way = state.one_way + duration if seen * state.reference > 0.0 else 0.0
+    at_once = AT_ONCE if tells_at_once(disturbance, one_way, coloured, known) else 0.0
+    squared = short_mean(state.squared, disturbance * disturbance, weight, at_once)
     predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
     answer = Answer(
         error=now,
         predicted=response.velocity,
         correction=correction,
         observed=squared,
-        coloured=is_coloured(colour, noise, length, feedback.proportional, known.friction),
+        coloured=coloured,
         stands=sticks and abs(velocity) < STUCK * abs(seen),
         turned=seen * state.reference < 0.0,
     )
@@ -347,7 +389,7 @@ def observe(
         predicted_squared=predicted,
         noise=noise,
         error=error,
-        error_squared=state.error_squared + weight * (error * error - state.error_squared),
+        error_squared=short_mean(state.error_squared, error * error, weight, at_once),
         quiet=quiet,
         stuck=stuck,
         away=away,
@@ -355,6 +397,7 @@ def observe(
         effect=effect_after(state, observer, feedback, noise, answer, known, duration),
         colour=colour,
         unforeseen=unforeseen,
+        one_way=one_way,
     )
 
 

@@ -75,6 +75,8 @@ class ObserverState(NamedTuple):
         What of the noise changes slowly.
     unforeseen : float
         Change of ``reference`` that was not foreseen when the torque of the period was fed forward, rad/s.
+    one_way : float
+        For how long the plan has moved one way, s.
     """
 
     disturbance: float
@@ -96,6 +98,7 @@ class ObserverState(NamedTuple):
     effect: ObserverEffect
     colour: Colour
     unforeseen: float
+    one_way: float
 
 
 def initial_observer(feedback: PIParameters) -> ObserverState:
@@ -122,6 +125,7 @@ def initial_observer(feedback: PIParameters) -> ObserverState:
         effect=effect,
         colour=colour,
         unforeseen=0.0,
+        one_way=0.0,
     )
 
 

@@ -18,6 +18,8 @@ from adaptive_ff.adaptive.supervision.observer import (
     observe,
     observed_inertia,
     observer_gain,
+    short_mean,
+    tells_at_once,
 )
 from adaptive_ff.adaptive.supervision.observer_hand_over import hand_over_to_observer, take_up
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, initial_observer, start_observer
@@ -213,6 +215,39 @@ def loaded():
 def test_on_a_joint_that_the_model_explains_nothing_is_fed_back(loaded):
     gains = np.array([state.gain for state in loaded[0]])
     assert np.all(gains[200:] == 0.0)
+
+
+def test_a_load_step_opens_them_within_three_samples(loaded):
+    """A short mean alone needs five."""
+    turned = 30  # the plan has moved one way for that many samples and more when the load comes
+    assert loaded[1][0].one_way > turned * PERIOD
+    assert loaded[1][0].gain == 0.0
+    assert loaded[1][3].gain == 1.0
+
+
+def known_friction(friction, held=False):
+    return Circumstances(held, 1.0, False, False, True, False, friction, 0.0)
+
+
+def test_what_is_large_beside_the_friction_tells_of_a_sudden_change():
+    assert tells_at_once(20.0, 1.0, False, known_friction(60.0))
+    assert tells_at_once(-20.0, 1.0, False, known_friction(60.0))
+    assert not tells_at_once(8.0, 1.0, False, known_friction(60.0))
+
+
+@pytest.mark.parametrize(
+    ("one_way", "coloured", "held"),
+    [(0.1, False, False), (1.0, True, False), (1.0, False, True)],
+    ids=["shortly after a reversal", "coloured noise", "held"],
+)
+def test_it_does_not_where_something_else_may_be_observed(one_way, coloured, held):
+    assert not tells_at_once(20.0, one_way, coloured, known_friction(60.0, held))
+
+
+def test_of_a_sudden_change_a_share_counts_at_once():
+    assert short_mean(1.0, 100.0, 0.03, 0.0) == pytest.approx(3.97)
+    assert short_mean(1.0, 100.0, 0.03, 0.25) == 25.0
+    assert short_mean(50.0, 0.0, 0.03, 0.25) == pytest.approx(48.5)
 
 
 def test_a_load_step_opens_the_gates_until_the_integral_carries_it(loaded):
