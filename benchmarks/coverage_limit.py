@@ -15,8 +15,8 @@ from rich.box import SIMPLE
 from rich.table import Table
 from scipy import signal
 
-from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.reported import VAGUE
+from adaptive_ff.identify.terms import SATURATIONS
 from benchmarks.coverage import CORRELATED, FIRST_SEED, NAMES, Array, Joint, draw_joint, make_case, saturating
 from benchmarks.wide import wide_console
 

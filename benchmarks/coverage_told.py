@@ -12,13 +12,12 @@ import typer
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.identify.families import LAG
 from adaptive_ff.identify.fit import Fitted, fit_terms
 from adaptive_ff.identify.grid import BLOCKS, fit_on_grid, make_grid
 from adaptive_ff.identify.identification import regression_problem
 from adaptive_ff.identify.preparation import prepare
-from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.reported import VAGUE
+from adaptive_ff.identify.terms import BENT, LAG
 from benchmarks.coverage import FIRST_SEED, NAMES, Case, make_case
 from benchmarks.wide import wide_console
 

@@ -14,11 +14,11 @@ its stamp.
 import numpy as np
 
 from adaptive_ff.identify.cross_validation import ALIKE
-from adaptive_ff.identify.families import ASYMMETRY, LAG
 from adaptive_ff.identify.fit import Fitted, fit_terms
 from adaptive_ff.identify.held_torque import gain, rows_of_later
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.terms import ASYMMETRY, LAG
 from adaptive_ff.logs.defects import Piece
 
 DELAYS = (0.0, 0.5, 1.0)

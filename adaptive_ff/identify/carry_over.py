@@ -4,11 +4,12 @@ Only where none does may the machine be blamed: a model with terms too many is w
 poor everywhere, as one without gravity where there is gravity, is no worse there either, and tells nothing.
 """
 
-from adaptive_ff.identify.families import LAG, Terms, family_of
+from adaptive_ff.identify.families import family_of
 from adaptive_ff.identify.fit import fit_terms
 from adaptive_ff.identify.prediction import TorqueError, predict, torque_error
-from adaptive_ff.identify.regressors import BENT, Problem
+from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.identify.terms import BENT, LAG, Terms
 
 ENOUGH = 1.5
 """Error on what was held out, over that of the fit, up to which a model carries over; and error of the fit over that of

@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.families import LAG, Terms, family_of
+from adaptive_ff.identify.families import family_of
 from adaptive_ff.identify.grid import BLOCKS, Grid, Point, fit_on_grid
+from adaptive_ff.identify.terms import LAG, Terms
 from adaptive_ff.logs.derivatives import Array
 
 NEIGHBOURS = 1

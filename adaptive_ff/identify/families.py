@@ -3,21 +3,7 @@
 from itertools import product
 
 from adaptive_ff.errors import InputError
-
-BASE = ("inertia", "coulomb", "viscous")
-"""Terms of every model."""
-
-GRAVITY = ("gravity_sine", "gravity_cosine")
-"""Terms of gravity, which come together."""
-
-LAG, STICTION, ASYMMETRY = "friction_lag", "stiction_excess", "viscous_asymmetry"
-SATURATION, SLOW_SATURATION, LONG_SATURATION = SATURATIONS = ("saturation", "slow_saturation", "long_saturation")
-"""Further terms; stiction and the shapes of saturation exclude each other, as one log seldom determines two bends."""
-
-SQUARE_STICTION = "square_stiction"
-"""Stiction that falls with the square of the speed, a shape factor of two: never used, but intervals are taken over it
-where a model with stiction is used and the log does not tell the two shapes apart, or where one with this shape
-validates clearly better than the model that is used."""
+from adaptive_ff.identify.terms import ASYMMETRY, BASE, GRAVITY, LAG, SATURATIONS, STICTION, Terms
 
 WITHIN = (LAG, STICTION, *SATURATIONS)
 """Terms that models of one family may differ by: the shape of friction, which every reversal shows."""
@@ -33,18 +19,8 @@ FAMILIES = {
 """Terms beside the base and beside lag, stiction and saturation, by the name that a user gives; the first
 one, that of most published parameters, has none of these either."""
 
-FRICTION_OVER, FORCE_OVER = "friction_over_", "force_over_"
-"""How terms of a map begin: friction over position or load, and a force over position."""
-
 AUTO = "auto"
 """Name of the choice among all families."""
-
-Terms = tuple[str, ...]
-
-
-def is_mapped(term: str) -> bool:
-    """Tell whether a term is one of a map."""
-    return term.startswith((FRICTION_OVER, FORCE_OVER))
 
 
 def family_of(terms: Terms) -> Terms:
@@ -90,8 +66,3 @@ def candidate_models(family: str, *, both_ways: bool, gravity: bool) -> list[Ter
         kept = side if both_ways else tuple(term for term in side if term not in ("offset", ASYMMETRY))
         made[(*BASE, *kept, *bend, *lag)] = None
     return sorted(made, key=len)
-
-
-def jumps_at_reversal(terms: Terms) -> bool:
-    """Tell whether friction jumps at once where the motion turns, so that the joint may stand there."""
-    return STICTION in terms or not {LAG, *SATURATIONS} & {*terms}

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from adaptive_ff.identify.families import LONG_SATURATION, SATURATION, SQUARE_STICTION, STICTION
 from adaptive_ff.identify.standing import Rest, at_rest, reversals, standing, widened, with_signs_of_motion
+from adaptive_ff.identify.terms import bent_friction
 from adaptive_ff.logs.defects import Piece, runs
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
 from adaptive_ff.logs.log import Log
@@ -313,19 +313,6 @@ def kept_rows(size: int, bandwidth: float, period: float) -> slice:
     """Return which samples of a piece become rows: not those at its ends, and as many as the band needs."""
     edge = math.ceil(EDGE / (bandwidth * period)) + REACH
     return slice(edge, size - edge, max(1, math.floor(1.0 / (ROWS_PER_CYCLE * bandwidth * period))))
-
-
-def bent_friction(term: str, velocity: Array, bend: float) -> Array:
-    """Return friction that bends at a speed, over its size."""
-    relative = velocity / bend
-    if term == SATURATION:
-        return np.asarray(np.tanh(relative))
-    if term == LONG_SATURATION:
-        return np.asarray(relative / (1.0 + np.abs(relative)))
-    if term == SQUARE_STICTION:
-        return np.asarray(np.sign(relative) * np.exp(-np.square(relative)))
-    share = np.exp(-np.abs(relative))
-    return np.asarray(np.sign(relative) * (share if term == STICTION else 1.0 - share))
 
 
 def velocity_between(fast: Array, period: float) -> Array | None:

@@ -12,11 +12,9 @@ from adaptive_ff.adaptive.learning.friction_map import LARGEST_COEFFICIENT
 from adaptive_ff.adaptive.learning.map_settings import MAP_DEVIATION
 from adaptive_ff.errors import InputError
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.families import ASYMMETRY, SATURATIONS
-from adaptive_ff.identify.filtering import bent_friction
-from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
+from adaptive_ff.identify.terms import ASYMMETRY, BENT, SATURATIONS, bent_friction
 from adaptive_ff.identify.units import LINEAR, is_linear, of_current
 from adaptive_ff.model.friction import (
     GRAVITY,

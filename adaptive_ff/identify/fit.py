@@ -16,8 +16,8 @@ import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit, fit_least_squares
 from adaptive_ff.identify.discrepancy import discrepancy_covariance, state_functions
-from adaptive_ff.identify.families import LAG, SQUARE_STICTION, STICTION
-from adaptive_ff.identify.regressors import BENT, Problem, design, measured_torque
+from adaptive_ff.identify.regressors import Problem, design, measured_torque
+from adaptive_ff.identify.terms import BENT, LAG, SQUARE_STICTION, STICTION
 from adaptive_ff.logs.derivatives import Array
 
 SEARCHED = {"friction_lag": "friction_lag", **BENT}

@@ -13,17 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.filtering import Conditioned
-from adaptive_ff.identify.regressors import (
-    BENT,
-    DIRECT,
-    FRICTION,
-    Problem,
-    direct_column,
-    friction_column,
-)
+from adaptive_ff.identify.regressors import Problem, direct_column, friction_column
 from adaptive_ff.identify.sampled_lag import sampled_share
+from adaptive_ff.identify.terms import BENT, DIRECT, FORCE_OVER, FRICTION
 from adaptive_ff.logs.derivatives import Array
 
 BLOCKS = 10

@@ -12,11 +12,11 @@ import math
 
 import numpy as np
 
-from adaptive_ff.identify.families import GRAVITY
 from adaptive_ff.identify.fit import fit_terms
 from adaptive_ff.identify.prediction import TorqueError, predict, torque_error
 from adaptive_ff.identify.regressors import Problem, design
 from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.identify.terms import GRAVITY
 from adaptive_ff.logs.derivatives import Array
 
 WORSE = 1.5

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.families import LAG
 from adaptive_ff.identify.filtering import moving_torque
 from adaptive_ff.identify.fit import Fitted, fit_terms
 from adaptive_ff.identify.grid import BLOCKS
@@ -25,6 +24,7 @@ from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.identify.terms import LAG
 from adaptive_ff.logs.defects import Piece
 
 DEVIATIONS, LESS = 3.0, 0.05

@@ -13,7 +13,7 @@ from adaptive_ff.identify.bristle_lag import fit_on_bristles
 from adaptive_ff.identify.carry_over import carries_over
 from adaptive_ff.identify.column_noise import column_noise
 from adaptive_ff.identify.constant_speed import friction_curve
-from adaptive_ff.identify.families import AUTO, LAG, is_mapped, jumps_at_reversal
+from adaptive_ff.identify.families import AUTO
 from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
 from adaptive_ff.identify.fit import lag_profile
 from adaptive_ff.identify.held_out_error import error_with_other_load, has_changed, is_larger
@@ -30,6 +30,7 @@ from adaptive_ff.identify.reported import reported
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.ripple import ripple_period
 from adaptive_ff.identify.term_selection import Selection, select_terms
+from adaptive_ff.identify.terms import LAG, is_mapped, jumps_at_reversal
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.identify.verdict import cautions, check_plausible, verdict
 from adaptive_ff.logs.defects import Piece, Skipped

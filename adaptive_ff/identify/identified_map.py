@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.families import FORCE_OVER, FRICTION_OVER, is_mapped
 from adaptive_ff.identify.fit import Fitted
-from adaptive_ff.identify.map_columns import LOAD, MapBasis
+from adaptive_ff.identify.map_columns import MapBasis
+from adaptive_ff.identify.terms import FORCE_OVER, FRICTION_OVER, LOAD, is_mapped
 from adaptive_ff.logs.derivatives import Array
 
 POINTS = 400

@@ -23,17 +23,14 @@ from scipy.linalg import null_space
 
 from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.families import ASYMMETRY, FORCE_OVER, FRICTION_OVER, GRAVITY, Terms
-from adaptive_ff.identify.filtering import Band, band_of_motion, bent_friction, uniform, velocity_between, wide_velocity
+from adaptive_ff.identify.filtering import Band, band_of_motion, uniform, velocity_between, wide_velocity
 from adaptive_ff.identify.fit import Fitted
 from adaptive_ff.identify.preparation import Prepared
-from adaptive_ff.identify.regressors import BENT, Problem
+from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.terms import ASYMMETRY, BENT, FORCE_OVER, FRICTION_OVER, GRAVITY, LOAD, Terms, bent_friction
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import KNOWN, Log
-
-LOAD = FRICTION_OVER + "load"
-"""Term of friction that rises with the known torque."""
 
 MOST_HATS = 40
 """Most hats: the products of all columns take time and memory with their square; 40 some half a minute."""

@@ -10,11 +10,12 @@ that is done once more with the friction of the model that was chosen. Of a ripp
 from collections.abc import Sequence
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.families import FORCE_OVER, FRICTION_OVER, WITHIN, Terms
+from adaptive_ff.identify.families import WITHIN
 from adaptive_ff.identify.map_columns import MapAsked, MapBasis, excludes, map_basis, with_map
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.term_selection import Selection, select_among
+from adaptive_ff.identify.terms import FORCE_OVER, FRICTION_OVER, Terms
 from adaptive_ff.logs.defects import Piece
 
 PASSES = 2

@@ -5,16 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from adaptive_ff.adaptive.learning.map_reading import load_sentence, position_sentence
-from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.identified_map import IdentifiedMap
-from adaptive_ff.identify.map_columns import LOAD, MapAsked
-
-
-def mapped_word(term: str) -> str:
-    """Return what a term of a map stands for."""
-    if term == LOAD:
-        return "friction over load"
-    return "force over position" if term.startswith(FORCE_OVER) else "friction over position"
+from adaptive_ff.identify.map_columns import MapAsked
 
 
 def map_words(found: IdentifiedMap | None, asked: MapAsked, units: Mapping[str, str]) -> list[str]:

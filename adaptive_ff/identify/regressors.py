@@ -19,25 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.filtering import Conditioned, transferred
 from adaptive_ff.identify.sampled_lag import sampled_share
+from adaptive_ff.identify.terms import BENT, DIRECT, FORCE_OVER
 from adaptive_ff.logs.derivatives import Array
-
-DIRECT = ("inertia", "offset", "gravity_sine", "gravity_cosine")
-"""Linear terms that are no friction, and do not lag."""
-
-FRICTION = ("coulomb", "viscous", "viscous_asymmetry")
-"""Linear terms of friction."""
-
-BENT = {
-    "stiction_excess": "stribeck_velocity",
-    "square_stiction": "square_stribeck_velocity",
-    "saturation": "saturation_velocity",
-    "slow_saturation": "slow_saturation_velocity",
-    "long_saturation": "long_saturation_velocity",
-}
-"""Linear terms of friction that have a speed of their own, which is searched; ``stiction_excess`` is ``Fs - Fc``."""
 
 FEWEST_REVERSALS, SMALLEST_SHARE = 2, 0.25
 """Reversals in motion, and how many over those at which the joint stands, from which on a log shows a friction lag."""

@@ -4,12 +4,20 @@ import math
 import sys
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.families import ASYMMETRY, GRAVITY, LAG, SATURATIONS, SQUARE_STICTION, STICTION, is_mapped
 from adaptive_ff.identify.fit import Fitted
-from adaptive_ff.identify.map_words import mapped_word
-from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import Reported
 from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.identify.terms import (
+    ASYMMETRY,
+    BENT,
+    GRAVITY,
+    LAG,
+    SATURATIONS,
+    SQUARE_STICTION,
+    STICTION,
+    is_mapped,
+    mapped_word,
+)
 
 SIGNED = ("offset", ASYMMETRY, *GRAVITY)
 """Parameters that may be negative."""

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
+from adaptive_ff.identify.terms import SATURATIONS
 from adaptive_ff.identify.unattributed import unattributed
 from adaptive_ff.identify.units import LINEAR, ROTARY, is_linear, is_of_current
 from adaptive_ff.logs.derivatives import Array

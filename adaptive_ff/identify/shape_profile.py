@@ -20,10 +20,9 @@ import numpy as np
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
 
-from adaptive_ff.identify.families import LAG, SATURATIONS
 from adaptive_ff.identify.fit import Fitted
 from adaptive_ff.identify.grid import RIDGE, Grid
-from adaptive_ff.identify.regressors import BENT
+from adaptive_ff.identify.terms import BENT, LAG, SATURATIONS
 from adaptive_ff.logs.derivatives import Array
 
 POINTS = 200

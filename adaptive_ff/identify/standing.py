@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.identify.families import SATURATIONS, SQUARE_STICTION, STICTION
+from adaptive_ff.identify.terms import SATURATIONS, SQUARE_STICTION, STICTION
 from adaptive_ff.logs.defects import runs
 from adaptive_ff.logs.derivatives import Array
 

@@ -9,8 +9,14 @@ import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.cross_validation import ALIKE, Validated, behind, choose, cross_validate, within
-from adaptive_ff.identify.families import (
+from adaptive_ff.identify.families import candidate_models
+from adaptive_ff.identify.fit import Fitted, fit_terms
+from adaptive_ff.identify.grid import BLOCKS, LEAD, Grid, Point, fit_on_grid, make_grid
+from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.shape_profile import Profile, profile_interval, shape_profiles
+from adaptive_ff.identify.terms import (
     ASYMMETRY,
+    BENT,
     GRAVITY,
     LAG,
     SATURATION,
@@ -19,12 +25,7 @@ from adaptive_ff.identify.families import (
     SQUARE_STICTION,
     STICTION,
     Terms,
-    candidate_models,
 )
-from adaptive_ff.identify.fit import Fitted, fit_terms
-from adaptive_ff.identify.grid import BLOCKS, LEAD, Grid, Point, fit_on_grid, make_grid
-from adaptive_ff.identify.regressors import BENT, Problem
-from adaptive_ff.identify.shape_profile import Profile, profile_interval, shape_profiles
 
 COLLINEAR = 5.0
 """Variance of an inertia over that without the other columns, from which on they are not told apart safely.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.terms import SATURATIONS
 
 LARGEST_SHARE = 0.25
 """Share of the friction that a log shows by which its parameters may differ from it."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from adaptive_ff.identify.families import SATURATIONS
+from adaptive_ff.identify.terms import SATURATIONS
 from adaptive_ff.model.friction import UNITS
 from adaptive_ff.scenario.axis_units import of_linear
 

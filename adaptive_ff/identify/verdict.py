@@ -3,8 +3,12 @@
 import numpy as np
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.families import (
+from adaptive_ff.identify.held_out_error import WORSE, block_squares, is_larger
+from adaptive_ff.identify.map_words import map_words
+from adaptive_ff.identify.result import LogIdentification, interval_words
+from adaptive_ff.identify.terms import (
     ASYMMETRY,
+    BENT,
     GRAVITY,
     LAG,
     LONG_SATURATION,
@@ -14,11 +18,8 @@ from adaptive_ff.identify.families import (
     SQUARE_STICTION,
     STICTION,
     is_mapped,
+    mapped_word,
 )
-from adaptive_ff.identify.held_out_error import WORSE, block_squares, is_larger
-from adaptive_ff.identify.map_words import map_words, mapped_word
-from adaptive_ff.identify.regressors import BENT
-from adaptive_ff.identify.result import LogIdentification, interval_words
 from adaptive_ff.identify.unattributed import unattributed
 from adaptive_ff.identify.units import is_linear
 from adaptive_ff.logs.log import Log

@@ -6,10 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import signal
 
-from adaptive_ff.identify.families import GRAVITY, SATURATIONS
-from adaptive_ff.identify.filtering import bent_friction
-from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.terms import BENT, GRAVITY, SATURATIONS, bent_friction
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.replay.watching import Seen
 

@@ -8,11 +8,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.families import GRAVITY, SATURATIONS, is_mapped
-from adaptive_ff.identify.filtering import bent_friction
 from adaptive_ff.identify.prediction import Prediction
-from adaptive_ff.identify.regressors import BENT
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.terms import BENT, GRAVITY, SATURATIONS, bent_friction, is_mapped
 from adaptive_ff.report.drawing import (
     INK,
     STYLE,

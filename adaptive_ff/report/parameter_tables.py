@@ -4,8 +4,8 @@ import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.identify.families import SQUARE_STICTION
 from adaptive_ff.identify.result import LogIdentification, interval_words
+from adaptive_ff.identify.terms import SQUARE_STICTION
 
 FEWEST = 9
 """Rows of a map at least."""

@@ -2,8 +2,8 @@
 
 import pytest
 
-from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.terms import SATURATIONS
 from benchmarks.coverage import examine, flag_sentence, make_case
 from benchmarks.coverage_told import fit_told
 

@@ -7,7 +7,7 @@ import pytest
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.fit import Fitted
-from adaptive_ff.identify.regressors import BENT
+from adaptive_ff.identify.terms import BENT
 
 
 def bend(logarithm):

@@ -5,10 +5,10 @@ import pytest
 from bristle_logs import INERTIA, VISCOUS, bristle_log
 
 from adaptive_ff.identify.bristle_lag import fit_on_bristles
-from adaptive_ff.identify.families import LAG
 from adaptive_ff.identify.identification import identify_log, regression_problem
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.regressors import piece_columns
+from adaptive_ff.identify.terms import LAG
 
 
 @pytest.mark.parametrize(("seed", "options"), [(1, {}), (2, {"delay": 0.001}), (3, {"seconds": 30, "travel": 1e-3})])

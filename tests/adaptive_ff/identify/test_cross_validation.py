@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from adaptive_ff.identify.cross_validation import Validated, behind, choose
-from adaptive_ff.identify.families import LAG, STICTION
 from adaptive_ff.identify.grid import BLOCKS, Point
+from adaptive_ff.identify.terms import LAG, STICTION
 
 PLAIN = ("inertia", "coulomb", "viscous")
 ERRORS = 1e-5 * (1.0 + np.random.default_rng(1).uniform(-0.3, 0.3, BLOCKS))

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.identify.families import SQUARE_STICTION
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.terms import SQUARE_STICTION
 from adaptive_ff.logs.log import Log
 
 COULOMB, STICTION, STRIBECK = 3.0, 4.0, 0.05

@@ -4,8 +4,8 @@ import pytest
 from dry_joint import dry_joint_log
 from synthetic_logs import make_log
 
-from adaptive_ff.identify.families import LAG
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.terms import LAG
 from adaptive_ff.logs.log import Log
 
 

@@ -11,11 +11,10 @@ from synthetic_logs import JOINT, coloured, motion
 from adaptive_ff import InputError
 from adaptive_ff.adaptive.learning.friction_map import map_value
 from adaptive_ff.adaptive.learning.map_settings import map_parameters
-from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.map_columns import LOAD
 from adaptive_ff.identify.scenario_text import scenario_text
 from adaptive_ff.identify.score import score_log
+from adaptive_ff.identify.terms import FORCE_OVER, LOAD
 from adaptive_ff.logs.log import KNOWN, Log
 
 AMPLITUDE, PHASE = 0.3, 0.3

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from synthetic_logs import sines_log
 
-from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.identify.terms import SATURATIONS
 
 
 @pytest.mark.parametrize("vanishes", [False, True])

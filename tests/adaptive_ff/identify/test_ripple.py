@@ -9,9 +9,9 @@ import synthetic_logs
 from bristle_logs import bristle_log
 
 from adaptive_ff import AdaptiveController, Log, identify_log
-from adaptive_ff.identify.families import FORCE_OVER
 from adaptive_ff.identify.map_columns import MapAsked
 from adaptive_ff.identify.scenario_text import left_out, scenario_text
+from adaptive_ff.identify.terms import FORCE_OVER
 from adaptive_ff.logs.log import KNOWN
 from benchmarks.coverage_driven import driven_case
 from controllers import pi_gains

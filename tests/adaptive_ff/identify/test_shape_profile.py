@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from adaptive_ff.identify.families import SATURATIONS
 from adaptive_ff.identify.fit import fit_terms
 from adaptive_ff.identify.grid import BLOCKS, fit_on_grid, make_grid
 from adaptive_ff.identify.identification import regression_problem
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.shape_profile import profile_interval, shape_profiles
+from adaptive_ff.identify.terms import SATURATIONS
 from adaptive_ff.logs.log import Log
 
 TERMS = ("inertia", "coulomb", "viscous", "offset", "long_saturation")

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from adaptive_ff.identify.families import LAG, SQUARE_STICTION, STICTION
 from adaptive_ff.identify.filtering import condition
 from adaptive_ff.identify.identification import identify_log, regression_problem
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.regressors import design, measured_torque, piece_columns
 from adaptive_ff.identify.standing import Rest, reversals, standing, with_signs_of_motion
+from adaptive_ff.identify.terms import LAG, SQUARE_STICTION, STICTION
 from adaptive_ff.logs.derivatives import lowpass
 from adaptive_ff.logs.log import Log
 

@@ -5,9 +5,9 @@ import pytest
 from dry_joint import dry_joint_log
 
 from adaptive_ff import simulate
-from adaptive_ff.identify.families import BASE, LAG, SATURATION, STICTION, jumps_at_reversal
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.standing import STOP_CYCLES, at_rest
+from adaptive_ff.identify.terms import BASE, LAG, SATURATION, STICTION, jumps_at_reversal
 from adaptive_ff.logs.log import Log
 from benchmarks.never_worse import named_scenario
 
