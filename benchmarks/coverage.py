@@ -21,8 +21,7 @@ from scipy import signal
 from adaptive_ff import InputError
 from adaptive_ff.files import write_json
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.reported import VAGUE
-from adaptive_ff.identify.result import Reported
+from adaptive_ff.identify.reported import VAGUE, Reported
 from adaptive_ff.identify.terms import BASE, GRAVITY, LAG, SATURATIONS, Terms
 from adaptive_ff.logs.log import Log
 from benchmarks.wide import wide_console

@@ -177,7 +177,7 @@ def _tuned(scenario: "Scenario", found: "LogIdentification", progress: Progress)
 
 def _taken_from(source: str, found: "LogIdentification") -> list[str]:
     """Return what of the scenario is not from the log, and what of the log is not in the scenario."""
-    from adaptive_ff.identify.scenario_text import left_out
+    from adaptive_ff.identify.words.scenario_text import left_out
 
     left = left_out(found)
     return [

@@ -125,7 +125,7 @@ def identify_command(
 def _write_scenario(found: "LogIdentification", stage: Path) -> str | None:
     """Write the scenario and its reference; where it cannot be, say why."""
     from adaptive_ff.files import write_csv
-    from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
+    from adaptive_ff.identify.words.scenario_text import reference_columns, scenario_text
     from adaptive_ff.scenario.scenario import load_scenario
 
     files = stage / SCENARIO, stage / REFERENCE

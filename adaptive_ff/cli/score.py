@@ -30,7 +30,7 @@ from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars, warn
 
 if TYPE_CHECKING:
-    from adaptive_ff.identify.score import Score
+    from adaptive_ff.identify.open_loop.score import Score
 
 
 def score_command(
@@ -54,8 +54,8 @@ def score_command(
 ) -> None:
     """Train a model on one log and simulate another one from its torque alone, in open loop. Takes minutes."""
     from adaptive_ff.files import write_result
-    from adaptive_ff.identify.open_loop_slopes import follow_with_slopes
-    from adaptive_ff.identify.score import score_log
+    from adaptive_ff.identify.open_loop.score import score_log
+    from adaptive_ff.identify.open_loop.slopes import follow_with_slopes
     from adaptive_ff.logs.columns import read_scales, with_units
     from adaptive_ff.report.drawing import write_figures
     from adaptive_ff.report.html_page import NAME, write_report

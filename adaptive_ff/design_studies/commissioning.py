@@ -19,7 +19,7 @@ from adaptive_ff.design_studies.information import Array
 from adaptive_ff.design_studies.motion import Excitation, MotionLimits
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.scenario_text import scenario_text
+from adaptive_ff.identify.words.scenario_text import scenario_text
 from adaptive_ff.scenario.scenario import Scenario
 
 PERIODS = 6

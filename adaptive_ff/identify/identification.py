@@ -9,30 +9,31 @@ import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind, counted
 from adaptive_ff.estimation.confidence import check_confidence
-from adaptive_ff.identify.bristle_lag import fit_on_bristles
-from adaptive_ff.identify.carry_over import carries_over
-from adaptive_ff.identify.column_noise import column_noise
-from adaptive_ff.identify.constant_speed import friction_curve
-from adaptive_ff.identify.families import AUTO
-from adaptive_ff.identify.filtering import Conditioned, condition, shortest_piece
-from adaptive_ff.identify.fit import lag_profile
-from adaptive_ff.identify.held_out_error import error_with_other_load, has_changed, is_larger
-from adaptive_ff.identify.held_torque import fit_if_held, held_words
-from adaptive_ff.identify.identified_map import identified_map
-from adaptive_ff.identify.map_columns import MapAsked, MapBasis, check_asked, check_periods, with_map
-from adaptive_ff.identify.map_selection import select_map
-from adaptive_ff.identify.other_units import other_units
-from adaptive_ff.identify.prediction import predict, torque_error
+from adaptive_ff.identify.alternatives.bristle_lag import fit_on_bristles
+from adaptive_ff.identify.alternatives.carry_over import carries_over
+from adaptive_ff.identify.alternatives.held_out_error import error_with_other_load, has_changed, is_larger
+from adaptive_ff.identify.alternatives.held_torque import fit_if_held
+from adaptive_ff.identify.alternatives.other_units import other_units
+from adaptive_ff.identify.fitting.constant_speed import friction_curve
+from adaptive_ff.identify.fitting.families import AUTO
+from adaptive_ff.identify.fitting.fit import lag_profile
+from adaptive_ff.identify.fitting.prediction import predict, torque_error
+from adaptive_ff.identify.fitting.term_selection import Selection, select_terms
+from adaptive_ff.identify.maps.identified_map import identified_map
+from adaptive_ff.identify.maps.map_columns import MapAsked, MapBasis, check_asked, check_periods, with_map
+from adaptive_ff.identify.maps.map_selection import select_map
+from adaptive_ff.identify.maps.ripple import ripple_period
 from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
-from adaptive_ff.identify.recorded_reference import reference_of
-from adaptive_ff.identify.regressors import Problem
 from adaptive_ff.identify.reported import reported
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.ripple import ripple_period
-from adaptive_ff.identify.term_selection import Selection, select_terms
+from adaptive_ff.identify.rows.column_noise import column_noise
+from adaptive_ff.identify.rows.filtering import Conditioned, condition, shortest_piece
+from adaptive_ff.identify.rows.recorded_reference import reference_of
+from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.identify.terms import LAG, is_mapped, jumps_at_reversal
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
-from adaptive_ff.identify.verdict import cautions, check_plausible, verdict
+from adaptive_ff.identify.words.cautions import cautions, check_plausible, held_words
+from adaptive_ff.identify.words.verdict import verdict
 from adaptive_ff.logs.defects import Piece, Skipped
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import Log, check_log
@@ -75,7 +76,7 @@ def identify_log(
     """Identify a joint from a log.
 
     The torque is regressed on acceleration, velocity and the sign of the velocity, all without delay and in one band;
-    see :mod:`adaptive_ff.identify.filtering`. Rows at rest take no part. Pieces of the log between defects are
+    see :mod:`adaptive_ff.identify.rows.filtering`. Rows at rest take no part. Pieces of the log between defects are
     filtered each by itself.
 
     Parameters
@@ -98,8 +99,8 @@ def identify_log(
     is_current : bool, optional
         Whether the torque is given as a current, A: the report then names units made of it.
     model : str, optional
-        Family of models: a key of :data:`adaptive_ff.identify.families.FAMILIES`; by default the one that says best
-        what it has not seen. Lag, stiction and viscous friction that saturates are chosen within each.
+        Family of models: a key of :data:`adaptive_ff.identify.fitting.families.FAMILIES`; by default the one that says
+        best what it has not seen. Lag, stiction and viscous friction that saturates are chosen within each.
     position_periods : sequence of float, optional
         Known periods, rad (m), over which friction, or a force, may vary with position.
     position_hats : int, optional
@@ -108,7 +109,7 @@ def identify_log(
     load_friction : bool, optional
         Whether friction may rise with the known torque of the log. These three are used where they validate better.
         Without any of them, and with the default of ``model``, a ripple over the position is looked for, see
-        :mod:`adaptive_ff.identify.ripple`.
+        :mod:`adaptive_ff.identify.maps.ripple`.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.
 
@@ -385,7 +386,8 @@ def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: fl
     """Return what is regressed of some pieces of a log; the delay of the torque in s."""
     band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
     conditioned = [condition(prepared.log, piece, band, period, rest, torque_delay) for piece in pieces]
-    noise = column_noise(prepared)
+    longest = max(prepared.pieces, key=lambda piece: piece.size)
+    noise = column_noise(prepared.log, longest, period, (rest.corner, band))
     variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
     return Problem(conditioned, rest.speeds, LAG_CYCLES / band, variances)
 

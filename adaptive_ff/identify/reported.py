@@ -2,13 +2,14 @@
 
 import math
 import sys
+from typing import NamedTuple
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.fit import Fitted
-from adaptive_ff.identify.result import Reported
-from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.identify.fitting.fit import Fitted
+from adaptive_ff.identify.fitting.term_selection import Selection
 from adaptive_ff.identify.terms import (
     ASYMMETRY,
+    BASE,
     BENT,
     GRAVITY,
     LAG,
@@ -25,9 +26,6 @@ SIGNED = ("offset", ASYMMETRY, *GRAVITY)
 NEUTRAL = (LAG, ASYMMETRY, *GRAVITY)
 """Parameters that a model without them has as zero."""
 
-ALWAYS = ("inertia", "coulomb", "viscous")
-"""Parameters that every report has."""
-
 VAGUE = 0.25
 """Half width of an interval over its value, from which a parameter counts as confounded where another one moves it."""
 
@@ -41,10 +39,47 @@ UNTIED = math.sqrt(1.0 - TIED**2)
 """What knowing one of them leaves of the interval of the other."""
 
 
+def interval_words(estimate: Estimate, digits: int) -> tuple[str, str]:
+    """Return the ends of an interval as they are printed, with so many digits."""
+    lower, upper = (f"{end:.{digits}g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
+    return lower, upper
+
+
+class Reported(NamedTuple):
+    """A parameter of the report.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        Value and interval.
+    identifiable : bool
+        Whether the log determines it: its interval does not hold zero, and what is negative can be.
+    used : bool
+        Whether it is part of the model that was validated.
+    confounded : tuple of str
+        Terms between which and this parameter the log does not decide, where its interval is wide for that.
+    """
+
+    estimate: Estimate
+    identifiable: bool
+    used: bool
+    confounded: tuple[str, ...] = ()
+
+    @property
+    def holds_zero(self) -> bool:
+        """Whether zero lies in the interval."""
+        return self.estimate.lower <= 0.0 <= self.estimate.upper
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the log determines it by itself."""
+        return self.identifiable and self.used and not self.confounded and not self.holds_zero
+
+
 def reported(selection: Selection) -> dict[str, Reported]:
     """Return all parameters that could be estimated, by name, in the order of a report."""
     parameters: dict[str, Reported] = {}
-    for name in (*ALWAYS, "offset", *GRAVITY):
+    for name in (*BASE, "offset", *GRAVITY):
         if name in selection.chosen.parameters:
             apart = _is_apart(selection.interval(name), name)
             parameters[name] = Reported(_interval(selection, name), apart, True, _confounded(selection, name))

@@ -1,20 +1,19 @@
 """What was identified from a log."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.constant_speed import FrictionCurve
-from adaptive_ff.identify.identified_map import IdentifiedMap
-from adaptive_ff.identify.map_columns import MapAsked
-from adaptive_ff.identify.prediction import Prediction, TorqueError
-from adaptive_ff.identify.recorded_reference import Reference
-from adaptive_ff.identify.term_selection import Selection
+from adaptive_ff.identify.fitting.constant_speed import FrictionCurve
+from adaptive_ff.identify.fitting.prediction import Prediction, TorqueError
+from adaptive_ff.identify.fitting.term_selection import Selection
+from adaptive_ff.identify.maps.identified_map import IdentifiedMap
+from adaptive_ff.identify.maps.map_columns import MapAsked
+from adaptive_ff.identify.reported import Reported
+from adaptive_ff.identify.rows.recorded_reference import Reference
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
 
@@ -23,43 +22,6 @@ if TYPE_CHECKING:
 
     from adaptive_ff.identify.first_estimate import FirstEstimate
     from adaptive_ff.model.friction import TorqueModel
-
-
-def interval_words(estimate: Estimate, digits: int) -> tuple[str, str]:
-    """Return the ends of an interval as they are printed, with so many digits."""
-    lower, upper = (f"{end:.{digits}g}" if math.isfinite(end) else "∞" for end in (estimate.lower, estimate.upper))
-    return lower, upper
-
-
-class Reported(NamedTuple):
-    """A parameter of the report.
-
-    Attributes
-    ----------
-    estimate : Estimate
-        Value and interval.
-    identifiable : bool
-        Whether the log determines it: its interval does not hold zero, and what is negative can be.
-    used : bool
-        Whether it is part of the model that was validated.
-    confounded : tuple of str
-        Terms between which and this parameter the log does not decide, where its interval is wide for that.
-    """
-
-    estimate: Estimate
-    identifiable: bool
-    used: bool
-    confounded: tuple[str, ...] = ()
-
-    @property
-    def holds_zero(self) -> bool:
-        """Whether zero lies in the interval."""
-        return self.estimate.lower <= 0.0 <= self.estimate.upper
-
-    @property
-    def is_known(self) -> bool:
-        """Whether the log determines it by itself."""
-        return self.identifiable and self.used and not self.confounded and not self.holds_zero
 
 
 @dataclass(frozen=True, eq=False, repr=False)

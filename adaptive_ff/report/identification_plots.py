@@ -8,7 +8,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.prediction import Prediction
+from adaptive_ff.identify.fitting.prediction import Prediction
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.terms import BENT, GRAVITY, SATURATIONS, bent_friction, is_mapped
 from adaptive_ff.report.drawing import (

@@ -4,7 +4,8 @@ import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.identify.result import LogIdentification, interval_words
+from adaptive_ff.identify.reported import interval_words
+from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.terms import SQUARE_STICTION
 
 FEWEST = 9

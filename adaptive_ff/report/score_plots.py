@@ -5,7 +5,7 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from adaptive_ff.identify.score import Score
+from adaptive_ff.identify.open_loop.score import Score
 from adaptive_ff.report.drawing import (
     STYLE,
     Look,

@@ -8,9 +8,9 @@ import numpy as np
 
 from adaptive_ff import Comparison, compare, load_scenario
 from adaptive_ff.files import write_csv
-from adaptive_ff.identify.recorded_reference import Reference
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.scenario_text import reference_columns, scenario_text
+from adaptive_ff.identify.rows.recorded_reference import Reference
+from adaptive_ff.identify.words.scenario_text import reference_columns, scenario_text
 from adaptive_ff.logs.log import Log
 
 ASSUMED = (

@@ -9,8 +9,8 @@ from rich.table import Table
 
 from adaptive_ff import Comparison
 from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.open_loop.score import Score, score_log
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.score import Score, score_log
 from adaptive_ff.replay.replay import replay_log
 from adaptive_ff.replay.result import Replay
 from benchmarks.measured.identified_joint import simulate_identified

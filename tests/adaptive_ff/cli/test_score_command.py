@@ -6,7 +6,7 @@ import pytest
 from command_line import content_of, refusal, run_command_line
 from synthetic_logs import write_log
 
-from adaptive_ff.identify.open_loop_slopes import follow_with_slopes
+from adaptive_ff.identify.open_loop.slopes import follow_with_slopes
 from controllers import is_cached
 
 

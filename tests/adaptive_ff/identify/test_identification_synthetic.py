@@ -6,11 +6,11 @@ from scipy import signal
 from synthetic_logs import JOINT, make_log, motion, sines_log
 
 from adaptive_ff import InputError, load_scenario, simulate
-from adaptive_ff.identify.filtering import condition
-from adaptive_ff.identify.fit import fit_terms
+from adaptive_ff.identify.fitting.fit import fit_terms
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.preparation import prepare
-from adaptive_ff.identify.regressors import Problem
+from adaptive_ff.identify.rows.filtering import condition
+from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.logs.log import Log
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from synthetic_logs import sines_log
 
+from adaptive_ff.identify.fitting.term_selection import Selection
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.term_selection import Selection
 from adaptive_ff.identify.terms import SATURATIONS
 
 

@@ -7,7 +7,7 @@ from synthetic_logs import JOINT, make_log
 
 from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
-from adaptive_ff.identify.score import score_log
+from adaptive_ff.identify.open_loop.score import score_log
 from adaptive_ff.logs.log import Log
 from adaptive_ff.logs.sanity import in_degrees
 from adaptive_ff.replay.replay import replay_log

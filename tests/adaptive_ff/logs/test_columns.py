@@ -5,10 +5,10 @@ import pytest
 from scipy import signal
 from synthetic_logs import make_log, motion
 
-from adaptive_ff.identify.filtering import condition
-from adaptive_ff.identify.fit import correlation_length
+from adaptive_ff.identify.fitting.fit import correlation_length
 from adaptive_ff.identify.preparation import prepare, split
-from adaptive_ff.identify.regressors import piece_columns
+from adaptive_ff.identify.rows.filtering import condition
+from adaptive_ff.identify.rows.regressors import piece_columns
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import lowpass
 from adaptive_ff.logs.log import Log

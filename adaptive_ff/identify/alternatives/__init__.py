@@ -1,0 +1,1 @@
+"""What else than the chosen model may explain a log."""

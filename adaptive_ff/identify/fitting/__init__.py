@@ -1,0 +1,1 @@
+"""Fits of the rows, and which terms of the model a log supports."""

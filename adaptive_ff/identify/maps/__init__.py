@@ -1,0 +1,1 @@
+"""Friction and force over position and load."""

@@ -1,0 +1,1 @@
+"""A model trained on one log simulates another one from its torque alone."""

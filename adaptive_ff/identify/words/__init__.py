@@ -1,0 +1,1 @@
+"""What is said of an identified joint: verdict, cautions, scenario."""
