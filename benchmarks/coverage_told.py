@@ -12,8 +12,10 @@ import typer
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.identify.fitting.fit import Fitted, fit_terms
-from adaptive_ff.identify.fitting.grid import BLOCKS, fit_on_grid, make_grid
+from adaptive_ff.identify.fitting.fit import fit_terms
+from adaptive_ff.identify.fitting.fitted import Fitted
+from adaptive_ff.identify.fitting.grid import BLOCKS, make_grid
+from adaptive_ff.identify.fitting.grid_fit import fit_on_grid
 from adaptive_ff.identify.identification import regression_problem
 from adaptive_ff.identify.preparation import prepare
 from adaptive_ff.identify.reported import VAGUE

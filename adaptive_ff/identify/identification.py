@@ -16,8 +16,8 @@ from adaptive_ff.identify.alternatives.held_torque import fit_if_held
 from adaptive_ff.identify.alternatives.other_units import other_units
 from adaptive_ff.identify.fitting.constant_speed import friction_curve
 from adaptive_ff.identify.fitting.families import AUTO
-from adaptive_ff.identify.fitting.fit import lag_profile
 from adaptive_ff.identify.fitting.prediction import predict, torque_error
+from adaptive_ff.identify.fitting.search import lag_profile
 from adaptive_ff.identify.fitting.term_selection import Selection, select_terms
 from adaptive_ff.identify.maps.identified_map import identified_map
 from adaptive_ff.identify.maps.map_columns import MapAsked, MapBasis, check_asked, check_periods, with_map
@@ -26,8 +26,9 @@ from adaptive_ff.identify.maps.ripple import ripple_period
 from adaptive_ff.identify.preparation import Prepared, prepare, split, too_short
 from adaptive_ff.identify.reported import reported
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.rows.band import shortest_piece
 from adaptive_ff.identify.rows.column_noise import column_noise
-from adaptive_ff.identify.rows.filtering import Conditioned, condition, shortest_piece
+from adaptive_ff.identify.rows.filtering import Conditioned, condition
 from adaptive_ff.identify.rows.recorded_reference import reference_of
 from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.identify.terms import LAG, is_mapped, jumps_at_reversal

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.errors import InputError, counted
-from adaptive_ff.identify.rows.filtering import shortest_piece, uniform, wide_velocity
+from adaptive_ff.identify.rows.band import shortest_piece, uniform, wide_velocity
 from adaptive_ff.identify.rows.standing import Rest, find_rest
 from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth, wide_corner
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces

@@ -5,7 +5,7 @@ import sys
 from typing import NamedTuple
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.fitting.fit import Fitted
+from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.fitting.term_selection import Selection
 from adaptive_ff.identify.terms import (
     ASYMMETRY,

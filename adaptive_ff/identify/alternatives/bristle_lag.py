@@ -15,7 +15,8 @@ import numpy as np
 
 from adaptive_ff.identify.alternatives.held_torque import gain, rows_of_later
 from adaptive_ff.identify.fitting.cross_validation import ALIKE
-from adaptive_ff.identify.fitting.fit import Fitted, fit_terms
+from adaptive_ff.identify.fitting.fit import fit_terms
+from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.identify.terms import ASYMMETRY, LAG

@@ -17,7 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.fitting.fit import Fitted, fit_terms
+from adaptive_ff.identify.fitting.fit import fit_terms
+from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.fitting.grid import BLOCKS
 from adaptive_ff.identify.fitting.term_selection import Selection
 from adaptive_ff.identify.preparation import Prepared

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.identify.fitting.families import family_of
-from adaptive_ff.identify.fitting.grid import BLOCKS, Grid, Point, fit_on_grid
+from adaptive_ff.identify.fitting.grid import BLOCKS, Grid
+from adaptive_ff.identify.fitting.grid_fit import Point, fit_on_grid
 from adaptive_ff.identify.terms import LAG, Terms
 from adaptive_ff.logs.derivatives import Array
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.identify.fitting.fit import Fitted
+from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.rows.regressors import Problem, piece_columns
 from adaptive_ff.logs.derivatives import Array
 

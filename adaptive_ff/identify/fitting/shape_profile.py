@@ -20,8 +20,9 @@ import numpy as np
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
 
-from adaptive_ff.identify.fitting.fit import Fitted
-from adaptive_ff.identify.fitting.grid import RIDGE, Grid
+from adaptive_ff.identify.fitting.fitted import Fitted
+from adaptive_ff.identify.fitting.grid import Grid
+from adaptive_ff.identify.fitting.grid_fit import RIDGE, parabola_at
 from adaptive_ff.identify.terms import BENT, LAG, SATURATIONS
 from adaptive_ff.logs.derivatives import Array
 
@@ -87,13 +88,10 @@ def _profile(grid: Grid, terms: Sequence[str], shape: str) -> Profile:
 def _at_lag(squares: Array, values: Array, deviations: Array) -> tuple[float, Array, Array]:
     """Return what is at the best lag, between the points of the grid on parabolas."""
     place = int(np.argmin(squares))
-    around = slice(place - 1, place + 2)
-    if not 0 < place < squares.size - 1 or not np.all(np.isfinite(squares[around])):
+    _, weights = parabola_at(squares, place)
+    if weights is None:
         return float(squares[place]), values[place], deviations[place]
-    before, here, after = squares[around]
-    curvature = before - 2.0 * here + after
-    share = min(max(0.5 * (before - after) / curvature, -0.5), 0.5) if curvature > 0.0 else 0.0
-    weights = np.array([0.5 * share * (share - 1.0), 1.0 - share**2, 0.5 * share * (share + 1.0)])
+    around = slice(place - 1, place + 2)
     return float(weights @ squares[around]), weights @ values[around], deviations[place]
 
 

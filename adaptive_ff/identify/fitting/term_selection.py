@@ -10,8 +10,10 @@ import numpy as np
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.fitting.cross_validation import ALIKE, Validated, behind, choose, cross_validate, within
 from adaptive_ff.identify.fitting.families import candidate_models
-from adaptive_ff.identify.fitting.fit import Fitted, fit_terms
-from adaptive_ff.identify.fitting.grid import BLOCKS, LEAD, Grid, Point, fit_on_grid, make_grid
+from adaptive_ff.identify.fitting.fit import fit_terms
+from adaptive_ff.identify.fitting.fitted import Fitted
+from adaptive_ff.identify.fitting.grid import BLOCKS, Grid, make_grid
+from adaptive_ff.identify.fitting.grid_fit import LEAD, Point, fit_on_grid
 from adaptive_ff.identify.fitting.shape_profile import Profile, profile_interval, shape_profiles
 from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.identify.terms import (

@@ -23,9 +23,9 @@ from scipy.linalg import null_space
 
 from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.errors import InputError
-from adaptive_ff.identify.fitting.fit import Fitted
+from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.preparation import Prepared
-from adaptive_ff.identify.rows.filtering import Band, band_of_motion, uniform, velocity_between, wide_velocity
+from adaptive_ff.identify.rows.band import Band, band_of_motion, uniform, velocity_between, wide_velocity
 from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.identify.terms import ASYMMETRY, BENT, FORCE_OVER, FRICTION_OVER, GRAVITY, LOAD, Terms, bent_friction
 from adaptive_ff.logs.defects import Piece

@@ -33,7 +33,7 @@ from adaptive_ff.identify.open_loop.shrinkage import fit_path
 from adaptive_ff.identify.open_loop.simulation import FIRST, OpenLoopModel, Record
 from adaptive_ff.identify.open_loop.slopes import Training
 from adaptive_ff.identify.preparation import Prepared, prepare
-from adaptive_ff.identify.rows.filtering import uniform
+from adaptive_ff.identify.rows.band import uniform
 from adaptive_ff.logs.derivatives import Array, lowpass
 from adaptive_ff.logs.log import Log, check_log
 

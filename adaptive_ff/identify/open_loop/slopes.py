@@ -2,8 +2,8 @@
 
 With ``sgn(w)`` the simulation of :mod:`adaptive_ff.identify.open_loop.simulation` has bends: where the motion almost
 stops and goes on, a joint that rests forgets its velocity and one that does not keeps it, and a search for the best
-parameters stops there. For the fit the Coulomb friction is ``Fc w/(|w| + W)`` with a small velocity ``W``, by the implicit
-Euler method
+parameters stops there. For the fit the Coulomb friction is ``Fc w/(|w| + W)`` with a small velocity ``W``, by the
+implicit Euler method
 
     (1 + h/J phi sigma) x + h/J phi Fc x/(x + W) = |v + h/J (u - g(q))|,    x = |v'|
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.rows.filtering import uniform
+from adaptive_ff.identify.rows.band import uniform
 from adaptive_ff.logs.bandwidth import motion_noise
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import ORDER

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.rows.filtering import uniform, wide_velocity
+from adaptive_ff.identify.rows.band import uniform, wide_velocity
 from adaptive_ff.logs.bandwidth import DERIVATIVE_TIMES_WITHIN
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, lowpass

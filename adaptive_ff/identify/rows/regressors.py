@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.identify.rows.filtering import Conditioned, transferred
+from adaptive_ff.identify.rows.band import transferred
+from adaptive_ff.identify.rows.filtering import Conditioned
 from adaptive_ff.identify.rows.sampled_lag import sampled_share
 from adaptive_ff.identify.terms import BENT, DIRECT, FORCE_OVER
 from adaptive_ff.logs.derivatives import Array

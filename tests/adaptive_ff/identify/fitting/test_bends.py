@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.fitting.fit import Fitted
+from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.terms import BENT
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from adaptive_ff.identify.fitting.cross_validation import Validated, behind, choose
-from adaptive_ff.identify.fitting.grid import BLOCKS, Point
+from adaptive_ff.identify.fitting.grid import BLOCKS
+from adaptive_ff.identify.fitting.grid_fit import Point
 from adaptive_ff.identify.terms import LAG, STICTION
 
 PLAIN = ("inertia", "coulomb", "viscous")
