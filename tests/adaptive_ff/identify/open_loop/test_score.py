@@ -7,8 +7,7 @@ import pytest
 
 from adaptive_ff import InputError
 from adaptive_ff.adaptive.learning.map_settings import map_parameters
-from adaptive_ff.identify.open_loop import score
-from adaptive_ff.identify.open_loop import shrinkage as open_loop_fit
+from adaptive_ff.identify.open_loop import shrinkage, structures
 from adaptive_ff.identify.open_loop.mean import (
     Validated,
     held_out_squares,
@@ -61,7 +60,7 @@ def test_friction_over_position_is_the_controllers_map():
 
 
 def test_a_map_is_chosen_where_the_other_record_needs_it(monkeypatch):
-    monkeypatch.setattr(score, "KNOTS", (1,))
+    monkeypatch.setattr(structures, "KNOTS", (1,))
     train, test = (_log(0.4, seed) for seed in (101, 102))
     with_map = score_log(train, test, position_periods=(0.5,))
     assert with_map.chosen.mapped == 2
@@ -180,14 +179,14 @@ def test_models_that_validate_alike_have_no_winner():
 
 def test_change_of_the_last_digits_changes_the_result_little(monkeypatch):
     """A log changed by 1e-12, and fits of twice the steps, where the joint rests more than half of the time."""
-    monkeypatch.setattr(score, "KNOTS", (1, 17))
+    monkeypatch.setattr(structures, "KNOTS", (1, 17))
     train, test = _sticking(1), _sticking(2)
     assert np.mean(np.diff(train.position) == 0.0) > 0.5
     noise = 1.0 + 1e-12 * np.random.default_rng(3).standard_normal((2, train.time.size))
     moved = replace(train, position=noise[0] * train.position, torque=noise[1] * train.torque)
     found = score_log(train, test)
     again = [score_log(moved, test)]
-    monkeypatch.setattr(open_loop_fit, "STEPS", 2 * open_loop_fit.STEPS)
+    monkeypatch.setattr(shrinkage, "STEPS", 2 * shrinkage.STEPS)
     again.append(score_log(train, test))
     for other in again:
         assert np.std(other.simulated - found.simulated) < 0.03 * found.rms
@@ -195,7 +194,7 @@ def test_change_of_the_last_digits_changes_the_result_little(monkeypatch):
 
 
 def test_torque_that_acts_late_is_simulated_so(monkeypatch):
-    monkeypatch.setattr(score, "KNOTS", (1,))
+    monkeypatch.setattr(structures, "KNOTS", (1,))
     late = 5  # rows
     train, test = (_delayed(_log(0.0, seed), late) for seed in (101, 102))
     told, untold = (score_log(train, test, torque_delay=delay) for delay in (late * PERIOD, 0.0))
@@ -204,7 +203,7 @@ def test_torque_that_acts_late_is_simulated_so(monkeypatch):
 
 
 def test_what_was_done_about_a_log_is_said(monkeypatch):
-    monkeypatch.setattr(score, "KNOTS", (1,))
+    monkeypatch.setattr(structures, "KNOTS", (1,))
     train, test = _log(0.0, 101), _log(0.0, 102)
     test.torque[2000] = np.nan
     found = score_log(train, test)
@@ -212,7 +211,7 @@ def test_what_was_done_about_a_log_is_said(monkeypatch):
 
 
 def test_score_on_the_log_that_it_is_trained_on_is_said_to_tell_nothing(monkeypatch):
-    monkeypatch.setattr(score, "KNOTS", (1,))
+    monkeypatch.setattr(structures, "KNOTS", (1,))
     log = _log(0.0, 101)
     (caution,) = score_log(log, replace(log, name="copy")).cautions
     assert caution.startswith("copy: is the log that the model is trained on")
