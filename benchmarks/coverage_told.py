@@ -16,8 +16,7 @@ from adaptive_ff.identify.fitting.fit import fit_terms
 from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.fitting.grid import BLOCKS, make_grid
 from adaptive_ff.identify.fitting.grid_fit import fit_on_grid
-from adaptive_ff.identify.identification import regression_problem
-from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.preparation import prepare, regression_problem
 from adaptive_ff.identify.reported import VAGUE
 from adaptive_ff.identify.terms import BENT, LAG
 from benchmarks.coverage import FIRST_SEED, NAMES, Case, make_case

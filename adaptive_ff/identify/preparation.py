@@ -7,6 +7,9 @@ import numpy as np
 
 from adaptive_ff.errors import InputError, counted
 from adaptive_ff.identify.rows.band import shortest_piece, uniform, wide_velocity
+from adaptive_ff.identify.rows.column_noise import column_noise
+from adaptive_ff.identify.rows.filtering import condition
+from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.identify.rows.standing import Rest, find_rest
 from adaptive_ff.logs.bandwidth import check_bandwidth, choose_bandwidth, wide_corner
 from adaptive_ff.logs.defects import Piece, Skipped, check_varies, median_step, usable_pieces
@@ -22,6 +25,8 @@ steps from a sixth of the sampling frequency on; the band ends at a tenth."""
 FEWEST_SAMPLES = 50
 """Samples below which nothing is tried."""
 
+LAG_CYCLES = 1.0
+"""Largest friction lag that is looked for, in cycles of the band."""
 
 LARGEST = 1e30
 """Largest value of a series; one over it is the smallest peak."""
@@ -120,24 +125,6 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
     return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities, corner), said)
 
 
-def _check_moves(log: Log, pieces: list[Piece], unit: str) -> None:
-    """Refuse a position that is nothing but noise, by J. von Neumann's ratio (1941).
-
-    The mean square of its steps is twice the variance then, and ``1 - cos(2 pi f Ts)`` of that for a sine.
-    """
-    if log.position is None:
-        return
-    positions = [log.position[start:stop] for start, stop in pieces]
-    steps = sum(float(np.sum(np.diff(position) ** 2)) for position in positions)
-    spread = sum(float(np.sum((position - np.mean(position)) ** 2)) for position in positions)
-    if steps > NOISE_ALONE * 2.0 * spread:
-        scatter = math.sqrt(spread / sum(piece.size for piece in pieces))
-        raise InputError(
-            f"{log.name}: the position scatters by {scatter:.3g} {unit} (rms), no more than from one sample to the "
-            "next: that is noise; it must move to be identified"
-        )
-
-
 def too_short(piece: Piece, period: float, needed: int) -> str:
     """Say why a piece is too short."""
     return f"a piece of {piece.size * period:.3g} s; the filters need {needed * period:.3g} s"
@@ -158,6 +145,61 @@ def split(pieces: list[Piece], share: float) -> tuple[list[Piece], list[Piece]]:
         first += [Piece(piece.start, middle)] if middle > piece.start else []
         second += [Piece(middle, piece.stop)] if piece.stop > middle else []
     return first, second
+
+
+class Parts(NamedTuple):
+    """Pieces of a log that are fitted and held out, and what became too short for the filters."""
+
+    fitting: list[Piece]
+    holding: list[Piece]
+    short: list[Skipped]
+
+
+def divide(prepared: Prepared, share: float) -> Parts:
+    """Divide the pieces of a log in time; the last share of their samples is held out."""
+    needed = shortest_piece(prepared.bandwidth, prepared.period)
+    parts = split(prepared.pieces, share)
+    fitting, holding = ([piece for piece in part if piece.size >= needed] for part in parts)
+    short = [
+        Skipped(*piece, too_short(piece, prepared.period, needed))
+        for part in parts
+        for piece in part
+        if piece.size < needed
+    ]
+    if not fitting:
+        raise InputError(
+            f"{prepared.log.name}: with {100.0 * share:g} % held out, no piece is left of the {needed} samples that "
+            "the filters need; hold out less"
+        )
+    return Parts(fitting, holding, short)
+
+
+def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
+    """Return what is regressed of some pieces of a log; the delay of the torque in s."""
+    band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
+    conditioned = [condition(prepared.log, piece, band, period, rest, torque_delay) for piece in pieces]
+    longest = max(prepared.pieces, key=lambda piece: piece.size)
+    noise = column_noise(prepared.log, longest, period, (rest.corner, band))
+    variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
+    return Problem(conditioned, rest.speeds, LAG_CYCLES / band, variances)
+
+
+def _check_moves(log: Log, pieces: list[Piece], unit: str) -> None:
+    """Refuse a position that is nothing but noise, by J. von Neumann's ratio (1941).
+
+    The mean square of its steps is twice the variance then, and ``1 - cos(2 pi f Ts)`` of that for a sine.
+    """
+    if log.position is None:
+        return
+    positions = [log.position[start:stop] for start, stop in pieces]
+    steps = sum(float(np.sum(np.diff(position) ** 2)) for position in positions)
+    spread = sum(float(np.sum((position - np.mean(position)) ** 2)) for position in positions)
+    if steps > NOISE_ALONE * 2.0 * spread:
+        scatter = math.sqrt(spread / sum(piece.size for piece in pieces))
+        raise InputError(
+            f"{log.name}: the position scatters by {scatter:.3g} {unit} (rms), no more than from one sample to the "
+            "next: that is noise; it must move to be identified"
+        )
 
 
 def _check_sizes(log: Log, period: float) -> None:

@@ -53,15 +53,6 @@ class LogIdentification:
         How well the model says the torque that it was fitted to, and torque that it was not.
     validated_on : str
         What the latter is.
-    carries_over : tuple of terms and TorqueError, or None
-        Where the chosen model is much worse on what was held out, but one of another family is not: its terms, and its
-        error there, which may still be more than that of the chosen one.
-    other_units : str or None
-        What another log's torque or motion seems to be in, where it is not what the log's is in.
-    has_other_load : bool
-        Whether what was held out speaks for another gravity or offset there alone.
-    has_changed : bool
-        Whether what was held out speaks for another friction or inertia there.
     both_ways : bool
         Whether the joint moves both ways.
     curve : FrictionCurve
@@ -78,6 +69,15 @@ class LogIdentification:
         What of position and load friction, or a force, might depend on.
     position_map : IdentifiedMap or None
         How they do; None where the model does without.
+    carries_over : tuple of terms and TorqueError, or None
+        Where the chosen model is much worse on what was held out, but one of another family is not: its terms, and its
+        error there, which may still be more than that of the chosen one.
+    other_units : str or None
+        What another log's torque or motion seems to be in, where it is not what the log's is in.
+    has_other_load : bool
+        Whether what was held out speaks for another gravity or offset there alone.
+    has_changed : bool
+        Whether what was held out speaks for another friction or inertia there.
     verdict : list of str
         What the log determines and what it does not, a sentence each.
     cautions : list of str
@@ -97,10 +97,6 @@ class LogIdentification:
     fit: TorqueError
     validation: TorqueError | None
     validated_on: str
-    carries_over: tuple[tuple[str, ...], TorqueError] | None
-    other_units: str | None
-    has_other_load: bool
-    has_changed: bool
     both_ways: bool
     curve: FrictionCurve
     rest_torque: float | None
@@ -111,6 +107,10 @@ class LogIdentification:
     reference: Reference
     map_asked: MapAsked
     position_map: IdentifiedMap | None
+    carries_over: tuple[tuple[str, ...], TorqueError] | None = None
+    other_units: str | None = None
+    has_other_load: bool = False
+    has_changed: bool = False
     verdict: list[str] = field(default_factory=list)
     cautions: list[str] = field(default_factory=list)
 

@@ -1,12 +1,13 @@
 """The torque that a fitted model says, beside the measured one."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.identify.fitting.fitted import Fitted
+from adaptive_ff.identify.rows.filtering import Conditioned
 from adaptive_ff.identify.rows.regressors import Problem, piece_columns
 from adaptive_ff.logs.derivatives import Array
 
@@ -99,3 +100,19 @@ def torque_error(predictions: Sequence[Prediction]) -> TorqueError | None:
         return None
     relative = size / whole
     return TorqueError(relative, size / torque.size**0.5, torque.size, torque.size * predictions[0].period)
+
+
+def rest_torque(problem: Problem, values: Mapping[str, float]) -> float | None:
+    """Return the largest torque at rest without offset and gravity, N m; None where the joint does not rest."""
+    torques = [np.abs((piece.held - _carried(piece, values))[piece.rests]) for piece in problem.pieces]
+    largest = [float(np.max(torque)) for torque in torques if torque.size]
+    return max(largest) if largest else None
+
+
+def _carried(piece: Conditioned, values: Mapping[str, float]) -> Array | float:
+    """Return the torque (N m) that carries offset and gravity along a piece, for the values of the terms."""
+    torque: Array | float = values.get("offset", 0.0)
+    for term, wave in (("gravity_sine", np.sin), ("gravity_cosine", np.cos)):
+        if term in values and piece.position is not None:
+            torque = torque + values[term] * wave(piece.position)
+    return torque

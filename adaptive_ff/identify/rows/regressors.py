@@ -29,6 +29,10 @@ FEWEST_REVERSALS, SMALLEST_SHARE = 2, 0.25
 """Reversals in motion, and how many over those at which the joint stands, from which on a log shows a friction lag."""
 
 
+BOTH_WAYS = 0.02
+"""Share of the rows that the rarer direction must have for the joint to count as moving both ways."""
+
+
 class Problem(NamedTuple):
     """What is regressed.
 
@@ -51,6 +55,17 @@ class Problem(NamedTuple):
     longest_lag: float
     noise: Mapping[str, float] = {}
     unlagged: Sequence[str] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows that are regressed."""
+        return sum(int(np.count_nonzero(piece.slides)) for piece in self.pieces)
+
+    @property
+    def moves_both_ways(self) -> bool:
+        """Whether the joint moves both ways; else an offset cannot be told from Coulomb friction."""
+        direction = np.concatenate([piece.direction[piece.slides] for piece in self.pieces])
+        return bool(min(np.mean(direction > 0.5), np.mean(direction < -0.5)) >= BOTH_WAYS)
 
     @property
     def shows_lag(self) -> bool:

@@ -5,8 +5,8 @@ import pytest
 from bristle_logs import INERTIA, VISCOUS, bristle_log
 
 from adaptive_ff.identify.alternatives.bristle_lag import fit_on_bristles
-from adaptive_ff.identify.identification import identify_log, regression_problem
-from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.preparation import prepare, regression_problem
 from adaptive_ff.identify.rows.regressors import piece_columns
 from adaptive_ff.identify.terms import LAG
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from adaptive_ff.identify.identification import rest_torque
+from adaptive_ff.identify.fitting.prediction import rest_torque
 from adaptive_ff.identify.words.verdict import shows_stiction
 
 ANGLE = np.linspace(-1.5, 1.5, 31)

@@ -7,8 +7,7 @@ from adaptive_ff.identify.fitting.fit import fit_terms
 from adaptive_ff.identify.fitting.grid import BLOCKS, make_grid
 from adaptive_ff.identify.fitting.grid_fit import fit_on_grid
 from adaptive_ff.identify.fitting.shape_profile import profile_interval, shape_profiles
-from adaptive_ff.identify.identification import regression_problem
-from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.preparation import prepare, regression_problem
 from adaptive_ff.identify.terms import SATURATIONS
 from adaptive_ff.logs.log import Log
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from adaptive_ff.identify.identification import identify_log, regression_problem
-from adaptive_ff.identify.preparation import prepare
+from adaptive_ff.identify.identification import identify_log
+from adaptive_ff.identify.preparation import prepare, regression_problem
 from adaptive_ff.identify.rows.filtering import condition
 from adaptive_ff.identify.rows.regressors import design, measured_torque, piece_columns
 from adaptive_ff.identify.rows.standing import Rest, reversals, standing, with_signs_of_motion
