@@ -14,6 +14,12 @@ PAGES = sorted(
 )
 STUBS = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("__init__.pyi"))
 
+ROOMS = [
+    *(f"adaptive/{room}".rstrip("/") for room in ("", "learning", "supervision", "at_rest", "faults")),
+    *(f"identify/{room}".rstrip("/") for room in ("", "rows", "fitting", "maps", "alternatives", "words", "open_loop")),
+]
+"""Folders of adaptive_ff whose page says what each of their files holds."""
+
 
 def test_every_folder_of_tests_is_that_of_a_package():
     folders = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests").rglob("test_*.py")}
@@ -74,8 +80,8 @@ def test_links_to_headings_find_them(page):
         assert heading in anchors, f"{page}: {target}#{heading}"
 
 
-@pytest.mark.parametrize("room", ["", "learning", "supervision", "at_rest", "faults"])
-def test_pages_of_the_adaptive_controller_name_every_file_of_their_room(room):
-    folder = ROOT / "adaptive_ff" / "adaptive" / room
+@pytest.mark.parametrize("room", ROOMS)
+def test_pages_of_rooms_name_every_file_of_their_room(room):
+    folder = ROOT / "adaptive_ff" / room
     page = (folder / "README.md").read_text()
     assert [path.name for path in folder.glob("[a-z]*.py") if f"`{path.name}`" not in page] == []
