@@ -109,14 +109,7 @@ def identify_log(
     TypeError
         The log is none, or an argument is of another kind.
     """
-    check_log("log", log)
-    if validation is not None:
-        check_log("validation", validation)
-        if log.is_same_record(validation):
-            raise InputError(
-                f"{validation.name}: the log to validate on is the one that is fitted; give another one, or none: the "
-                "end of the log is held out then"
-            )
+    _check_logs(log, validation)
     told, torque_delay = torque_delay is not None, torque_delay or 0.0
     _check_arguments(held_out, torque_delay, confidence)
     linear, is_current = checked_switch("linear", linear), checked_switch("is_current", is_current)
@@ -127,7 +120,6 @@ def identify_log(
     parts = divide(prepared, held_out if validation is None else 0.0)
     if asked.periods:
         check_periods(asked, log.name, *_positions(prepared, parts.fitting))
-    located = has_positions(prepared, validation)
     chosen = choose_model(
         prepared,
         parts.fitting,
@@ -135,7 +127,7 @@ def identify_log(
         asked,
         family=model,
         rotary=not linear,
-        located=located,
+        located=has_positions(prepared, validation),
         confidence=confidence,
     )
     chosen, later = _with_alternatives(chosen, parts.fitting, delay_told=told)
@@ -145,7 +137,7 @@ def identify_log(
         held = with_map(held, other, unseen, chosen.basis, chosen.selection.varied)
     units = LINEAR if linear else ROTARY
     units = of_current(units) if is_current else units
-    found = replace(_assemble(chosen, parts, held, confidence), units=units, validated_on=name)
+    found = _assemble(chosen, parts, held, confidence, units, name)
     if found.validation is not None and is_larger(found.fit, found.validation):
         why = reasons(chosen.problem, held, found.selection, found.fit, found.validation, of_log=validation is not None)
         found = replace(found, **why._asdict())
@@ -176,8 +168,10 @@ def _unseen(
     return other, other.pieces, validation.name
 
 
-def _assemble(chosen: Chosen, parts: Parts, held: Problem, confidence: float) -> LogIdentification:
-    """Return the result of a fit; its units and the name of the validation are the caller's."""
+def _assemble(
+    chosen: Chosen, parts: Parts, held: Problem, confidence: float, units: dict[str, str], validated_on: str
+) -> LogIdentification:
+    """Return the result of a fit, before anything is said of it."""
     prepared, problem, selection, basis, asked = chosen
     model, log = selection.chosen, prepared.log
     rows, unseen = predict(problem, model), predict(held, model)
@@ -189,7 +183,7 @@ def _assemble(chosen: Chosen, parts: Parts, held: Problem, confidence: float) ->
     lags = np.union1d(grid, [model.values.get("friction_lag", 0.0)])  # with the minimum itself
     return LogIdentification(
         name=log.name,
-        units=ROTARY,
+        units=units,
         parameters=reported(selection),
         selection=selection,
         confidence=confidence,
@@ -200,7 +194,7 @@ def _assemble(chosen: Chosen, parts: Parts, held: Problem, confidence: float) ->
         skipped=sorted([*prepared.skipped, *parts.short]),
         fit=fit,
         validation=torque_error(unseen),
-        validated_on="",
+        validated_on=validated_on,
         both_ways=problem.moves_both_ways,
         curve=friction_curve(rows, model.values["coulomb"], prepared.bandwidth, confidence),
         rest_torque=rest_torque(problem, model.values),
@@ -218,6 +212,17 @@ def _positions(prepared: Prepared, pieces: list[Piece]) -> tuple[float, float]:
     """Return the lowest and the highest position of some pieces of a log, rad."""
     motions = [prepared.log.motion[piece.start : piece.stop] for piece in pieces]
     return min(float(np.min(motion)) for motion in motions), max(float(np.max(motion)) for motion in motions)
+
+
+def _check_logs(log: Log, validation: Log | None) -> None:
+    check_log("log", log)
+    if validation is not None:
+        check_log("validation", validation)
+        if log.is_same_record(validation):
+            raise InputError(
+                f"{validation.name}: the log to validate on is the one that is fitted; give another one, or none: the "
+                "end of the log is held out then"
+            )
 
 
 def _check_arguments(held_out: float, torque_delay: float, confidence: float) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.stiction import known_stiction
+from adaptive_ff.identify.stiction import Stiction, known_stiction
 from adaptive_ff.identify.terms import SATURATIONS
 from adaptive_ff.identify.units import LINEAR, ROTARY, is_linear, is_of_current
 from adaptive_ff.identify.words.unattributed import unattributed
@@ -26,7 +26,6 @@ MOST_VARIED = 0.9
 
 SOLVER_STEP = 0.001
 """Longest solver period, s."""
-
 
 SEAM = 1e-3
 """Difference of the velocities at both ends of the motion from which on they are joined, over the largest speed."""
@@ -75,36 +74,9 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         raise InputError(f"{found.name}: the inertia is not identifiable, so there is no scenario")
     if vague := unattributed(found):
         raise InputError(f"{found.name}: {vague}; so there is no scenario")
-    stiction, bend, shape, _, remark = known_stiction(found, coulomb)
-    known = remark or _interval(found, "stiction")
-    bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
+    slow = known_stiction(found, coulomb)
     period = float(f"{found.period:.4g}")
-    substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    left = left_out(found)
-    head = [
-        f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
-        "The simulated joint is the same in both directions and has no offset of the torque"
-        + (f"; left out of the log: {' and '.join(left)}." if left else "."),
-    ]
-    linear = is_linear(found.units)
-    if is_of_current(found.units):
-        taken = LINEAR if linear else ROTARY
-        mass, read = (units["inertia"].replace("²", "^2") for units in (found.units, taken))
-        head.append(
-            f"The torque of the log is a current: read A for {taken['torque']} and {mass} for {read}, or give a torque "
-            "constant."
-        )
-    joint = {
-        **({"axis": "linear"} if linear else {}),
-        "inertia": _rounded(inertia),
-        "coulomb": _rounded(coulomb),
-        "stiction": _rounded(stiction),
-        "viscous": _rounded(found.value("viscous")),
-        "stribeck_velocity": _rounded(bend),
-        "stribeck_shape": _rounded(shape),
-        "friction_lag": _rounded(found.value("friction_lag")),
-        "solver_period": _rounded(period / substeps),
-    }
+    joint = _joint(found, slow, period)
     content = {
         "controllers": list(MAIN_JOB),
         "joint": joint,
@@ -117,11 +89,52 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         **_variation(found),
         "fixed": {name: joint[name] for name in ("inertia", "coulomb", "viscous")},
     }
-    comments = {
+    return toml_text(content, {**_comments(found, slow), **_map_comments(found)}, _head(found))
+
+
+def _joint(found: LogIdentification, slow: Stiction, period: float) -> dict[str, Any]:
+    """Return the simulated joint; the sampling period in s."""
+    substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
+    return {
+        **({"axis": "linear"} if is_linear(found.units) else {}),
+        "inertia": _rounded(found.value("inertia")),
+        "coulomb": _rounded(found.value("coulomb")),
+        "stiction": _rounded(slow.stiction),
+        "viscous": _rounded(found.value("viscous")),
+        "stribeck_velocity": _rounded(slow.velocity),
+        "stribeck_shape": _rounded(slow.shape),
+        "friction_lag": _rounded(found.value("friction_lag")),
+        "solver_period": _rounded(period / substeps),
+    }
+
+
+def _head(found: LogIdentification) -> list[str]:
+    """Return the comments above the scenario: where it comes from, what it does without, and in which units it is."""
+    left = left_out(found)
+    head = [
+        f"Joint identified from {_one_line(found.name)} in a band of {found.bandwidth:.3g} Hz.",
+        "The simulated joint is the same in both directions and has no offset of the torque"
+        + (f"; left out of the log: {' and '.join(left)}." if left else "."),
+    ]
+    if is_of_current(found.units):
+        taken = LINEAR if is_linear(found.units) else ROTARY
+        mass, read = (units["inertia"].replace("²", "^2") for units in (found.units, taken))
+        head.append(
+            f"The torque of the log is a current: read A for {taken['torque']} and {mass} for {read}, or give a torque "
+            "constant."
+        )
+    return head
+
+
+def _comments(found: LogIdentification, slow: Stiction) -> dict[str, str]:
+    """Return how well each value is known, or that it is assumed, by its key."""
+    known = slow.remark or _interval(found, "stiction")
+    bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
+    return {
         **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "viscous", "friction_lag")},
         "joint.stiction": known,
         "joint.stribeck_velocity": bend_known,
-        "joint.stribeck_shape": known if shape != 1.0 else "assumed",
+        "joint.stribeck_shape": known if slow.shape != 1.0 else "assumed",
         "sampling.period": "as recorded",
         "sensor.velocity_noise": "scatter of the log's velocity without a filter",
         "reference.path": "the motion of the log in its band, its end led to its start, so that it repeats",
@@ -131,16 +144,24 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         "adaptation.memory": "assumed",
         "fixed": "the identified Coulomb and viscous friction",
     }
-    if found.position_map is not None and found.position_map.friction is not None:
+
+
+def _map_comments(found: LogIdentification) -> dict[str, str]:
+    """Return the comments on friction over position and on a ripple, by key."""
+    learnt = found.position_map
+    if learnt is None:
+        return {}
+    comments = {}
+    if learnt.friction is not None:
         comments["variation"] = "the largest rise over the identified period; sin(2 pi q/period) from the start on"
-        key = "position_periods" if found.position_map.periods else "position_hats"
+        key = "position_periods" if learnt.periods else "position_hats"
         comments[f"adaptation.{key}"] = "friction depends on position in the log: the controller learns it anew"
-        ends = " to ".join(f"{end:.4g}" for end in found.position_map.range)
+        ends = " to ".join(f"{end:.4g}" for end in learnt.range)
         comments["adaptation.position_range"] = f"from the start of the motion; {ends} in the log"
-    if "actuator" in content:
+    if learnt.force_periods:
         comments["actuator"] = "the largest ripple of the log; sin(2 pi q/period) from the start on"
         comments["adaptation.ripple_periods"] = "the controller learns its size"
-    return toml_text(content, comments, head)
+    return comments
 
 
 def _mapped(found: LogIdentification) -> dict[str, Any]:
