@@ -1,4 +1,4 @@
-"""A log cut into pieces that can be filtered, with the band and what counts as rest."""
+"""A log cut into pieces that can be filtered, with the band and what counts as rest, and the rows of some of them."""
 
 import math
 from typing import NamedTuple
@@ -108,7 +108,7 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
     check_bandwidth(bandwidth, period)
     needed = shortest_piece(bandwidth, period)
     enough = [piece for piece in pieces if piece.size >= needed]
-    short = [Skipped(*piece, too_short(piece, period, needed)) for piece in pieces if piece.size < needed]
+    short = [Skipped(*piece, _too_short(piece, period, needed)) for piece in pieces if piece.size < needed]
     if not enough:
         longest = max(pieces, key=lambda piece: piece.size)
         raise InputError(
@@ -125,9 +125,31 @@ def prepare(log: Log, bandwidth: float | None = None, *, linear: bool = False) -
     return Prepared(log, enough, sorted([*skipped, *short]), period, bandwidth, find_rest(velocities, corner), said)
 
 
-def too_short(piece: Piece, period: float, needed: int) -> str:
-    """Say why a piece is too short."""
-    return f"a piece of {piece.size * period:.3g} s; the filters need {needed * period:.3g} s"
+class Parts(NamedTuple):
+    """Pieces of a log that are fitted and held out, and what became too short for the filters."""
+
+    fitting: list[Piece]
+    holding: list[Piece]
+    short: list[Skipped]
+
+
+def divide(prepared: Prepared, share: float) -> Parts:
+    """Divide the pieces of a log in time; the last share of their samples is held out."""
+    needed = shortest_piece(prepared.bandwidth, prepared.period)
+    parts = split(prepared.pieces, share)
+    fitting, holding = ([piece for piece in part if piece.size >= needed] for part in parts)
+    short = [
+        Skipped(*piece, _too_short(piece, prepared.period, needed))
+        for part in parts
+        for piece in part
+        if piece.size < needed
+    ]
+    if not fitting:
+        raise InputError(
+            f"{prepared.log.name}: with {100.0 * share:g} % held out, no piece is left of the {needed} samples that "
+            "the filters need; hold out less"
+        )
+    return Parts(fitting, holding, short)
 
 
 def split(pieces: list[Piece], share: float) -> tuple[list[Piece], list[Piece]]:
@@ -147,33 +169,6 @@ def split(pieces: list[Piece], share: float) -> tuple[list[Piece], list[Piece]]:
     return first, second
 
 
-class Parts(NamedTuple):
-    """Pieces of a log that are fitted and held out, and what became too short for the filters."""
-
-    fitting: list[Piece]
-    holding: list[Piece]
-    short: list[Skipped]
-
-
-def divide(prepared: Prepared, share: float) -> Parts:
-    """Divide the pieces of a log in time; the last share of their samples is held out."""
-    needed = shortest_piece(prepared.bandwidth, prepared.period)
-    parts = split(prepared.pieces, share)
-    fitting, holding = ([piece for piece in part if piece.size >= needed] for part in parts)
-    short = [
-        Skipped(*piece, too_short(piece, prepared.period, needed))
-        for part in parts
-        for piece in part
-        if piece.size < needed
-    ]
-    if not fitting:
-        raise InputError(
-            f"{prepared.log.name}: with {100.0 * share:g} % held out, no piece is left of the {needed} samples that "
-            "the filters need; hold out less"
-        )
-    return Parts(fitting, holding, short)
-
-
 def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: float) -> Problem:
     """Return what is regressed of some pieces of a log; the delay of the torque in s."""
     band, period, rest = prepared.bandwidth, prepared.period, prepared.rest
@@ -182,6 +177,11 @@ def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: fl
     noise = column_noise(prepared.log, longest, period, (rest.corner, band))
     variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
     return Problem(conditioned, rest.speeds, LAG_CYCLES / band, variances)
+
+
+def _too_short(piece: Piece, period: float, needed: int) -> str:
+    """Say why a piece is too short."""
+    return f"a piece of {piece.size * period:.3g} s; the filters need {needed * period:.3g} s"
 
 
 def _check_moves(log: Log, pieces: list[Piece], unit: str) -> None:
