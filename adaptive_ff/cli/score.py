@@ -94,6 +94,7 @@ def score_command(
 def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path, linear: bool) -> list[str]:
     unit = "mm" if linear else "mrad"
     best = score.chosen
+    explained = [score.explanation] if score.explanation else []
     mapped = f", friction over position ({best.mapped} coefficients)" if best.mapped else ""
     return [
         columns_taken(columns),
@@ -102,4 +103,5 @@ def _sentences(score: "Score", columns: dict[str, str], train: Path, test: Path,
         "held out.",
         f"Open loop on {test}: {1e3 * score.rms:.3g} {unit} rms, fit {score.fit:.4g} %; in windows of 1 s "
         f"{1e3 * score.windows:.3g} {unit} rms. The whole log of the training: {1e3 * score.training_rms:.3g} {unit}.",
+        *explained,
     ]

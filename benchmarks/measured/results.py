@@ -86,7 +86,7 @@ def score_sentence(result: Result) -> str:
         f"viscous friction by direction in {best.by_direction:.0%} of it, {best.parameters:.3g} parameters in effect, "
         f"{1e3 * best.error:.3g} {unit} rms on what was held out), "
         f"{result.job.records[1]} from its torque: {1e3 * score.rms:.3g} {unit} rms, "
-        f"{1e3 * score.windows:.3g} {unit} in windows of 1 s."
+        f"{1e3 * score.windows:.3g} {unit} in windows of 1 s. {score.explanation}"
     )
 
 

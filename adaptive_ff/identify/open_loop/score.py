@@ -24,6 +24,13 @@ import numpy as np
 
 from adaptive_ff.identify.identification import check_delay, identify_log
 from adaptive_ff.identify.maps.map_columns import MapAsked, check_asked, check_periods
+from adaptive_ff.identify.open_loop.changed_joint import (
+    ChangedJoint,
+    fitted_changes,
+    root_mean_square,
+    whole_error,
+    words_of_change,
+)
 from adaptive_ff.identify.open_loop.choice import Choice, choose_mean, mean_of_map
 from adaptive_ff.identify.open_loop.mean import Validated
 from adaptive_ff.identify.open_loop.records import WINDOW, prepare_whole, record_of
@@ -58,6 +65,9 @@ class Score:
         The other log.
     linear : bool
         Whether it is a linear axis.
+    changes : list of ChangedJoint
+        What of the error on the other log a change of one parameter explains, the one that leaves least first; they
+        have no part in the model.
     cautions : list of str
         What was done about the logs, or is probably wrong with them, a sentence each.
     """
@@ -74,6 +84,7 @@ class Score:
     measured: Array
     simulated: Array
     linear: bool
+    changes: list[ChangedJoint] = field(default_factory=list)
     cautions: list[str] = field(default_factory=list)
 
     @property
@@ -81,11 +92,17 @@ class Score:
         """The mean that is used."""
         return choose_mean(self.choices)
 
+    @property
+    def explanation(self) -> str:
+        """A sentence on what explains most of the error on the other log; empty where no single number does."""
+        return words_of_change(self.changes[0], self.rms, linear=self.linear) if self.changes else ""
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the series as plain values."""
         figures = ("trained", "tested", "rms", "fit", "windows", "training_rms")
         result: dict[str, Any] = {name: getattr(self, name) for name in figures}
         result["unit"] = "m" if self.linear else "rad"
+        result["changes"] = [change._asdict() for change in self.changes]
         result["warnings"] = self.cautions
         result["model"] = self.model.to_dict()
         result["choices"] = [choice._asdict() for choice in self.choices]
@@ -164,6 +181,7 @@ def _judge(
 ) -> Score:
     training, other = records
     whole = model.errors(other, np.array([0]), other.position.size)[0]
+    rms = root_mean_square(whole[SETTLING:])
     window = round(WINDOW / other.period)
     starts = np.arange(0, other.position.size - window + 1, window)
     return Score(
@@ -171,16 +189,13 @@ def _judge(
         test.name,
         model,
         choices,
-        rms=_rms(whole[SETTLING:]),
-        fit=100.0 * (1.0 - _rms(whole[SETTLING:]) / float(np.std(other.position[SETTLING:]))),
-        windows=_rms(model.errors(other, starts, window)[:, SETTLING:]),
-        training_rms=_rms(model.errors(training, np.array([0]), training.position.size)[0, SETTLING:]),
+        rms=rms,
+        fit=100.0 * (1.0 - rms / float(np.std(other.position[SETTLING:]))),
+        windows=root_mean_square(model.errors(other, starts, window)[:, SETTLING:]),
+        training_rms=root_mean_square(whole_error(model, training)),
         time=other.period * np.arange(other.position.size, dtype=np.float64),
         measured=other.position,
         simulated=other.position + whole,
         linear=linear,
+        changes=fitted_changes(model, other),
     )
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
