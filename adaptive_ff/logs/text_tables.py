@@ -1,7 +1,9 @@
 """Tables in text files: separators, headers, decimal commas, comments and times as people write them."""
 
+import codecs
 import csv
 import math
+import re
 import warnings
 from array import array
 from collections.abc import Collection, Iterator
@@ -28,6 +30,9 @@ NO_DAY = date(1970, 1, 1)
 
 UNKNOWN = ("", "nan", "-nan", "+nan")
 """Cells, in small letters, that say that there is no value."""
+
+FORTRAN = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]?\d+)")
+"""A number as Fortran writes one of double precision: 1.0D+02."""
 
 NO_TEXT = "cannot be read: it is no text in UTF-8; save it as such"
 """What is said of a table that is no text."""
@@ -58,6 +63,12 @@ class Layout(NamedTuple):
     skipped: int
     units: tuple[str, ...] = ()
     is_headed: bool = False
+
+
+def encoding_of(path: Path) -> str:
+    """Return how a text file is written: UTF-16 where it begins with the mark of that, else UTF-8."""
+    with path.open("rb") as stream:
+        return "utf-16" if stream.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
 
 
 def read_table(path: Path, wanted: Collection[str]) -> tuple[list[str], dict[str, NDArray[np.float64]]]:
@@ -127,7 +138,7 @@ def read_complete_table(path: Path, required: list[str], one_of: list[str]) -> d
     """
     try:
         layout = _layout(path, has_header=True)
-        with path.open(newline="", encoding="utf-8-sig") as stream:
+        with path.open(newline="", encoding=encoding_of(path)) as stream:
             for _ in range(layout.skipped):
                 next(stream)
             rows = [row for row in _rows(stream, layout.separator) if any(cell.strip() for cell in row)]
@@ -175,7 +186,7 @@ def _layout(path: Path, *, has_header: bool = False) -> Layout:
     header: list[str] = []
     lines: list[str] = []
     ends: list[int] = []  # lines of the file until the end of each
-    with path.open(newline="", encoding="utf-8-sig") as stream:
+    with path.open(newline="", encoding=encoding_of(path)) as stream:
         for number, line in enumerate(stream, 1):
             if is_open or (line.strip() and not line.lstrip().startswith(COMMENT)):
                 if len(lines) == 3:
@@ -248,7 +259,7 @@ def _read_quickly(path: Path, layout: Layout, places: list[int]) -> NDArray[np.f
     """Read a table that holds nothing but numbers; None where it does not."""
     if layout.comma:
         return None
-    with path.open(newline="", encoding="utf-8-sig") as stream:
+    with path.open(newline="", encoding=encoding_of(path)) as stream:
         try:
             with warnings.catch_warnings(action="ignore"):  # a file without rows is refused later
                 return np.loadtxt(
@@ -279,7 +290,7 @@ def _checked_lines(path: Path, stream: TextIO, layout: Layout) -> Iterator[str]:
 
 def _row_number(path: Path, layout: Layout, place: int) -> int:
     """Return the number, from one, of the row in a line so many lines below the header."""
-    with path.open(newline="", encoding="utf-8-sig") as stream:
+    with path.open(newline="", encoding=encoding_of(path)) as stream:
         lines = islice(stream, layout.skipped, layout.skipped + place + 1)
         return sum(not (line.isspace() or line.lstrip().startswith(COMMENT)) for line in lines)
 
@@ -302,7 +313,7 @@ def _too_wide(layout: Layout, number: int, row: list[str]) -> str:
 def _read_cells(path: Path, layout: Layout, places: list[int]) -> NDArray[np.float64]:
     values, clock = array("d"), Clock()  # a list of numbers would take eight times the memory
     words, first = 0, ""
-    with path.open(newline="", encoding="utf-8-sig") as stream:
+    with path.open(newline="", encoding=encoding_of(path)) as stream:
         for _ in range(layout.skipped):
             next(stream)
         for number, row in enumerate(_rows(stream, layout.separator), 1):
@@ -336,6 +347,8 @@ def _number(cell: str, comma: bool, clock: "Clock | None" = None) -> float:
         return math.nan if "_" in text else float(text)
     except ValueError:
         pass
+    if fortran := FORTRAN.fullmatch(text.strip()):
+        return float("e".join(fortran.groups()))
     try:
         moment = _moment(cell.strip())
     except ValueError:

@@ -26,6 +26,27 @@ WAYS = {
 }
 
 
+@pytest.mark.parametrize("order", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_table_in_utf_16_is_read_by_its_mark(order, tmp_path):
+    """A spreadsheet's Unicode text was refused as no text in UTF-8."""
+    mark = "" if order == "utf-16" else "\ufeff"
+    path = tmp_path / "log.txt"
+    path.write_bytes((mark + "t\tq\tu\n0,0\t1,5\t-2\n0,1\t1,25\t30\n").encode(order))
+    names, columns = read_table(path, ["t", "q", "u"])
+    assert names == ["t", "q", "u"]
+    assert columns["q"].tolist() == [1.5, 1.25]
+    assert columns["u"].tolist() == [-2.0, 30.0]
+
+
+@pytest.mark.parametrize("header", ["t q u\n", ""])
+def test_numbers_of_fortran_in_double_precision_are_read(header, tmp_path):
+    path = tmp_path / "log.dat"
+    path.write_text(f"{header}0.0D+00 1.5d0 -.2D+01\n1.D-01 1.25D0 0.3D+02\n", encoding="utf-8")
+    names, columns = read_table(path, ["t", "q", "u"] if header else ["0", "1", "2"])
+    values = [columns[name].tolist() for name in names]
+    assert values == [[0.0, 0.1], [1.5, 1.25], [-2.0, 30.0]]
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_table_is_read_however_it_is_written(way, tmp_path):
     path = tmp_path / "log.csv"
