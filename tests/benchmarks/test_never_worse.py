@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from typer import Typer
 from typer.testing import CliRunner
 
 from adaptive_ff.comparison.drawn_joints import CLASSES
 from adaptive_ff.comparison.matrix.cells import scenario_names
 from adaptive_ff.comparison.windows import Errors, Judgement
-from benchmarks import never_worse
 from benchmarks.drawn_machines import (
     INERTIAS,
     PERIODS,
@@ -20,7 +20,11 @@ from benchmarks.drawn_machines import (
     draw_elastic,
     draw_machine,
 )
-from benchmarks.never_worse import (
+from benchmarks.never_worse import __main__ as command
+from benchmarks.never_worse.cases import cascade_cases, drawn_cases, elastic_cases, machine_cases, named_cases
+from benchmarks.never_worse.pages import PAGES, with_figures
+from benchmarks.never_worse.rows import row_of
+from benchmarks.never_worse.situations import (
     DATA_SHEETS,
     DRIVES_UNTOLD,
     ENCODERS,
@@ -32,12 +36,6 @@ from benchmarks.never_worse import (
     TOLD_INERTIAS,
     TOLD_NOTHING,
     asked_of,
-    cascade_cases,
-    drawn_cases,
-    elastic_cases,
-    machine_cases,
-    named_cases,
-    row_of,
 )
 
 
@@ -153,9 +151,9 @@ def test_command_prints_the_rows_and_writes_them(tmp_path, monkeypatch):
         cases = named_cases(names, first, references)
         return [case._replace(scenario=case.scenario.modified(duration=6.0, change=[])) for case in cases]
 
-    monkeypatch.setattr(never_worse, "named_cases", short)
-    app = never_worse.typer.Typer()
-    app.command()(never_worse.main)
+    monkeypatch.setattr(command, "named_cases", short)
+    app = Typer()
+    app.command()(command.main)
     target = tmp_path / "rows.json"
     options = ["--scenario", "payload_half", "--references", "1", "--draws", "1", "--workers", "1"]
     result = CliRunner().invoke(app, [*options, "--controller", "pi_inertia", "--json", str(target)])
@@ -170,6 +168,37 @@ def test_command_prints_the_rows_and_writes_them(tmp_path, monkeypatch):
     assert chance["pi"] == row["pi"]
     assert 0.8 < chance["settled"] < 1.2
     assert chance["settled"] != 1.0
+    few = CliRunner().invoke(app, ["--pages", "--references", "2"])
+    assert few.exit_code == 2
     refused = CliRunner().invoke(app, ["--scenario", "nothing"])
     assert refused.exit_code == 2
     assert "'nothing' is not known" in " ".join(refused.output.replace("│", " ").split())
+
+
+def figures_of(name, place):
+    """A row whose figures tell its place."""
+    return {**row_of(name, [judgement(settled=1.0 + place / 8.0)]), "situation": name}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: f"{page.path.parent.name}/{page.path.name}")
+def test_figures_of_a_run_are_written_into_the_tables_and_nothing_else(page):
+    rows = [figures_of(name, place) for place, name in enumerate(SITUATIONS)]
+    old = page.path.read_text(encoding="utf-8")
+    new = with_figures(old, page, rows)
+    assert with_figures(new, page, rows) == new
+    changed = [pair for pair in zip(old.splitlines(), new.splitlines(), strict=True) if pair[0] != pair[1]]
+    assert changed
+    settled = {row["situation"]: row["settled"] for row in rows}
+    for before, after in changed:
+        first = after.split("|")[1]
+        assert before.split("|")[1] == first
+        assert before.count("|") == after.count("|")
+        assert float(after.split("|")[3].split()[0]) == pytest.approx(settled[page.name_of(first.strip())], abs=0.006)
+
+
+def test_every_situation_has_a_row_on_a_page():
+    listed = set()
+    for page in PAGES:
+        table = page.path.read_text(encoding="utf-8").split("<!-- never_worse -->")[1].split("<!-- /never_worse -->")[0]
+        listed |= {page.name_of(row.split("|")[1].strip()) for row in table.strip().splitlines()[2:]}
+    assert listed == SITUATIONS.keys()

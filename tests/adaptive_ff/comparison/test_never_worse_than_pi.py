@@ -9,7 +9,8 @@ from adaptive_ff import load_scenario
 from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
 from adaptive_ff.comparison.windows import judge
 from benchmarks.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
-from benchmarks.never_worse import named_scenario, row_of
+from benchmarks.never_worse.rows import row_of
+from benchmarks.never_worse.situations import named_scenario
 
 SEED, DRAWS = 101, 5
 

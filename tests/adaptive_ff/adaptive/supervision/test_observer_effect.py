@@ -20,7 +20,7 @@ from adaptive_ff.adaptive.supervision.observer_state import initial_observer
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.comparison.windows import judge
-from benchmarks.never_worse import named_cases
+from benchmarks.never_worse.cases import named_cases
 from controllers import check_gains
 from tests.helpers.changed_effect import with_effect
 
