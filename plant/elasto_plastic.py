@@ -32,7 +32,7 @@ from numba.extending import register_jitable
 
 from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, yield_torque
-from plant.sliding import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE
+from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import friction_at
 
 
@@ -159,16 +159,9 @@ def elasto_plastic_speed(
     for _ in range(MAXIMUM_ITERATIONS):
         torque, slope = mobilised_torque(joint, way, turned, travel, period, speed)
         residual = speed + kappa * torque - free
-        if residual > 0.0:
-            high = speed
-        else:
-            low = speed
-        candidate = speed - residual / (1.0 + kappa * slope)
-        if abs(candidate - speed) <= RELATIVE_TOLERANCE * speed:
-            return min(max(candidate, low), high)
-        if not low < candidate < high:
-            candidate = 0.5 * (low + high)
-        speed = candidate
+        low, high, speed, found = next_speed(low, high, speed, residual, 1.0 + kappa * slope)
+        if found:
+            break
     return speed
 
 

@@ -34,7 +34,7 @@ from numba.extending import register_jitable
 
 from plant.change import JointChange, changed_curve
 from plant.friction import Stribeck, scaled, yield_torque
-from plant.sliding import MAXIMUM_ITERATIONS, RELATIVE_TOLERANCE
+from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import friction_at
 
 
@@ -134,16 +134,9 @@ def bristle_speed(
     for _ in range(MAXIMUM_ITERATIONS):
         torque, torque_slope, _ = bristle_torque(curve, bending, slip, damping, speed)
         residual = speed + mobility * (torque + curve.viscous * speed) - pull
-        if residual > 0.0:
-            high = speed
-        else:
-            low = speed
-        candidate = speed - residual / (1.0 + mobility * (torque_slope + curve.viscous))
-        if abs(candidate - speed) <= RELATIVE_TOLERANCE * speed:
-            return min(max(candidate, low), high)
-        if not low < candidate < high:
-            candidate = 0.5 * (low + high)
-        speed = candidate
+        low, high, speed, found = next_speed(low, high, speed, residual, 1.0 + mobility * (torque_slope + curve.viscous))
+        if found:
+            break
     return speed
 
 

@@ -104,6 +104,38 @@ def speed_in_direction(direction: Direction, free_speed: float, friction_torque:
 
 
 @register_jitable
+def next_speed(
+    low: float, high: float, speed: float, residual: float, slope: float
+) -> tuple[float, float, float, bool]:
+    """Return the bracket ``[low, high]`` of a root and the speed (rad/s) after one step of Newton's method in it.
+
+    Parameters
+    ----------
+    low, high, speed : float
+        Bracket and speed before the step, rad/s.
+    residual, slope : float
+        What a rising function of the speed is there, rad/s, and its slope, which is positive.
+
+    Returns
+    -------
+    low, high, speed : float
+        Bracket and speed after it, rad/s: the middle of the bracket where Newton's method leaves it.
+    found : bool
+        Whether the speed is the root.
+    """
+    if residual > 0.0:
+        high = speed
+    else:
+        low = speed
+    candidate = speed - residual / slope
+    if abs(candidate - speed) <= RELATIVE_TOLERANCE * speed:
+        return low, high, min(max(candidate, low), high), True
+    if not low < candidate < high:
+        candidate = 0.5 * (low + high)
+    return low, high, candidate, False
+
+
+@register_jitable
 def sliding_speed(friction: Stribeck, free_speed: float, kappa: float, guess: float) -> float:
     """Solve ``x + kappa F(x) = free_speed`` for the speed ``x > 0`` by Newton's method inside a bracket.
 
