@@ -1,15 +1,14 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
 from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
-from plant.backlash import BacklashParameters, BacklashState, scaled_backlash, step_backlash
+from plant.backlash import BacklashParameters, BacklashState, step_backlash
 from plant.backlash_joint import BacklashJoint
 from plant.change import UNCHANGED, JointChange
-from plant.elastic import ElasticParameters, ElasticState, scaled_elastic, step_elastic
+from plant.elastic import ElasticParameters, ElasticState, step_elastic
 from plant.elastic_joint import ElasticJoint
 from plant.elasto_plastic import (
     ElastoPlasticParameters,
     ElastoPlasticState,
-    scaled_elasto_plastic,
     step_elasto_plastic,
 )
 from plant.elasto_plastic_joint import ElastoPlasticJoint
@@ -100,9 +99,6 @@ __all__ = [
     "phase_change",
     "realise_torque",
     "ripple_torque",
-    "scaled_backlash",
-    "scaled_elastic",
-    "scaled_elasto_plastic",
     "scaled_joint",
     "scaled_lugre",
     "scaled_maxwell",

@@ -23,8 +23,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_curve
-from plant.friction import Stribeck, scaled
+from plant.friction import Stribeck
 from plant.sliding import velocity_under_friction
 from plant.step import friction_at
 
@@ -247,30 +246,6 @@ def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float
         state.wind + winding,
         wound(joint, state, winding),
     )
-
-
-@register_jitable
-def scaled_backlash(joint: BacklashParameters, factor: float) -> BacklashParameters:
-    """Return the joint with the friction of both directions times a dimensionless factor; offset and gear stay."""
-    return joint._replace(friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor))
-
-
-@register_jitable
-def changed_backlash(joint: BacklashParameters, change: JointChange) -> BacklashParameters:
-    """Return the joint with a change of its parameters; a payload is beyond the gear, the motor's inertia stays."""
-    return joint._replace(
-        link_inertia=joint.link_inertia * change.inertia,
-        friction=changed_curve(joint.friction, change),
-        backward=changed_curve(joint.backward, change),
-        offset=joint.offset + change.load,
-        friction_lag=joint.friction_lag * change.lag,
-    )
-
-
-@register_jitable
-def sensed_backlash(state: BacklashState) -> float:
-    """Return the velocity at the motor, where the sensor sits, rad/s."""
-    return state.motor_velocity
 
 
 def initial_backlash(joint: BacklashParameters, velocity: float) -> BacklashState:

@@ -5,7 +5,6 @@ from typing import Literal, Self
 from pydantic import model_validator
 
 from plant.backlash import BacklashParameters
-from plant.elastic import ElasticParameters
 from plant.elastic_joint import Share, check_elastic_period
 from plant.fields import NonNegative, Positive
 from plant.joint import FrictionFields
@@ -77,14 +76,5 @@ def check_backlash_period(joint: BacklashParameters, period: float) -> None:
     ValueError
         The period is too long; the message names the longest one allowed.
     """
-    elastic = ElasticParameters(
-        motor_inertia=joint.motor_inertia,
-        link_inertia=joint.link_inertia,
-        friction=joint.friction,
-        backward=joint.backward,
-        offset=joint.offset,
-        friction_lag=joint.friction_lag,
-        link_stiffness=joint.link_stiffness + joint.hysteresis_stiffness,
-        link_damping=joint.link_damping,
-    )
-    check_elastic_period(elastic, period)
+    stiffness = joint.link_stiffness + joint.hysteresis_stiffness
+    check_elastic_period(joint._replace(link_stiffness=stiffness), period)

@@ -1,10 +1,13 @@
 """What may change of a joint at a given time, as factors on its original parameters and a load."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from numba.extending import register_jitable
 
 from plant.friction import Stribeck
+
+AnyParameters = TypeVar("AnyParameters", bound=Any)
+"""Parameters of a joint of any kind, as its step takes them."""
 
 
 class JointChange(NamedTuple):
@@ -43,4 +46,14 @@ def changed_curve(friction: Stribeck, change: JointChange) -> Stribeck:
         friction.viscous * change.viscous,
         friction.stribeck_velocity,
         friction.stribeck_shape,
+    )
+
+
+@register_jitable
+def changed_friction(joint: AnyParameters, change: JointChange) -> AnyParameters:
+    """Return a joint of any kind with static friction and offset changed; its inertia and what else it has stay."""
+    return joint._replace(  # type: ignore[no-any-return]
+        friction=changed_curve(joint.friction, change),
+        backward=changed_curve(joint.backward, change),
+        offset=joint.offset + change.load,
     )

@@ -14,12 +14,12 @@ and the same solver serves it. A motor that sticks is exactly at rest while the 
 Of first order in the period. The trapezoidal rule lowers a frequency ``omega`` to ``2/h atan(omega h/2)``.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_curve
-from plant.friction import Stribeck, scaled
+from plant.change import AnyParameters, JointChange, changed_friction
+from plant.friction import Stribeck
 from plant.sliding import velocity_under_friction
 from plant.step import friction_at
 
@@ -123,27 +123,18 @@ def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, p
 
 
 @register_jitable
-def scaled_elastic(joint: ElasticParameters, factor: float) -> ElasticParameters:
-    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
-    return joint._replace(friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor))
-
-
-@register_jitable
-def changed_elastic(joint: ElasticParameters, change: JointChange) -> ElasticParameters:
-    """Return the joint with a change of its parameters; a payload is beyond the spring, the motor's inertia stays."""
-    return joint._replace(
-        link_inertia=joint.link_inertia * change.inertia,
-        friction=changed_curve(joint.friction, change),
-        backward=changed_curve(joint.backward, change),
-        offset=joint.offset + change.load,
-        friction_lag=joint.friction_lag * change.lag,
+def changed_elastic(joint: AnyParameters, change: JointChange) -> AnyParameters:
+    """Return a joint of motor and link with a change of its parameters; a payload is the link's, the motor's stays."""
+    changed = changed_friction(joint, change)
+    return changed._replace(  # type: ignore[no-any-return]
+        link_inertia=joint.link_inertia * change.inertia, friction_lag=joint.friction_lag * change.lag
     )
 
 
 @register_jitable
-def sensed_elastic(state: ElasticState) -> float:
-    """Return the velocity at the motor, where the sensor sits, rad/s."""
-    return state.motor_velocity
+def sensed_elastic(state: Any) -> float:
+    """Return the velocity at the motor, where the sensor of a joint of motor and link sits, rad/s."""
+    return state.motor_velocity  # type: ignore[no-any-return]
 
 
 def initial_elastic(joint: ElasticParameters, velocity: float) -> ElasticState:

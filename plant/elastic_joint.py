@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from plant.backlash import BacklashParameters
 from plant.elastic import ElasticParameters
 from plant.fields import NonNegative, Positive
 from plant.joint import FrictionFields, check_unique_step
@@ -73,7 +74,7 @@ class ElasticJoint(FrictionFields):
         )
 
 
-def check_elastic_period(joint: ElasticParameters, period: float) -> None:
+def check_elastic_period(joint: ElasticParameters | BacklashParameters, period: float) -> None:
     """Refuse a solver period that misplaces the resonance, or for which the implicit step has more than one solution.
 
     The step is the rigid joint's with the motor's inertia and part of the link's, so a period that suits the motor

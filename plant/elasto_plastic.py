@@ -30,8 +30,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_curve
-from plant.friction import Stribeck, scaled, yield_torque
+from plant.friction import Stribeck, yield_torque
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import friction_at
 
@@ -211,31 +210,6 @@ def step_elasto_plastic(
         turned,
         way * min(way * travel + period * speed, joint.presliding),
     )
-
-
-@register_jitable
-def scaled_elasto_plastic(joint: ElastoPlasticParameters, factor: float) -> ElastoPlasticParameters:
-    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
-    return joint._replace(friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor))
-
-
-@register_jitable
-def changed_elasto_plastic(joint: ElastoPlasticParameters, change: JointChange) -> ElastoPlasticParameters:
-    """Return the joint with a change of its parameters."""
-    return ElastoPlasticParameters(
-        joint.inertia * change.inertia,
-        changed_curve(joint.friction, change),
-        changed_curve(joint.backward, change),
-        joint.offset + change.load,
-        joint.friction_lag * change.lag,
-        joint.presliding,
-    )
-
-
-@register_jitable
-def sensed_elasto_plastic(state: ElastoPlasticState) -> float:
-    """Return the velocity at the motor, rad/s: a rigid joint has one velocity."""
-    return state.velocity
 
 
 def initial_elasto_plastic(joint: ElastoPlasticParameters, velocity: float) -> ElastoPlasticState:

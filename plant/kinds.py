@@ -10,10 +10,7 @@ from pydantic import Discriminator, Tag
 from plant.backlash import (
     BacklashParameters,
     BacklashState,
-    changed_backlash,
     initial_backlash,
-    scaled_backlash,
-    sensed_backlash,
     step_backlash,
 )
 from plant.backlash_joint import BacklashJoint, check_backlash_period
@@ -23,7 +20,6 @@ from plant.elastic import (
     ElasticState,
     changed_elastic,
     initial_elastic,
-    scaled_elastic,
     sensed_elastic,
     step_elastic,
 )
@@ -31,10 +27,7 @@ from plant.elastic_joint import ElasticJoint, check_elastic_period
 from plant.elasto_plastic import (
     ElastoPlasticParameters,
     ElastoPlasticState,
-    changed_elasto_plastic,
     initial_elasto_plastic,
-    scaled_elasto_plastic,
-    sensed_elasto_plastic,
     step_elasto_plastic,
 )
 from plant.elasto_plastic_joint import ElastoPlasticJoint, check_elasto_plastic_period
@@ -46,7 +39,6 @@ from plant.lugre import (
     changed_lugre,
     initial_lugre,
     scaled_lugre,
-    sensed_lugre,
     step_lugre,
 )
 from plant.lugre_joint import LuGreJoint, check_lugre_period
@@ -56,7 +48,6 @@ from plant.maxwell import (
     changed_maxwell,
     initial_maxwell,
     scaled_maxwell,
-    sensed_maxwell,
     step_maxwell,
 )
 from plant.maxwell_joint import MaxwellJoint, RollingJoint, check_maxwell_period
@@ -102,10 +93,10 @@ STEP_READY: dict[type, Callable[..., Any]] = {**STEP_JOINT, ReadyJoint: step_rea
 SCALE_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: scaled_joint,
     LuGreParameters: scaled_lugre,
-    ElasticParameters: scaled_elastic,
-    BacklashParameters: scaled_backlash,
+    ElasticParameters: scaled_joint,
+    BacklashParameters: scaled_joint,
     MaxwellParameters: scaled_maxwell,
-    ElastoPlasticParameters: scaled_elasto_plastic,
+    ElastoPlasticParameters: scaled_joint,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
 
@@ -113,19 +104,19 @@ CHANGE_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: changed_joint,
     LuGreParameters: changed_lugre,
     ElasticParameters: changed_elastic,
-    BacklashParameters: changed_backlash,
+    BacklashParameters: changed_elastic,
     MaxwellParameters: changed_maxwell,
-    ElastoPlasticParameters: changed_elasto_plastic,
+    ElastoPlasticParameters: changed_joint,
 }
 """Kernel ``changed(parameters, change) -> parameters`` for each class of parameters; see ``plant.change``."""
 
 SENSED_VELOCITY: dict[type, Callable[..., Any]] = {
     JointState: sensed_velocity,
-    LuGreState: sensed_lugre,
+    LuGreState: sensed_velocity,
     ElasticState: sensed_elastic,
-    BacklashState: sensed_backlash,
-    MaxwellState: sensed_maxwell,
-    ElastoPlasticState: sensed_elasto_plastic,
+    BacklashState: sensed_elastic,
+    MaxwellState: sensed_velocity,
+    ElastoPlasticState: sensed_velocity,
 }
 """Kernel ``sensed(state) -> velocity`` at the motor, rad/s, for each class of states."""
 

@@ -32,10 +32,10 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_curve
-from plant.friction import Stribeck, scaled, yield_torque
+from plant.change import JointChange, changed_friction
+from plant.friction import Stribeck, yield_torque
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
-from plant.step import friction_at
+from plant.step import friction_at, scaled_joint
 
 
 class LuGreParameters(NamedTuple):
@@ -134,7 +134,8 @@ def bristle_speed(
     for _ in range(MAXIMUM_ITERATIONS):
         torque, torque_slope, _ = bristle_torque(curve, bending, slip, damping, speed)
         residual = speed + mobility * (torque + curve.viscous * speed) - pull
-        low, high, speed, found = next_speed(low, high, speed, residual, 1.0 + mobility * (torque_slope + curve.viscous))
+        slope = 1.0 + mobility * (torque_slope + curve.viscous)
+        low, high, speed, found = next_speed(low, high, speed, residual, slope)
         if found:
             break
     return speed
@@ -185,33 +186,19 @@ def scaled_lugre(joint: LuGreParameters, factor: float) -> LuGreParameters:
     Stiffness and damping of the bristles scale along, as with the load on a contact: in any motion the friction torque
     is then the factor times what it was, and the deflection the same.
     """
-    return LuGreParameters(
-        joint.inertia,
-        scaled(joint.friction, factor),
-        scaled(joint.backward, factor),
-        joint.offset,
-        joint.stiffness * factor,
-        joint.damping * factor,
-    )
+    scaled = scaled_joint(joint, factor)
+    return scaled._replace(stiffness=joint.stiffness * factor, damping=joint.damping * factor)
 
 
 @register_jitable
 def changed_lugre(joint: LuGreParameters, change: JointChange) -> LuGreParameters:
     """Return the joint with a change of its parameters; its bristles scale with the dry friction, and have no lag."""
-    return LuGreParameters(
-        joint.inertia * change.inertia,
-        changed_curve(joint.friction, change),
-        changed_curve(joint.backward, change),
-        joint.offset + change.load,
-        joint.stiffness * change.dry,
-        joint.damping * change.dry,
+    changed = changed_friction(joint, change)
+    return changed._replace(
+        inertia=joint.inertia * change.inertia,
+        stiffness=joint.stiffness * change.dry,
+        damping=joint.damping * change.dry,
     )
-
-
-@register_jitable
-def sensed_lugre(state: LuGreState) -> float:
-    """Return the velocity at the motor, rad/s: a rigid joint has one velocity."""
-    return state.velocity
 
 
 def initial_lugre(joint: LuGreParameters, velocity: float) -> LuGreState:

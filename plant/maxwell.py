@@ -24,10 +24,10 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_curve
-from plant.friction import Stribeck, scaled, yield_torque
+from plant.change import JointChange, changed_friction
+from plant.friction import Stribeck, yield_torque
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
-from plant.step import friction_at
+from plant.step import friction_at, scaled_joint
 
 ELEMENTS = 4
 """Number of elements."""
@@ -262,14 +262,10 @@ def scaled_maxwell(joint: MaxwellParameters, factor: float) -> MaxwellParameters
     then the factor times what it was.
     """
     stiffness = joint.stiffnesses
-    return MaxwellParameters(
-        joint.inertia,
-        scaled(joint.friction, factor),
-        scaled(joint.backward, factor),
-        joint.offset,
-        joint.shares,
-        (stiffness[0] * factor, stiffness[1] * factor, stiffness[2] * factor, stiffness[3] * factor),
-        joint.relaxation / factor,
+    scaled = scaled_joint(joint, factor)
+    return scaled._replace(
+        stiffnesses=(stiffness[0] * factor, stiffness[1] * factor, stiffness[2] * factor, stiffness[3] * factor),
+        relaxation=joint.relaxation / factor,
     )
 
 
@@ -277,21 +273,12 @@ def scaled_maxwell(joint: MaxwellParameters, factor: float) -> MaxwellParameters
 def changed_maxwell(joint: MaxwellParameters, change: JointChange) -> MaxwellParameters:
     """Return the joint with a change of its parameters; elements scale with the dry friction, ``1/C`` with the lag."""
     stiffness, dry = joint.stiffnesses, change.dry
-    return MaxwellParameters(
-        joint.inertia * change.inertia,
-        changed_curve(joint.friction, change),
-        changed_curve(joint.backward, change),
-        joint.offset + change.load,
-        joint.shares,
-        (stiffness[0] * dry, stiffness[1] * dry, stiffness[2] * dry, stiffness[3] * dry),
-        joint.relaxation * change.lag / dry,
+    changed = changed_friction(joint, change)
+    return changed._replace(
+        inertia=joint.inertia * change.inertia,
+        stiffnesses=(stiffness[0] * dry, stiffness[1] * dry, stiffness[2] * dry, stiffness[3] * dry),
+        relaxation=joint.relaxation * change.lag / dry,
     )
-
-
-@register_jitable
-def sensed_maxwell(state: MaxwellState) -> float:
-    """Return the velocity at the motor, rad/s: a rigid joint has one velocity."""
-    return state.velocity
 
 
 def initial_maxwell(joint: MaxwellParameters, velocity: float) -> MaxwellState:

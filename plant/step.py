@@ -12,11 +12,11 @@ of the period (some 0.01 rad/s at 1 ms), means over a motion with first order st
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_curve
+from plant.change import AnyParameters, JointChange, changed_friction
 from plant.friction import Stribeck, scaled, sliding_friction
 from plant.sliding import Direction, direction_of, speed_in_direction
 
@@ -145,29 +145,29 @@ def step_joint(joint: JointParameters, state: JointState, torque: float, period:
 
 
 @register_jitable
-def scaled_joint(joint: JointParameters, factor: float) -> JointParameters:
-    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
-    return JointParameters(
-        joint.inertia, scaled(joint.friction, factor), scaled(joint.backward, factor), joint.offset, joint.friction_lag
+def scaled_joint(joint: AnyParameters, factor: float) -> AnyParameters:
+    """Return a joint of any kind with the friction of both directions times a dimensionless factor.
+
+    All else stays, also the offset.
+    """
+    return joint._replace(  # type: ignore[no-any-return]
+        friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor)
     )
 
 
 @register_jitable
-def changed_joint(joint: JointParameters, change: JointChange) -> JointParameters:
-    """Return the joint with a change of its parameters."""
-    return JointParameters(
-        joint.inertia * change.inertia,
-        changed_curve(joint.friction, change),
-        changed_curve(joint.backward, change),
-        joint.offset + change.load,
-        joint.friction_lag * change.lag,
+def changed_joint(joint: AnyParameters, change: JointChange) -> AnyParameters:
+    """Return a rigid joint of any kind with a friction lag with a change of its parameters."""
+    changed = changed_friction(joint, change)
+    return changed._replace(  # type: ignore[no-any-return]
+        inertia=joint.inertia * change.inertia, friction_lag=joint.friction_lag * change.lag
     )
 
 
 @register_jitable
-def sensed_velocity(state: JointState) -> float:
-    """Return the velocity at the motor, rad/s: a rigid joint has one velocity."""
-    return state.velocity
+def sensed_velocity(state: Any) -> float:
+    """Return the velocity at the motor, rad/s, of a rigid joint of any kind: it has one velocity."""
+    return state.velocity  # type: ignore[no-any-return]
 
 
 def initial_joint(joint: JointParameters, velocity: float) -> JointState:

@@ -11,8 +11,16 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from stepped_joint import with_torques
 
-from plant import BacklashJoint, BacklashState, ElasticJoint, ElasticState, initial_state, step_backlash, step_elastic
-from plant.backlash import scaled_backlash
+from plant import (
+    BacklashJoint,
+    BacklashState,
+    ElasticJoint,
+    ElasticState,
+    initial_state,
+    scaled_joint,
+    step_backlash,
+    step_elastic,
+)
 
 FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 FIELDS = {"inertia": 20.0, **FRICTION, "link_share": 0.6, "link_stiffness": 5e4, "gap": 0.002}
@@ -242,7 +250,7 @@ def test_compiled_step_equals_plain_python():
 
 
 def test_scaled_joint_scales_the_friction_and_leaves_the_gear():
-    half = scaled_backlash(UNEVEN, 0.5)
+    half = scaled_joint(UNEVEN, 0.5)
     assert (half.friction.coulomb, half.backward.coulomb) == (30.0, 20.0)
     assert half._replace(friction=UNEVEN.friction, backward=UNEVEN.backward) == UNEVEN
 

@@ -16,11 +16,12 @@ from plant import (
     ElastoPlasticState,
     JointModel,
     initial_state,
+    scaled_joint,
     sliding_friction,
     step_elasto_plastic,
     step_joint,
 )
-from plant.elasto_plastic import mobilised, scaled_elasto_plastic
+from plant.elasto_plastic import mobilised
 
 FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 FIELDS = {"inertia": 20.0, **FRICTION, "presliding": 3e-3}
@@ -208,7 +209,7 @@ def test_step_solves_its_equations_and_is_odd(case):
 
 def test_scaled_joint_scales_the_friction_and_nothing_else():
     joint = model(offset=3.0, coulomb_backward=40.0).parameters
-    half = scaled_elasto_plastic(joint, 0.5)
+    half = scaled_joint(joint, 0.5)
     assert (half.friction.coulomb, half.backward.coulomb) == (30.0, 20.0)
     assert half._replace(friction=joint.friction, backward=joint.backward) == joint
 
