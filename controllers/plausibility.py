@@ -15,13 +15,10 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from controllers.kernels import Inputs
-from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
+from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds, largest_torque
 
 LARGEST_POSITION = 1e12
 """Largest plausible position, rad or m: beyond it not even its period of 2 pi is resolved to four digits."""
-
-LEAST_RESPONSE, LONGEST_RESPONSE = 1e-6, 1e3
-"""Least and largest plausible inertia, in ``Kp`` times a second: the time constant of the loop that it would make."""
 
 LARGEST_OBSERVED = 1e30
 """What an observer holds beyond this is no torque and no velocity, in any unit: it begins anew."""
@@ -105,6 +102,7 @@ def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
     pass though they are plausible.
     """
     torque = gain * LARGEST_VELOCITY
+    least, most = inertia_bounds(gain)
     return (
         abs(inputs.reference) + abs(inputs.correction) + abs(inputs.velocity) < LARGEST_VELOCITY
         and abs(inputs.feedforward) < torque
@@ -114,8 +112,8 @@ def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
             or abs(inputs.next_acting_reference) > LARGEST_VELOCITY
             or abs(inputs.realised_torque) >= torque
             or abs(inputs.position) > LARGEST_POSITION
-            or inputs.inertia <= gain * LEAST_RESPONSE
-            or inputs.inertia >= gain * LONGEST_RESPONSE
+            or inputs.inertia <= least
+            or inputs.inertia >= most
         )
         and LEAST_TIME * period <= inputs.dt <= MOST_TIME * period
     )
@@ -128,7 +126,7 @@ def replaced_inputs(
     """Do what :func:`checked_inputs` does, one input after the other."""
     gain = proportional if proportional > 0.0 else integral
     torque = largest_torque(proportional, integral)
-    least, most = gain * LEAST_RESPONSE, gain * LONGEST_RESPONSE if gain > 0.0 else math.inf
+    least, most = inertia_bounds(gain)
     faults = 0
     reference, following, correction = inputs.reference, inputs.next_reference, inputs.correction
     known, realised = inputs.feedforward, inputs.realised_torque

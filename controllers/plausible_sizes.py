@@ -1,4 +1,4 @@
-"""How large velocities and torques can be on any machine, generously."""
+"""How large velocities, inertias and torques can be on any machine, generously."""
 
 import math
 
@@ -6,6 +6,21 @@ from numba.extending import register_jitable
 
 LARGEST_VELOCITY = 1e5
 """Largest plausible velocity, rad/s or m/s: a million revolutions a minute."""
+
+LEAST_RESPONSE, LONGEST_RESPONSE = 1e-6, 1e3
+"""Least and largest plausible inertia, in ``Kp`` times a second: the time constant of the loop that it would make."""
+
+
+@register_jitable
+def inertia_bounds(gain: float) -> tuple[float, float]:
+    """Return the bounds between which an inertia is plausible, kg m^2, beside a gain of the feedback.
+
+    Parameters
+    ----------
+    gain : float
+        Proportional gain, N m s/rad, or that of the integral where there is none; beside none, any inertia is.
+    """
+    return gain * LEAST_RESPONSE, gain * LONGEST_RESPONSE if gain > 0.0 else math.inf
 
 
 @register_jitable

@@ -21,8 +21,7 @@ from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gra
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
 from controllers.checks import check_numbers, checked_switch
-from controllers.plausibility import LEAST_RESPONSE, LONGEST_RESPONSE
-from controllers.plausible_sizes import LARGEST_VELOCITY
+from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds
 
 GATE_SHARE = 0.2
 """Speed of the gate, as a share of the Stribeck velocity."""
@@ -67,17 +66,20 @@ def default_memory(period: float, pole: float) -> float:
 
 
 def check_machine(proportional: float, inertia: float, stribeck_velocity: float) -> None:
-    """Raise ``ValueError`` for an inertia (kg m^2) or a Stribeck velocity (rad/s) that no machine of the loop has."""
+    """Raise ``ValueError`` for an inertia (kg m^2) or a Stribeck velocity (rad/s) that no machine of the loop has.
+
+    The messages name no units: a controller is not told whether its axis turns or is linear.
+    """
     check_positive(proportional=proportional, inertia=inertia, stribeck_velocity=stribeck_velocity)
-    least, most = LEAST_RESPONSE * proportional, LONGEST_RESPONSE * proportional
+    least, most = inertia_bounds(proportional)
     if not least < inertia < most:
         raise ValueError(
-            f"inertia = {inertia} kg m^2 is not allowed with proportional = {proportional} N m s/rad: it must be "
-            f"between {least:g} and {most:g}"
+            f"inertia = {inertia} is not allowed with proportional = {proportional}: it must be between {least:g} and "
+            f"{most:g}"
         )
     if stribeck_velocity > LARGEST_VELOCITY:
         raise ValueError(
-            f"stribeck_velocity = {stribeck_velocity} rad/s is not allowed: it must be {LARGEST_VELOCITY:g} at most"
+            f"stribeck_velocity = {stribeck_velocity} is not allowed: it must be {LARGEST_VELOCITY:g} at most"
         )
 
 
