@@ -56,8 +56,8 @@ def clear_left_behind(folder: Path) -> None:
 
 
 def _replace_whole(stage: Path, folder: Path) -> None:
-    """Move all files of a stage to their folder; where one cannot be, those that were replaced come back."""
-    files, moved = sorted(path for path in stage.iterdir() if path.is_file()), []
+    """Move all files of a stage to their folder; where that fails or is interrupted, those replaced come back."""
+    files = sorted(path for path in stage.iterdir() if path.is_file())
     kept = stage / "kept"
     kept.mkdir()
     try:
@@ -65,15 +65,14 @@ def _replace_whole(stage: Path, folder: Path) -> None:
             target = folder / file.name
             if target.is_file():
                 os.replace(target, kept / file.name)
-            moved.append(target)
             os.replace(file, target)
-    except OSError:
-        for target in moved:
+    except BaseException:  # also Ctrl-C, between any two of these lines
+        for file in files:
             with suppress(OSError):
-                if (kept / target.name).exists():
-                    os.replace(kept / target.name, target)
-                else:
-                    target.unlink()
+                if (kept / file.name).exists():
+                    os.replace(kept / file.name, folder / file.name)
+                elif not file.exists():
+                    (folder / file.name).unlink()
         raise
 
 

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing.connection import wait
@@ -16,7 +17,8 @@ def pool_of_workers(workers: int | None = None) -> ProcessPoolExecutor:
 
 
 def end_with_parent() -> None:
-    """Watch the parent of this process from a thread, and end with it."""
+    """Watch the parent of this process from a thread, and end with it; end at once where asked to by a signal."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a parent may handle it, and hand that down
     parent = multiprocessing.parent_process()
     if parent is None:
         return

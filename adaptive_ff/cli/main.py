@@ -23,6 +23,7 @@ from adaptive_ff.cli.printable import printable
 from adaptive_ff.cli.replay import replay_command
 from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
+from adaptive_ff.cli.termination import ending_in_order
 from adaptive_ff.cli.tune import tune_command
 from adaptive_ff.errors import InputError
 
@@ -80,7 +81,7 @@ def main() -> None:
     """Run the command line; bad input ends it with status 2 and one line."""
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal may not know all characters
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), ending_in_order():
         warnings.showwarning = _show_warning
         try:
             status = app(standalone_mode=False)

@@ -69,6 +69,29 @@ def test_where_one_file_cannot_be_moved_the_others_come_back(tmp_path, monkeypat
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.txt": "old", "b.txt": "old"}
 
 
+@pytest.mark.parametrize("moves", [1, 2, 3])
+def test_where_the_move_is_interrupted_the_files_come_back(tmp_path, monkeypatch, moves):
+    (tmp_path / "a.txt").write_text("old")
+    move, done = os.replace, []
+
+    def interrupted(source, target):
+        move(source, target)
+        done.append(target)
+        if len(done) == 1 + moves:  # the first one renames the stage
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", interrupted)
+
+    def write_both():
+        with staged(tmp_path) as stage:
+            for name in ("a.txt", "b.txt"):
+                (stage / name).write_text("new")
+
+    with pytest.raises(KeyboardInterrupt):
+        write_both()
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.txt": "old"}
+
+
 PARENT = """
 import os, time
 from adaptive_ff.workers import pool_of_workers
