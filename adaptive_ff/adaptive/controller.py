@@ -26,7 +26,13 @@ from adaptive_ff.adaptive.learning.friction_map import coefficient_count
 from adaptive_ff.adaptive.learning.map_reading import LearntMap, check_map_state, read_map
 from adaptive_ff.adaptive.learning.map_settings import MAP_DEVIATION, MAP_MEMORY
 from adaptive_ff.adaptive.learning.uncertainty import assess
-from adaptive_ff.adaptive.settings import DEVIATION, LARGEST_REGRESSOR, adaptive_parameters, observer_pole
+from adaptive_ff.adaptive.settings import (
+    DEVIATION,
+    LARGEST_REGRESSOR,
+    adaptive_parameters,
+    observer_pole,
+    settings_among,
+)
 from adaptive_ff.adaptive.state_check import (
     check_acquittal,
     check_candidate_state,
@@ -217,23 +223,7 @@ class UnsupervisedController(AdaptiveBase):
         gear_ratio: float = 1.0,
         ripple_periods: Sequence[float] = (),
     ) -> None:
-        self.estimate_names, block = adaptive_parameters(
-            proportional,
-            integral,
-            period,
-            inertia=inertia,
-            stribeck_velocity=stribeck_velocity,
-            stribeck_shape=stribeck_shape,
-            memory=memory,
-            filter_pole=filter_pole,
-            parameters=parameters,
-            delay=delay,
-            velocity_lag=velocity_lag,
-            tunes_lag=tunes_lag,
-            regressors=regressors,
-            gear_ratio=gear_ratio,
-            ripple_periods=ripple_periods,
-        )
+        self.estimate_names, block = adaptive_parameters(settings_among(locals()))
         super().__init__(block, period, initial_adaptive_state)
 
 
@@ -388,34 +378,7 @@ class AdaptiveController(AdaptiveBase):
         position_map: Sequence[float] | None = None,
         map_deviation: float | Sequence[float] = MAP_DEVIATION,
     ) -> None:
-        self.estimate_names, block = adaptive_parameters(
-            proportional,
-            integral,
-            period,
-            inertia=inertia,
-            stribeck_velocity=stribeck_velocity,
-            stribeck_shape=stribeck_shape,
-            memory=memory,
-            filter_pole=filter_pole,
-            parameters=parameters,
-            delay=delay,
-            velocity_lag=velocity_lag,
-            tunes_lag=tunes_lag,
-            regressors=regressors,
-            gear_ratio=gear_ratio,
-            ripple_periods=ripple_periods,
-            model=model,
-            deviation=deviation,
-            torque_limit=torque_limit,
-            feedforward_includes_inertia=feedforward_includes_inertia,
-            stribeck_factors=stribeck_factors,
-            presliding_factors=presliding_factors,
-            position_periods=position_periods,
-            position_hats=position_hats,
-            position_range=position_range,
-            load_friction=load_friction,
-            map_memory=map_memory,
-        )
+        self.estimate_names, block = adaptive_parameters(settings_among(locals()))
         self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
         pole = observer_pole(block, float(inertia), observer_bandwidth)
         observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)

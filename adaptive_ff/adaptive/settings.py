@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,6 +50,45 @@ that at 1.7; in a loop of 10 Hz or less it is the crossover that counts.
 """
 
 
+class Settings(NamedTuple):
+    """What an adaptive controller is made with, as it was given; see :class:`AdaptiveController` for each.
+
+    What has a default here is what a controller without supervision does not take.
+    """
+
+    proportional: float
+    integral: float
+    period: float
+    inertia: float
+    stribeck_velocity: float
+    stribeck_shape: float
+    memory: float | None
+    filter_pole: float | None
+    parameters: Sequence[str]
+    delay: float
+    velocity_lag: float
+    tunes_lag: bool
+    regressors: int
+    gear_ratio: float
+    ripple_periods: Sequence[float]
+    model: TorqueModel | Mapping[str, float] | None = None
+    deviation: float | Mapping[str, float] = DEVIATION
+    torque_limit: float = math.inf
+    feedforward_includes_inertia: bool = False
+    stribeck_factors: Sequence[float] = ()
+    presliding_factors: Sequence[float] = ()
+    position_periods: Sequence[float] = ()
+    position_hats: int = 0
+    position_range: Sequence[float] | None = None
+    load_friction: bool = False
+    map_memory: float = MAP_MEMORY
+
+
+def settings_among(values: Mapping[str, Any]) -> Settings:
+    """Return the settings among values by name, such as the arguments of a constructor."""
+    return Settings(**{name: values[name] for name in Settings._fields if name in values})
+
+
 def further_names(count: int) -> tuple[str, ...]:
     """Return the names of the sizes of so many further regressors, or raise ``ValueError`` for no such number."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 <= count <= MOST_REGRESSORS:
@@ -63,6 +103,16 @@ def default_memory(period: float, pole: float) -> float:
     suited loops of 5 and 10 Hz at 1 kHz, 100 Hz and 22 ms (seeds from 101 on).
     """
     return MEMORY * math.sqrt(period / pole)
+
+
+def filter_pole(given: Settings) -> float:
+    """Return the pole of the regression's filters, rad/s: by default the crossover of the feedback."""
+    return given.proportional / given.inertia if given.filter_pole is None else given.filter_pole
+
+
+def estimator_memory(given: Settings) -> float:
+    """Return the memory of the estimator, s of sliding motion."""
+    return default_memory(given.period, filter_pole(given)) if given.memory is None else given.memory
 
 
 def check_machine(proportional: float, inertia: float, stribeck_velocity: float) -> None:
@@ -83,57 +133,13 @@ def check_machine(proportional: float, inertia: float, stribeck_velocity: float)
         )
 
 
-def adaptive_parameters(
-    proportional: float,
-    integral: float,
-    period: float,
-    *,
-    inertia: float,
-    stribeck_velocity: float,
-    stribeck_shape: float,
-    memory: float | None,
-    filter_pole: float | None,
-    parameters: Sequence[str],
-    delay: float,
-    velocity_lag: float,
-    tunes_lag: bool,
-    regressors: int,
-    gear_ratio: float,
-    ripple_periods: Sequence[float],
-    model: TorqueModel | Mapping[str, float] | None = None,
-    deviation: float | Mapping[str, float] = DEVIATION,
-    torque_limit: float = math.inf,
-    feedforward_includes_inertia: bool = False,
-    stribeck_factors: Sequence[float] = (),
-    presliding_factors: Sequence[float] = (),
-    position_periods: Sequence[float] = (),
-    position_hats: int = 0,
-    position_range: Sequence[float] | None = None,
-    load_friction: bool = False,
-    map_memory: float = MAP_MEMORY,
-) -> tuple[tuple[str, ...], AdaptiveParameters]:
-    """Return the names of what is estimated and the kernel's parameters; see :class:`AdaptiveController`.
-
-    Raises
-    ------
-    ValueError
-        A value is out of range.
-    """
-    feedback = check_gains(proportional, integral, period, delay)
-    names = check_parameters(parameters, ALL_CHOICES)
-    ripples = checked_periods("ripple_periods", ripple_periods)
-    named = (*names, *ripple_names(ripples.size), *further_names(regressors))
-    if 2 * ripples.size + regressors > MOST_REGRESSORS:
-        raise ValueError(
-            f"regressors = {regressors} is not allowed: with {ripples.size} ripple_periods, two columns each, it must "
-            f"be {MOST_REGRESSORS - 2 * ripples.size} at most"
-        )
-    check_machine(proportional, inertia, stribeck_velocity)
-    check_positive(stribeck_shape=stribeck_shape, period=period)
-    pole = proportional / inertia if filter_pole is None else filter_pole
-    check_positive(filter_pole=pole)
-    memory = default_memory(period, pole) if memory is None else memory
-    check_positive(memory=memory)
+def check_settings(given: Settings) -> None:
+    """Raise ``ValueError`` for the first number of machine, filters or drive that is out of range."""
+    check_machine(given.proportional, given.inertia, given.stribeck_velocity)
+    check_positive(stribeck_shape=given.stribeck_shape, period=given.period)
+    check_positive(filter_pole=filter_pole(given))
+    check_positive(memory=estimator_memory(given))
+    velocity_lag, gear_ratio, torque_limit = given.velocity_lag, given.gear_ratio, given.torque_limit
     check_numbers(velocity_lag=velocity_lag, gear_ratio=gear_ratio, torque_limit=torque_limit)
     if not 0.0 <= velocity_lag < math.inf:
         raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
@@ -141,49 +147,86 @@ def adaptive_parameters(
         raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
     if not torque_limit > 0.0:
         raise ValueError(f"torque_limit = {torque_limit} N m is not allowed: it must be positive")
+
+
+def estimated_names(given: Settings) -> tuple[str, ...]:
+    """Return the names of what is estimated: those of friction, of ripples, and of further regressors."""
+    ripples = checked_periods("ripple_periods", given.ripple_periods).size
+    named = (*given.parameters, *ripple_names(ripples), *further_names(given.regressors))
+    if 2 * ripples + given.regressors > MOST_REGRESSORS:
+        raise ValueError(
+            f"regressors = {given.regressors} is not allowed: with {ripples} ripple_periods, two columns each, it must "
+            f"be {MOST_REGRESSORS - 2 * ripples} at most"
+        )
+    return named
+
+
+def estimator_parameters(given: Settings, named: Sequence[str]) -> EstimatorParameters:
+    """Return the parameters of the estimator, whose estimates have these names, for settings that are checked."""
+    stribeck_velocity, stribeck_shape = float(given.stribeck_velocity), float(given.stribeck_shape)
     prior, ranges = prior_of(
         named,
-        inertia=float(inertia),
-        proportional=float(proportional),
-        stribeck=(float(stribeck_velocity), float(stribeck_shape)),
-        largest_lag=largest_lag(inertia / proportional),
-        model=model,
-        deviation=deviation,
+        inertia=float(given.inertia),
+        proportional=float(given.proportional),
+        stribeck=(stribeck_velocity, stribeck_shape),
+        largest_lag=largest_lag(given.inertia / given.proportional),
+        model=given.model,
+        deviation=given.deviation,
     )
-    velocities = candidate_velocities(float(stribeck_velocity), stribeck_factors)
-    over_load = checked_switch("load_friction", load_friction)
-    unit = float(proportional * stribeck_velocity)
-    estimator = EstimatorParameters(
-        form=TorqueForm(float(pole), float(stribeck_velocity), float(stribeck_shape)),
+    velocities = candidate_velocities(stribeck_velocity, given.stribeck_factors)
+    over_load = checked_switch("load_friction", given.load_friction)
+    pole, unit = filter_pole(given), float(given.proportional * given.stribeck_velocity)
+    names, ripples = given.parameters, checked_periods("ripple_periods", given.ripple_periods)
+    return EstimatorParameters(
+        form=TorqueForm(float(pole), stribeck_velocity, stribeck_shape),
         first=prior.first,
         scale=prior.scale,
         torque_scale=unit,
-        memory=float(memory),
+        memory=float(estimator_memory(given)),
         ranges=ranges,
-        regressors=int(regressors),
+        regressors=int(given.regressors),
         waves=np.append(np.ones(1 if has_gravity(names) else 0), 2.0 * math.pi / ripples),
-        gear_ratio=float(gear_ratio),
+        gear_ratio=float(given.gear_ratio),
         deviation=prior.deviation,
         given=prior.given,
         candidates=velocities,
-        presliding=candidate_distances(float(stribeck_velocity / pole), presliding_factors),
+        presliding=candidate_distances(float(given.stribeck_velocity / pole), given.presliding_factors),
         fit_scale=np.append(prior.scale[: len(names) - (2 if has_gravity(names) else 0)], prior.scale[1]),
-        begin=begin_velocity(velocities, float(stribeck_velocity), model),
+        begin=begin_velocity(velocities, stribeck_velocity, given.model),
         friction_map=map_parameters(
-            position_periods, position_hats, position_range, unit if over_load else 0.0, map_memory
+            given.position_periods,
+            given.position_hats,
+            given.position_range,
+            unit if over_load else 0.0,
+            given.map_memory,
         ),
         rises=False,
     )
+
+
+def adaptive_parameters(given: Settings) -> tuple[tuple[str, ...], AdaptiveParameters]:
+    """Return the names of what is estimated and the kernel's parameters.
+
+    Raises
+    ------
+    ValueError
+        A value is out of range.
+    """
+    feedback = check_gains(given.proportional, given.integral, given.period, given.delay)
+    given = given._replace(parameters=check_parameters(given.parameters, ALL_CHOICES))
+    named = estimated_names(given)
+    check_settings(given)
     return named, AdaptiveParameters(
         feedback=feedback,
-        estimator=estimator,
-        slowest=GATE_SHARE * float(stribeck_velocity),
-        hold=GATE_HOLD / float(pole),
-        velocity_lag=float(velocity_lag),
-        period=float(period),
-        tunes_lag=checked_switch("tunes_lag", tunes_lag),
+        estimator=estimator_parameters(given, named),
+        slowest=GATE_SHARE * float(given.stribeck_velocity),
+        hold=GATE_HOLD / float(filter_pole(given)),
+        velocity_lag=float(given.velocity_lag),
+        period=float(given.period),
+        tunes_lag=checked_switch("tunes_lag", given.tunes_lag),
         command=CommandParameters(
-            float(torque_limit), checked_switch("feedforward_includes_inertia", feedforward_includes_inertia)
+            float(given.torque_limit),
+            checked_switch("feedforward_includes_inertia", given.feedforward_includes_inertia),
         ),
     )
 
