@@ -62,8 +62,9 @@ from adaptive_ff.adaptive.supervision.noise_level import (
 from adaptive_ff.adaptive.supervision.observer_effect import (
     ObserverEffect,
     advance_effect,
+    blame_for_ringing,
     demand_help,
-    look_for_ringing,
+    follow_half_cycles,
     steadily_oscillates,
 )
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
@@ -222,9 +223,8 @@ def effect_after(
     far = far_error(max(known.friction, load), feedback.proportional, correction)
     loud = loudest(known.peak, far) if known.saturates else known.peak
     beside = Background(sure_variance(noise), answer.coloured, known.friction / feedback.proportional)
-    return look_for_ringing(
-        effect, own, variance, beside, loud, far, gain, answer.turned, known.falls, time_constant, duration
-    )
+    effect = follow_half_cycles(effect, own, variance, beside, far, answer.turned, time_constant, duration)
+    return blame_for_ringing(effect, variance, beside, loud, gain, known.falls)
 
 
 @register_jitable

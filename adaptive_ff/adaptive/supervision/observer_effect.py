@@ -298,26 +298,23 @@ def helpful_share(squared: float, expected: float, least: float, most: float) ->
 
 
 @register_jitable
-def look_for_ringing(
+def follow_half_cycles(
     state: ObserverEffect,
     error: float,
     variance: float,
     beside: Background,
-    peak: float,
     far: float,
-    gain: float,
     turned: bool,
-    falls: bool,
     time_constant: float,
     duration: float,
 ) -> ObserverEffect:
-    """Return the state with an observer that is slower, or out of use, where the loop rings with it.
+    """Return the state with the half cycles of the error after a sample.
 
     Parameters
     ----------
     state : ObserverEffect
         The state.
-    error, variance, peak, gain, duration : float
+    error, variance, duration : float
         As of :func:`advance_effect`.
     beside : Background
         What short half cycles are judged beside.
@@ -325,20 +322,39 @@ def look_for_ringing(
         Error that neither friction nor a load makes, rad/s.
     turned : bool
         Whether the plan has changed its sign, with which half cycles begin anew.
-    falls : bool
-        Whether friction falls so steeply that a joint rings by itself.
     time_constant : float
         Inertia over proportional gain, s.
     """
-    used = gain > IN_USE * state.share
     ringing = without_half_cycles(state.ringing.blamed) if turned else state.ringing
-    ringing = advance_ringing(ringing, error, variance, far, time_constant, duration)
     swift = without_half_cycles(state.swift.blamed) if turned else state.swift
-    swift = advance_swift(swift, error, beside.variance, time_constant, duration)
+    return state._replace(
+        ringing=advance_ringing(ringing, error, variance, far, time_constant, duration),
+        swift=advance_swift(swift, error, beside.variance, time_constant, duration),
+    )
+
+
+@register_jitable
+def blame_for_ringing(
+    state: ObserverEffect, variance: float, beside: Background, peak: float, gain: float, falls: bool
+) -> ObserverEffect:
+    """Return the state with an observer that is slower, or out of use, where the loop rings with it.
+
+    Parameters
+    ----------
+    state : ObserverEffect
+        The state, with the half cycles of :func:`follow_half_cycles`.
+    variance, peak, gain : float
+        As of :func:`advance_effect`.
+    beside : Background
+        What short half cycles are judged beside.
+    falls : bool
+        Whether friction falls so steeply that a joint rings by itself.
+    """
+    ringing, swift = state.ringing, state.swift
     share, ceiling = state.share, state.ceiling
     if falls and ringing.blamed:
         share, ceiling, ringing = 1.0, 1.0, without_half_cycles(False)
-    elif used and not falls and may_be_blamed(state.acquittal):
+    elif gain > IN_USE * state.share and not falls and may_be_blamed(state.acquittal):
         swiftly = rings_swiftly(swift, beside, peak)
         if swiftly and not swift.blamed:
             swift = slowed(swift)

@@ -17,7 +17,12 @@ from adaptive_ff.adaptive.supervision.acquittal import (
     advance_acquittal,
     initial_acquittal,
 )
-from adaptive_ff.adaptive.supervision.observer_effect import advance_effect, initial_effect, look_for_ringing
+from adaptive_ff.adaptive.supervision.observer_effect import (
+    advance_effect,
+    blame_for_ringing,
+    follow_half_cycles,
+    initial_effect,
+)
 from adaptive_ff.adaptive.supervision.swift_ringing import Background
 from adaptive_ff.comparison.registry import make_controller
 from tests.helpers.changed_effect import with_effect
@@ -72,7 +77,8 @@ def oscillating(seconds, effect, *, amplitude=0.1, share=0.5, believed=True, var
         error = (1.0 - share) * wave if used else wave
         effect = advance_effect(effect, error, wave, 0.0, variance, PEAK, gain, believed, PERIOD)
         beside = Background(variance, False, 0.0)
-        effect = look_for_ringing(effect, error, variance, beside, PEAK, math.inf, gain, False, False, 0.05, PERIOD)
+        effect = follow_half_cycles(effect, error, variance, beside, math.inf, False, 0.05, PERIOD)
+        effect = blame_for_ringing(effect, variance, beside, PEAK, gain, False)
     return effect
 
 

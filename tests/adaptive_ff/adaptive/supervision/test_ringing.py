@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.supervision.observer_effect import advance_effect, initial_effect, look_for_ringing
+from adaptive_ff.adaptive.supervision.observer_effect import (
+    advance_effect,
+    blame_for_ringing,
+    follow_half_cycles,
+    initial_effect,
+)
 from adaptive_ff.adaptive.supervision.ringing import (
     MOST,
     TOGETHER,
@@ -111,9 +116,8 @@ def effect_after(error, *, gain=1.0, turns=False, falls=False, begin=None):
     effect = initial_effect() if begin is None else begin
     for index, value in enumerate(error):
         turned = turns and index % 10 == 0
-        effect = look_for_ringing(
-            effect, value, 0.0, NO_NOISE, PEAK, math.inf, gain * effect.share, turned, falls, TIME_CONSTANT, PERIOD
-        )
+        effect = follow_half_cycles(effect, value, 0.0, NO_NOISE, math.inf, turned, TIME_CONSTANT, PERIOD)
+        effect = blame_for_ringing(effect, 0.0, NO_NOISE, PEAK, gain * effect.share, falls)
     return effect
 
 

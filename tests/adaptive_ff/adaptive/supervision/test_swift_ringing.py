@@ -15,7 +15,7 @@ from adaptive_ff.adaptive.supervision.noise_level import (
     sure_variance,
 )
 from adaptive_ff.adaptive.supervision.observer import observe
-from adaptive_ff.adaptive.supervision.observer_effect import initial_effect, look_for_ringing
+from adaptive_ff.adaptive.supervision.observer_effect import blame_for_ringing, follow_half_cycles, initial_effect
 from adaptive_ff.adaptive.supervision.ringing import MOST, TOGETHER, initial_ringing, without_half_cycles
 from adaptive_ff.adaptive.supervision.swift_ringing import (
     FELT,
@@ -142,8 +142,8 @@ def test_an_elastic_gear_is_not_shaken_by_the_observer():
 def looked_at(effect, error, beside=NO_NOISE):
     """Return the effect after errors of an observer in use that nothing else is known of."""
     for value in error:
-        gain = effect.share
-        effect = look_for_ringing(effect, value, 0.0, beside, PEAK, math.inf, gain, False, False, TIME_CONSTANT, PERIOD)
+        effect = follow_half_cycles(effect, value, 0.0, beside, math.inf, False, TIME_CONSTANT, PERIOD)
+        effect = blame_for_ringing(effect, 0.0, beside, PEAK, effect.share, False)
     return effect
 
 
