@@ -36,6 +36,7 @@ from plant import (
     SENSED_VELOCITY,
     STEP_JOINT,
     STEP_READY,
+    ActuatorParameters,
     FrictionSchedule,
     JointChange,
     encoder_reading,
@@ -159,6 +160,41 @@ def next_change(plan: FrictionSchedule, phase: int) -> int:
     return plan.starts[phase + 1] if phase + 1 < plan.starts.size else NEVER
 
 
+@register_jitable
+def joint_of_phase(course: Course, phase: int) -> tuple[Any, Any]:
+    """Return the joint of a phase without what scales its friction, and with that, ready to be stepped."""
+    changed = change_joint(course.joint, phase_change(course.plan, phase))
+    return changed, ready_joint(scale_joint(changed, course.plan.scales[phase]), course.solver_period)
+
+
+@register_jitable
+def read_sensor(course: Course, motion: Any, sample: int, last: float) -> float:
+    """Return what the sensor reads, rad of an encoder and else rad/s; the last reading where it holds that."""
+    if course.held[sample]:
+        return last
+    if course.resolution > 0.0:
+        return encoder_reading(course.resolution, measured_angle(course.angle_ripple, motion.position))
+    speed = measured_speed(course.angle_ripple, motion.position, sensed_velocity(motion))
+    return speed + course.noise[sample]  # type: ignore[no-any-return]
+
+
+@register_jitable
+def acting_command(course: Course, acting: int, sample: int, step: int) -> int:
+    """Return the sample whose command acts at a solver step of a sample, after the one that has acted."""
+    while acting < sample and course.samples[acting + 1] + course.delay <= step:
+        acting += 1
+    return acting
+
+
+@register_jitable
+def torque_at_joint(actuator: ActuatorParameters, torque: float, position: float) -> float:
+    """Return what reaches the joint of a torque (N m) of the drive: its constant is off, and it has a ripple."""
+    torque *= actuator.gain
+    if actuator.ripple_amplitude > 0.0:
+        torque += ripple_torque(actuator, position)
+    return torque
+
+
 def run_plain(
     block: Any, state: Any, course: Course, position: Position, stop: int, record: Record
 ) -> tuple[Any, Position]:
@@ -186,11 +222,10 @@ def run_plain(
     """
     phase, motion, observer, acting = position.phase, position.joint, position.observer, position.acting
     given, realised, current = position.given_torque, position.realised_torque, position.current_torque
-    outer, warmth, last_reading = position.outer, position.warmth, position.reading
+    outer, warmth, reading = position.outer, position.warmth, position.reading
     actuator, plan, period = course.actuator, course.plan, course.solver_period
     reports = actuator.reports  # asked once: the loop of a fixed feedforward takes a twentieth less time
-    original = change_joint(course.joint, phase_change(plan, phase))
-    joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
+    changed, joint = joint_of_phase(course, phase)
     plain, watched = is_plain(course), record.monitors.shape[1] > 0
     averaged, change = course.delay > 0 or actuator.lag > 0.0, next_change(plan, phase)
     k = position.sample
@@ -202,14 +237,7 @@ def run_plain(
         elapsed = (first - previous) * period
         record.velocity[begin] = motion.velocity
         record.position[begin] = motion.position
-        if course.resolution > 0.0:
-            reading = encoder_reading(course.resolution, measured_angle(course.angle_ripple, motion.position))
-        else:
-            speed = measured_speed(course.angle_ripple, motion.position, sensed_velocity(motion))
-            reading = speed + course.noise[sample]
-        if course.held[sample]:
-            reading = last_reading
-        last_reading = reading
+        reading = read_sensor(course, motion, sample, reading)
         measured, observer = estimate_velocity(course.observer, observer, reading, elapsed)
         angle = encoder_reading(course.position_step, measured_angle(course.angle_ripple, motion.position))
         correction = 0.0
@@ -241,12 +269,10 @@ def run_plain(
         while i < last:
             while i >= change:
                 phase += 1
-                original = change_joint(course.joint, phase_change(plan, phase))
-                joint = ready_joint(scale_joint(original, plan.scales[phase]), period)
+                changed, joint = joint_of_phase(course, phase)
                 change = next_change(plan, phase)
             if not plain:
-                while acting < k and course.samples[acting + 1] + course.delay <= i:
-                    acting += 1
+                acting = acting_command(course, acting, k, i)
                 torque = record.given[acting] if acting >= 0 else 0.0
                 if actuator.lag > 0.0:
                     torque, current = lagged_torque(actuator, torque, current, period)
@@ -255,11 +281,8 @@ def run_plain(
                 if plan.varies:
                     time = (course.begin + i) * period
                     factor = friction_factor(plan, phase, time, motion.position, weight, warmth)
-                    joint = ready_joint(scale_joint(original, factor), period)
-                torque *= actuator.gain
-                if actuator.ripple_amplitude > 0.0:
-                    torque += ripple_torque(actuator, motion.position)
-                torque -= weight
+                    joint = ready_joint(scale_joint(changed, factor), period)
+                torque = torque_at_joint(actuator, torque, motion.position) - weight
             motion = step_ready(joint, motion, torque, period)
             if not plain:
                 if plan.resistance > 0.0:
@@ -285,7 +308,7 @@ def run_plain(
         current_torque=current,
         outer=outer,
         warmth=warmth,
-        reading=last_reading,
+        reading=reading,
     )
 
 
