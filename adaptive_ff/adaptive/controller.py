@@ -34,31 +34,31 @@ from adaptive_ff.adaptive.settings import (
     settings_among,
 )
 from adaptive_ff.adaptive.state_check import (
-    check_acquittal,
     check_candidate_state,
     check_drive_limit,
     check_estimator_state,
     check_held_friction,
     check_held_integral,
+    check_not_negative,
+    check_observer,
     check_outer_loop,
     check_plan_known,
-    check_ringing,
     check_seen_velocity,
     check_share,
     check_standing,
+    check_trust,
     possible_now,
 )
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters
 from adaptive_ff.adaptive.supervised_step import initial_supervised_state
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, initial_observer
-from adaptive_ff.adaptive.supervision.swift_ringing import DIES_OUT
 from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
 from adaptive_ff.model.feedforward import FeedforwardState
 from adaptive_ff.model.friction import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction
 from adaptive_ff.model.identifying import IdentifyingController
 from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
 from controllers.checks import checked_array, checked_switch
-from controllers.plausible_sizes import LARGEST_VELOCITY, largest_torque
+from controllers.plausible_sizes import largest_torque
 
 if TYPE_CHECKING:
     from adaptive_ff.report.diagnosis import Diagnosis, Recorded
@@ -95,8 +95,7 @@ class AdaptiveBase(IdentifyingController):
             raise ValueError(f"state.timing.lag = {state.timing.lag} s is not allowed: it is beyond its range")
         if not state.timing.seen >= 0.0:
             raise ValueError(f"state.timing.seen = {state.timing.seen} is not allowed: it must be zero or more")
-        if state.doubt.left < 0.0 or state.doubt.speed < 0.0 or state.doubt.aside < 0:
-            raise ValueError("state.doubt is not allowed: left, speed and aside must be zero or more")
+        check_not_negative("doubt", left=state.doubt.left, speed=state.doubt.speed, aside=state.doubt.aside)
 
     @property
     def feedforward_enabled(self) -> bool:
@@ -387,25 +386,8 @@ class AdaptiveController(AdaptiveBase):
 
     def _check_state(self, state: Any) -> None:
         super()._check_state(state)
-        check_share("trust.trust", state.trust.trust)
-        check_share("trust.earned", state.trust.earned)
-        trust = state.trust
-        speeds = (trust.peak, trust.fastest, trust.before)
-        if min(trust.xx, trust.yy, trust.span, *speeds) < 0.0 or max(speeds) > LARGEST_VELOCITY:
-            raise ValueError("state.trust is not allowed: mean squares and the largest speed must be plausible")
-        check_share("observer.gain", state.observer.gain)
-        check_share("observer.effect.share", state.observer.effect.share)
-        check_share("observer.effect.ceiling", state.observer.effect.ceiling)
-        check_share("observer.effect.help", state.observer.effect.help)
-        check_ringing("ringing", state.observer.effect.ringing, 0)
-        check_ringing("swift", state.observer.effect.swift, -DIES_OUT)
-        check_acquittal(state.observer.effect.acquittal)
-        observer, noise = state.observer, state.observer.noise
-        colour, effect = observer.colour, observer.effect
-        squares = (noise.mean, noise.variance, observer.squared, observer.quiet, colour.squared, colour.variance)
-        counted = (noise.usual, effect.used_expected, colour.samples, colour.time, colour.means, colour.measured)
-        if min(noise.measured, observer.stuck, observer.away, *squares, *counted) < 0.0:
-            raise ValueError("state.observer is not allowed: mean squares, counts and times must be zero or more")
+        check_trust(state.trust)
+        check_observer(state.observer)
         check_plan_known(state)
         if not 0.0 <= state.moved <= self._largest_torque():
             raise ValueError(f"state.moved = {state.moved} is not allowed: at most {self._largest_torque():g} N m")

@@ -23,7 +23,10 @@ from adaptive_ff.adaptive.learning.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState, Levels, load_count
 from adaptive_ff.adaptive.supervised_state import SupervisedState
 from adaptive_ff.adaptive.supervision.acquittal import GUILTY, WAITS, Acquittal
+from adaptive_ff.adaptive.supervision.observer_state import ObserverState
 from adaptive_ff.adaptive.supervision.ringing import Ringing
+from adaptive_ff.adaptive.supervision.swift_ringing import DIES_OUT
+from adaptive_ff.adaptive.supervision.trust import TrustState
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
 from adaptive_ff.regression.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
@@ -54,9 +57,7 @@ def check_estimator_state(estimator: EstimatorParameters, state: EstimatorState,
         Largest plausible torque, N m.
     """
     levels = state.levels
-    for name, value in levels._asdict().items():
-        if value < 0.0:
-            raise ValueError(f"state.estimator.levels.{name} = {value} is not allowed: it must be zero or more")
+    check_not_negative("estimator.levels", **levels._asdict())
     if levels.torque > largest:
         raise ValueError(f"state.estimator.levels.torque = {levels.torque} is not allowed: at most {largest:g} N m")
     if levels.learnt > 0.0 and levels.speed <= 0.0:
@@ -107,8 +108,8 @@ def check_candidate_state(
         Largest plausible torque, N m.
     """
     _check_choice(estimator, state)
-    if state.seen < 0.0 or state.waited < 0.0 or np.any(state.errors < 0.0):
-        raise ValueError("state.estimator.candidates is not allowed: times and mean squares must be zero or more")
+    errors = {f"errors[{place}]": error for place, error in enumerate(state.errors.tolist())}
+    check_not_negative("estimator.candidates", seen=state.seen, waited=state.waited, **errors)
     if not 0.0 <= state.reversals[0] <= state.reversals[1]:
         raise ValueError(
             f"state.estimator.candidates.reversals = {state.reversals} is not allowed: zero or more, in ascending order"
@@ -170,6 +171,44 @@ def _check_choice(estimator: EstimatorParameters, state: CandidateState) -> None
             )
 
 
+def check_not_negative(where: str, **values: float) -> None:
+    """Raise ``ValueError`` for the first value of a part of the state that is below zero."""
+    for name, value in values.items():
+        if value < 0.0:
+            raise ValueError(f"state.{where}.{name} = {value} is not allowed: it must be zero or more")
+
+
+def check_trust(trust: TrustState) -> None:
+    """Raise ``ValueError`` where the trust, or what it is weighed by, cannot be."""
+    check_share("trust.trust", trust.trust)
+    check_share("trust.earned", trust.earned)
+    check_not_negative("trust", xx=trust.xx, yy=trust.yy, span=trust.span)
+    for name in ("peak", "fastest", "before"):
+        speed = getattr(trust, name)
+        if speed < 0.0 or speed > LARGEST_VELOCITY:
+            raise ValueError(
+                f"state.trust.{name} = {speed} is not allowed: it must be from 0 to {LARGEST_VELOCITY:g} rad/s"
+            )
+
+
+def check_observer(observer: ObserverState) -> None:
+    """Raise ``ValueError`` where what the observer holds, or what is known of its effect, cannot be."""
+    noise, colour, effect = observer.noise, observer.colour, observer.effect
+    check_share("observer.gain", observer.gain)
+    for name in ("share", "ceiling", "help"):
+        check_share(f"observer.effect.{name}", getattr(effect, name))
+    check_ringing("ringing", effect.ringing, 0)
+    check_ringing("swift", effect.swift, -DIES_OUT)
+    check_acquittal(effect.acquittal)
+    for name in ("stuck", "away", "squared", "quiet"):
+        check_not_negative("observer", **{name: getattr(observer, name)})
+    for name in ("measured", "mean", "variance", "usual"):
+        check_not_negative("observer.noise", **{name: getattr(noise, name)})
+    for name in ("squared", "variance", "samples", "time", "means", "measured"):
+        check_not_negative("observer.colour", **{name: getattr(colour, name)})
+    check_not_negative("observer.effect", used_expected=effect.used_expected)
+
+
 def check_share(name: str, value: Any) -> None:
     """Raise ``ValueError`` where a share is not from 0 to 1."""
     if not (math.isfinite(value) and 0.0 <= value <= 1.0):
@@ -179,9 +218,8 @@ def check_share(name: str, value: Any) -> None:
 def check_seen_velocity(seen: SeenVelocity) -> None:
     """Raise ``ValueError`` where what is remembered of measured velocities cannot be."""
     check_share("seen.share", seen.share)
-    counted = (seen.finest, seen.changes, seen.fine, seen.leapt, seen.leaps, seen.multiples, seen.ratio, seen.decays)
-    if min(seen.gap, *counted) < 0:
-        raise ValueError("state.seen is not allowed: times, changes and counts must be zero or more")
+    counted = ("gap", "finest", "changes", "fine", "leapt", "leaps", "multiples", "ratio", "decays")
+    check_not_negative("seen", **{name: getattr(seen, name) for name in counted})
 
 
 def check_plan_known(state: SupervisedState) -> None:
@@ -198,8 +236,7 @@ def check_plan_known(state: SupervisedState) -> None:
     for name, velocity in velocities.items():
         if abs(velocity) > 2.0 * LARGEST_VELOCITY:  # a change goes from one end to the other
             raise ValueError(f"state.{name} = {velocity} is not allowed: at most {2.0 * LARGEST_VELOCITY:g} rad/s")
-    if foresight.square < 0.0:
-        raise ValueError(f"state.doubt.foresight.square = {foresight.square} is not allowed: it must be zero or more")
+    check_not_negative("doubt.foresight", square=foresight.square)
 
 
 def check_ringing(name: str, ringing: Ringing, fewest: int) -> None:
@@ -218,9 +255,7 @@ def check_acquittal(acquittal: Acquittal) -> None:
     where = "state.observer.effect.acquittal"
     if not WAITS <= acquittal.stage <= GUILTY:
         raise ValueError(f"{where}.stage = {acquittal.stage} is not allowed: it must be from {WAITS} to {GUILTY}")
-    for name, value in acquittal._asdict().items():
-        if value < 0:
-            raise ValueError(f"{where}.{name} = {value} is not allowed: it must be zero or more")
+    check_not_negative("observer.effect.acquittal", **acquittal._asdict())
 
 
 def check_held_integral(held: HeldIntegral, largest: float) -> None:

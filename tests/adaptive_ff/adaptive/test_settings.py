@@ -6,6 +6,7 @@ import pytest
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.settings import Settings, adaptive_parameters, settings_among
+from adaptive_ff.model.friction import ESTIMATED
 
 OBSERVER_AND_FIRST_MAP = {"observer_bandwidth", "position_map", "map_deviation"}
 """What the supervised controller takes beside the settings."""
@@ -39,7 +40,4 @@ def test_a_constructor_hands_on_what_it_is_given(controller):
 
 
 def test_parameters_may_be_named_by_what_can_be_gone_through_once():
-    made = UnsupervisedController(
-        **NEEDED, parameters=iter(("inertia", "coulomb", "stiction", "viscous", "friction_lag"))
-    )
-    assert made.estimate_names == ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
+    assert UnsupervisedController(**NEEDED, parameters=iter(ESTIMATED)).estimate_names == ESTIMATED
