@@ -1,6 +1,5 @@
 """The elasto-plastic joint as a user meets it."""
 
-import math
 from typing import Literal, Self
 
 from pydantic import model_validator
@@ -8,8 +7,8 @@ from pydantic import model_validator
 from plant.elasto_plastic import ElastoPlasticParameters
 from plant.fields import NonNegative, Positive
 from plant.friction import steepest_fall
-from plant.joint import FrictionFields
-from plant.maxwell_joint import LARGEST_FALL, check_gentle_at_rest
+from plant.joint import FrictionFields, longest_with_lag
+from plant.maxwell_joint import check_gentle_at_rest, longest_gentle_period
 
 
 class ElastoPlasticJoint(FrictionFields):
@@ -64,9 +63,8 @@ def check_elasto_plastic_period(joint: ElastoPlasticParameters, period: float) -
     ValueError
         The period is too long; the message names the longest one allowed.
     """
-    fall = max(steepest_fall(curve._replace(viscous=0.0)) for curve in (joint.friction, joint.backward))
-    mass = LARGEST_FALL * joint.inertia / fall if fall > 0.0 else math.inf
-    longest = math.inf if math.isinf(mass) else 0.5 * (mass + math.sqrt(mass * mass + 4.0 * mass * joint.friction_lag))
+    falls = (steepest_fall(curve._replace(viscous=0.0)) for curve in (joint.friction, joint.backward))
+    longest = longest_with_lag(longest_gentle_period(joint.inertia, falls), joint.friction_lag)
     if period > longest:
         raise ValueError(
             f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s the falling Stribeck "

@@ -11,6 +11,12 @@ from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
 from plant.step import JointParameters
 
+LARGEST_FALL = 0.5
+"""Largest falling slope of friction in a step whose root is bracketed, as a share of ``J/h``; at one it is not unique.
+
+It is that of bristles, elements and presliding curves.
+"""
+
 LARGEST_BREAKAWAY_JUMP = 0.01
 """Largest velocity jump at breakaway, relative to Vs, that is accepted for a shape factor below one."""
 
@@ -161,12 +167,16 @@ def check_unique_step(joint: JointParameters, period: float) -> None:
     limit = min(largest_kappa(joint.friction), largest_kappa(joint.backward))
     if kappa < limit:
         return
-    mass = limit * joint.inertia
-    longest = 0.5 * (mass + math.sqrt(mass * mass + 4.0 * mass * joint.friction_lag))
+    longest = longest_with_lag(limit * joint.inertia, joint.friction_lag)
     raise ValueError(
         f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s the falling Stribeck curve "
         "leaves the implicit step more than one solution; use a shorter solver_period"
     )
+
+
+def longest_with_lag(longest: float, lag: float) -> float:
+    """Return the ``h`` with ``h^2/(tau + h)`` of the longest solver period (s) without a lag ``tau`` (s)."""
+    return longest if math.isinf(longest) else 0.5 * (longest + math.sqrt(longest * longest + 4.0 * longest * lag))
 
 
 def largest_kappa(friction: Stribeck) -> float:

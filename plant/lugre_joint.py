@@ -7,14 +7,11 @@ import numpy as np
 from pydantic import model_validator
 
 from plant.fields import NonNegative, Positive
-from plant.joint import FrictionFields
+from plant.joint import LARGEST_FALL, FrictionFields
 from plant.lugre import LuGreParameters, bristle_torque
 
 MOST_PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
 """Largest ``sigma1 Vs/Fc``: ``sigma1(w) |w| <= 4 g(w)`` at every speed, since ``x exp(-x^2) <= 1/sqrt(2 e)``."""
-
-LARGEST_FALL = 0.5
-"""Largest falling slope of friction in a step, as a share of ``J/h``; at one the step stops being unique."""
 
 
 POWERS = np.geomspace(1e-5, 50.0, 70).tolist()

@@ -9,15 +9,12 @@ from pydantic import Field, model_validator
 
 from plant.fields import Positive
 from plant.friction import Stribeck, steepest_fall
-from plant.joint import FrictionFields
+from plant.joint import LARGEST_FALL, FrictionFields
 from plant.maxwell import ELEMENTS, Four, MaxwellParameters
 
 FourValues = Annotated[list[Positive], Field(min_length=ELEMENTS, max_length=ELEMENTS)]
 
 EVEN = [0.25, 0.25, 0.25, 0.25]
-
-LARGEST_FALL = 0.5
-"""Largest falling slope of friction in a step, as a share of ``J/h``; at one the step stops being unique."""
 
 KNOTS = (1.0 / 16.0, 1.0 / 4.0, 9.0 / 16.0, 1.0)
 """Where on a rolling contact's curve the elements slip, as shares of its range: closer where it bends more."""
@@ -165,7 +162,7 @@ def check_gentle_at_rest(joint: FrictionFields) -> None:
         )
 
 
-def longest_gentle_period(inertia: float, falls: tuple[float, float]) -> float:
+def longest_gentle_period(inertia: float, falls: Iterable[float]) -> float:
     """Return the solver period, s, at which falling friction (N m s/rad) takes half of the implicit step's slope."""
     fall = max(falls)
     return LARGEST_FALL * inertia / fall if fall > 0.0 else math.inf
