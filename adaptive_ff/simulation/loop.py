@@ -179,6 +179,43 @@ def read_sensor(course: Course, motion: Any, sample: int, last: float) -> float:
 
 
 @register_jitable
+def inputs_at(
+    course: Course, sample: int, velocity: float, position: float, correction: float, realised: float, elapsed: float
+) -> Inputs:
+    """Return what a controller is given at a sample.
+
+    Parameters
+    ----------
+    course : Course
+        What is planned.
+    sample : int
+        The sample.
+    velocity, position : float
+        As they are measured, rad/s and rad.
+    correction : float
+        What the position loop adds to the plan, rad/s.
+    realised : float
+        Torque that the drive reports, N m; not a number where it reports none.
+    elapsed : float
+        Time since the last sample, s.
+    """
+    following = natural(sample + 1)
+    return Inputs(
+        reference=course.reference[natural(course.samples[sample])],
+        velocity=velocity,
+        next_reference=course.reference[natural(course.samples[following])],
+        correction=correction,
+        position=position,
+        realised_torque=realised,
+        feedforward=0.0,
+        inertia=math.nan,
+        dt=elapsed,
+        acting_reference=course.acting[sample],
+        next_acting_reference=course.acting[following],
+    )
+
+
+@register_jitable
 def acting_command(course: Course, acting: int, sample: int, step: int) -> int:
     """Return the sample whose command acts at a solver step of a sample, after the one that has acted."""
     while acting < sample and course.samples[acting + 1] + course.delay <= step:
@@ -230,9 +267,9 @@ def run_plain(
     averaged, change = course.delay > 0 or actuator.lag > 0.0, next_change(plan, phase)
     k = position.sample
     while k < stop:
-        sample, following = natural(k), natural(k + 1)
-        first, last = course.samples[sample], course.samples[following]
-        begin, end = natural(first), natural(last)
+        sample = natural(k)
+        first, last = course.samples[sample], course.samples[natural(k + 1)]
+        begin = natural(first)
         previous = course.samples[k - 1] if k > 0 else first - (last - first)
         elapsed = (first - previous) * period
         record.velocity[begin] = motion.velocity
@@ -243,19 +280,8 @@ def run_plain(
         correction = 0.0
         if course.outer.gain > 0.0:
             correction, outer = step_position_loop(course.outer, outer, course.planned[begin], angle)
-        inputs = Inputs(
-            reference=course.reference[begin],
-            velocity=measured,
-            next_reference=course.reference[end],
-            correction=correction,
-            position=angle,
-            realised_torque=realised if reports else math.nan,
-            feedforward=0.0,
-            inertia=math.nan,
-            dt=elapsed,
-            acting_reference=course.acting[sample],
-            next_acting_reference=course.acting[following],
-        )
+        reported = realised if reports else math.nan
+        inputs = inputs_at(course, sample, measured, angle, correction, reported, elapsed)
         output, state = step(block, state, inputs)
         given = realise_torque(actuator, output.torque, given, elapsed)
         record.friction[sample] = motion.friction_torque
