@@ -47,13 +47,6 @@ class Value:
         return f"*{self.text}" if self.pointer else self.text
 
     @property
-    def scalar(self) -> Scalar:
-        """Type of a number or truth value."""
-        if not isinstance(self.type, Scalar):
-            raise TypeError(f"{self.text} is no number")
-        return self.type
-
-    @property
     def array(self) -> Array:
         """Type of an array."""
         if not isinstance(self.type, Array):
