@@ -172,5 +172,5 @@ def test_an_impossible_state_is_refused(name, value):
     observer = controller.state.observer
     changed = observer._replace(colour=observer.colour._replace(**{name: value}))
     controller.state = controller.state._replace(observer=changed)
-    with pytest.raises(ValueError, match=r"state\.observer is not allowed"):
+    with pytest.raises(ValueError, match=rf"state\.observer\.colour\.{name} = {value} is not allowed"):
         controller.state_from_json(controller.state_to_json())
