@@ -200,7 +200,7 @@ def check_observer(observer: ObserverState) -> None:
     check_ringing("ringing", effect.ringing, 0)
     check_ringing("swift", effect.swift, -DIES_OUT)
     check_acquittal(effect.acquittal)
-    for name in ("stuck", "away", "squared", "quiet"):
+    for name in ("stuck", "away", "one_way", "squared", "quiet"):
         check_not_negative("observer", **{name: getattr(observer, name)})
     for name in ("measured", "mean", "variance", "usual"):
         check_not_negative("observer.noise", **{name: getattr(noise, name)})

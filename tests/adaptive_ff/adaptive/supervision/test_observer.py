@@ -384,3 +384,11 @@ def test_inertia_that_is_given_is_that_of_the_observer():
     alone = largest_torque_of_a_heavy_joint(PI(design.proportional, design.integral, 0.001), None)
     controller = AdaptiveController(design.proportional, design.integral, 0.001, inertia=1.0, stribeck_velocity=0.05)
     assert largest_torque_of_a_heavy_joint(controller, 8.0) < alone
+
+
+@pytest.mark.parametrize("name", ["stuck", "away", "one_way", "squared", "quiet"])
+def test_a_state_with_a_negative_time_or_square_is_refused(name):
+    controller = make("adaptive")
+    controller.state = controller.state._replace(observer=controller.state.observer._replace(**{name: -1.0}))
+    with pytest.raises(ValueError, match=rf"state\.observer\.{name} = -1\.0 is not allowed"):
+        controller.state_from_json(controller.state_to_json())
