@@ -35,7 +35,7 @@ from adaptive_ff.identify.open_loop.choice import Choice, choose_mean, mean_of_m
 from adaptive_ff.identify.open_loop.mean import Validated
 from adaptive_ff.identify.open_loop.records import WINDOW, prepare_whole, record_of
 from adaptive_ff.identify.open_loop.simulation import FIRST, OpenLoopModel, Record
-from adaptive_ff.identify.open_loop.structures import SETTLING, structures, validated
+from adaptive_ff.identify.open_loop.structures import SETTLING, structures, validated, work_of
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import Log, check_log
 
@@ -163,10 +163,17 @@ def score_log(
     offset = found.selection.chosen.values.get("offset", 0.0)
     compared = structures(start, offset, records[0], position_periods, position_hats)
     made: dict[int, list[Validated]] = {}
-    for place, (begin, by_direction) in enumerate(product(compared, (False, True))):
-        made.setdefault(begin.coefficients.size, []).extend(validated(begin, records[0], by_direction=by_direction))
-        if progress is not None:
-            progress((place + 1) / (2 * len(compared)))
+    done, work = 0.0, 2 * sum(work_of(begin) for begin in compared)
+    for begin, by_direction in product(compared, (False, True)):
+        share = work_of(begin) / work
+
+        def watch(of_it: float, done: float = done, share: float = share) -> None:
+            if progress is not None:
+                progress(done + of_it * share)
+
+        fits = validated(begin, records[0], by_direction=by_direction, watch=watch)
+        made.setdefault(begin.coefficients.size, []).extend(fits)
+        done += share
     means = sorted((mean_of_map(members, records[0]) for members in made.values()), key=lambda one: one[0].error)
     choices = [choice for choice, _ in means]
     model = means[choices.index(choose_mean(choices))][1]

@@ -1,6 +1,6 @@
 """Structures of the model that are compared in open loop, each fitted without each block of the training record."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from adaptive_ff.adaptive.learning.friction_map import NO_MAP, MapParameters, co
 from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.identify.open_loop.mean import Validated
 from adaptive_ff.identify.open_loop.shrinkage import fit_path
-from adaptive_ff.identify.open_loop.simulation import OpenLoopModel, Record
+from adaptive_ff.identify.open_loop.simulation import FIRST, OpenLoopModel, Record
 from adaptive_ff.identify.open_loop.slopes import Training
 from adaptive_ff.logs.derivatives import Array
 
@@ -70,10 +70,33 @@ def _begin(values: Array, variation: MapParameters, record: Record) -> OpenLoopM
     return OpenLoopModel(inertia, coulomb, viscous, asymmetry, low, high, values[4:], variation, nothing)
 
 
-def validated(begin: OpenLoopModel, record: Record, *, by_direction: bool) -> list[Validated]:
-    """Return a structure with each weight of the shrinkage, fitted without each block."""
-    knots = begin.force.size
-    weights = WEIGHTS if knots > 1 or begin.coefficients.size else (0.0,)
+def weights_of(begin: OpenLoopModel) -> tuple[float, ...]:
+    """Return the weights of the shrinkage that a structure is fitted with."""
+    return WEIGHTS if begin.force.size > 1 or begin.coefficients.size else (0.0,)
+
+
+def work_of(begin: OpenLoopModel) -> int:
+    """Return how long the fits of a structure take, in units of one parameter of one fit."""
+    return len(weights_of(begin)) * (len(FIRST) + begin.force.size + begin.coefficients.size)
+
+
+def validated(
+    begin: OpenLoopModel, record: Record, *, by_direction: bool, watch: Callable[[float], None]
+) -> list[Validated]:
+    """Return a structure with each weight of the shrinkage, fitted without each block.
+
+    Parameters
+    ----------
+    begin : OpenLoopModel
+        Where the fits start.
+    record : Record
+        The log of the training.
+    by_direction : bool
+        Whether viscous friction may differ by direction.
+    watch : callable
+        Is called with the share done, after each block.
+    """
+    knots, weights = begin.force.size, weights_of(begin)
     length = record.position.size // BLOCKS
     blocks = np.arange(BLOCKS) * length
     fits, held = [], np.empty((len(weights), BLOCKS))
@@ -83,6 +106,7 @@ def validated(begin: OpenLoopModel, record: Record, *, by_direction: bool) -> li
         for place, fitted in enumerate(fits[-1]):
             unseen = fitted.model.errors(record, blocks[block : block + 1], length)[:, SETTLING:]
             held[place, block] = float(np.mean(unseen**2))
+        watch((block + 1) / BLOCKS)
     made = []
     for weight, squares, same in zip(weights, held, zip(*fits, strict=True), strict=True):
         models, parameters = tuple(one.model for one in same), float(np.mean([one.parameters for one in same]))

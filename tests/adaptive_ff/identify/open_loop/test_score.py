@@ -68,6 +68,16 @@ def test_a_map_is_chosen_where_the_other_record_needs_it(monkeypatch):
     assert with_map.rms < 0.5 * score_log(train, test).rms
 
 
+def test_progress_rises_with_every_block_to_one(monkeypatch):
+    monkeypatch.setattr(structures, "KNOTS", (1, 3))
+    monkeypatch.setattr(structures, "WEIGHTS", (1.0,))
+    shares = []
+    score_log(_log(0.0, 101), _log(0.0, 102), progress=shares.append)
+    assert len(shares) == 4 * structures.BLOCKS
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)
+
+
 def test_slopes_are_those_of_difference_quotients():
     model, record = _wavy(), _record_of(_wavy())
     training = Training(record, np.array([100, 2000]), 1500, 20)
