@@ -14,7 +14,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import known_stiction
-from adaptive_ff.identify.terms import ASYMMETRY, BENT, SATURATIONS, bent_friction
+from adaptive_ff.identify.terms import ASYMMETRY, BENT, LAG, PATH, SATURATIONS, bent_friction
 from adaptive_ff.identify.units import LINEAR, is_linear, of_current
 from adaptive_ff.model.friction import (
     GRAVITY,
@@ -106,6 +106,7 @@ def torque_model(found: LogIdentification, torque_constant: float | None = None)
         stribeck_shape=slow.shape,
         offset=scale * found.value("offset"),
         viscous_asymmetry=scale * found.value(ASYMMETRY),
+        presliding=found.value(PATH),
     )
 
 
@@ -187,6 +188,8 @@ def _lag(found: LogIdentification) -> Estimate | None:
     On the built-in joint, whose lag is 20 ms, zero makes the first 10 s up to twice as bad as they are without a model,
     and the 16 ms that are estimated beside the model make them better (seeds 1 to 8, 11 to 16).
     """
+    if PATH in found.selection.chosen.terms and LAG not in found.selection.chosen.terms:
+        return Estimate(0.0, 0.0, 0.0, 0.0)  # it follows the path
     reported = found.parameters.get("friction_lag")
     sliding, (first, *_, last) = _sliding(found), found.lags
     if reported is None or not (sliding.coulomb > 0.0 or sliding.viscous > 0.0):

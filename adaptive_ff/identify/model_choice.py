@@ -5,6 +5,7 @@ from functools import partial
 from typing import NamedTuple
 
 from adaptive_ff.errors import InputError, counted
+from adaptive_ff.identify.alternatives.bristle_path import select_over_path
 from adaptive_ff.identify.fitting.families import AUTO
 from adaptive_ff.identify.fitting.term_selection import Selection, select_terms
 from adaptive_ff.identify.maps.map_columns import MapAsked, MapBasis
@@ -47,6 +48,7 @@ def choose_model(
     selection = select(problem)
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
         prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
+    prepared, problem, selection = select_over_path(select, prepared, fitting, problem, selection)
     basis: MapBasis | None = None
     if asked != MapAsked():
         problem, selection, basis = select_map(problem, prepared, fitting, selection, asked, confidence)

@@ -176,7 +176,8 @@ def regression_problem(prepared: Prepared, pieces: list[Piece], torque_delay: fl
     longest = max(prepared.pieces, key=lambda piece: piece.size)
     noise = column_noise(prepared.log, longest, period, (rest.corner, band))
     variances = {"inertia": noise.acceleration, "viscous": noise.velocity}
-    return Problem(conditioned, rest.speeds, LAG_CYCLES / band, variances)
+    path = 0.0 if rest.bending is None else rest.bending.path
+    return Problem(conditioned, rest.speeds, LAG_CYCLES / band, variances, path=path)
 
 
 def _too_short(piece: Piece, period: float, needed: int) -> str:

@@ -13,6 +13,7 @@ from adaptive_ff.identify.terms import (
     BENT,
     GRAVITY,
     LAG,
+    PATH,
     SATURATIONS,
     SQUARE_STICTION,
     STICTION,
@@ -85,6 +86,7 @@ def reported(selection: Selection) -> dict[str, Reported]:
             parameters[name] = Reported(_interval(selection, name), apart, True, _confounded(selection, name))
     for term, names in (
         (LAG, (LAG,)),
+        (PATH, (PATH,)),
         (STICTION, ("stiction", BENT[STICTION])),
         *((shape, (shape, BENT[shape])) for shape in SATURATIONS),
         (ASYMMETRY, (ASYMMETRY,)),

@@ -21,8 +21,17 @@ SQUARE_STICTION = "square_stiction"
 where a model with stiction is used and the log does not tell the two shapes apart, or where one with this shape
 validates clearly better than the model that is used."""
 
-DIRECT = ("inertia", "offset", *GRAVITY)
-"""Linear terms that are no friction, and do not lag."""
+JUMPING = (STICTION, SQUARE_STICTION)
+"""Terms that bend at a speed, and jump where the motion turns, as Coulomb friction does."""
+
+PATH = "presliding"
+"""Term of friction that follows over a path, which is a property of the rows: all models of a log have it, or none."""
+
+DAMPING = "bristle_damping"
+"""Linear term that comes with it, in the place of a lag: what bristles add while they bend."""
+
+DIRECT = ("inertia", "offset", *GRAVITY, DAMPING)
+"""Linear terms that do not lag: those that are no friction, and the damping of bristles."""
 
 FRICTION = ("coulomb", "viscous", ASYMMETRY)
 """Linear terms of friction."""
@@ -57,7 +66,7 @@ def mapped_word(term: str) -> str:
 
 def jumps_at_reversal(terms: Terms) -> bool:
     """Tell whether friction jumps at once where the motion turns, so that the joint may stand there."""
-    return STICTION in terms or not {LAG, *SATURATIONS} & {*terms}
+    return PATH not in terms and (STICTION in terms or not {LAG, *SATURATIONS} & {*terms})
 
 
 def bent_friction(term: str, velocity: Array, bend: float) -> Array:

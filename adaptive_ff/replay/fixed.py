@@ -59,6 +59,7 @@ def fit_fixed(
         offset=values.get("offset", 0.0),
         stiction_asymmetry=0.0,
         viscous_asymmetry=values.get("viscous_asymmetry", 0.0),
+        presliding=values.get("presliding", 0.0),
     )
     further = further_torque(found)
     if not all(np.array(model[:3]) >= 0.0) or (model.viscous < 0.0 and not further.shape):

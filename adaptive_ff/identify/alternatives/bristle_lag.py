@@ -8,7 +8,8 @@ and where that leaves no more than chance explains, intervals are taken over it,
 
 What does tell them apart is ``sigma tau^2`` times the jerk, and a torque that acts a delay later has ``J delay`` of it
 (:mod:`adaptive_ff.identify.alternatives.held_torque`). Where that delay is not told, the torque may act up to a sample
-time after its stamp.
+time after its stamp. So is it where friction follows over a path
+(:mod:`adaptive_ff.identify.alternatives.bristle_path`), and nothing lags.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ from adaptive_ff.identify.fitting.fit import fit_terms
 from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.rows.regressors import Problem
-from adaptive_ff.identify.terms import ASYMMETRY, LAG
+from adaptive_ff.identify.terms import ASYMMETRY, LAG, PATH
 from adaptive_ff.logs.defects import Piece
 
 DELAYS = (0.0, 0.5, 1.0)
@@ -40,11 +41,11 @@ def fit_on_bristles(
     pieces : list of Piece
         Its pieces, in the order of the problem's.
     chosen : Fitted
-        The model; there is no such fit of one without a lag.
+        The model; there is no such fit of one without a lag or a path, and of one with a path where the delay is told.
     delay_told : bool
         Whether it is known when the torque acts.
     """
-    if LAG not in chosen.terms:
+    if LAG not in chosen.terms and (PATH not in chosen.terms or delay_told):
         return None
     rows = problem._replace(unlagged=("viscous", ASYMMETRY))
 

@@ -17,8 +17,8 @@ from adaptive_ff.estimation.batch_least_squares import LeastSquaresFit, fit_leas
 from adaptive_ff.identify.fitting.discrepancy import discrepancy_covariance, state_functions
 from adaptive_ff.identify.fitting.fitted import SEARCHED, Fitted, linear_terms
 from adaptive_ff.identify.fitting.search import search, searched_values, slope_by
-from adaptive_ff.identify.rows.regressors import Problem, design, measured_torque
-from adaptive_ff.identify.terms import SQUARE_STICTION, STICTION
+from adaptive_ff.identify.rows.regressors import Problem, design, measured_torque, path_slope
+from adaptive_ff.identify.terms import PATH, SQUARE_STICTION, STICTION
 from adaptive_ff.logs.derivatives import Array
 
 TIMES_ANDREWS = 2.0
@@ -35,7 +35,7 @@ def fit_terms(
     problem : Problem
         The rows.
     terms : tuple of str
-        Linear terms, and ``friction_lag``.
+        Linear terms, ``friction_lag``, and ``presliding`` where the rows have a path, which stays as it is.
     confidence : float
         Probability that the intervals are meant to have.
     start : mapping of float, optional
@@ -58,6 +58,10 @@ def fit_terms(
     matrix = design(problem, linear, searched_values(names, point))
     rough = fit_least_squares(matrix, target, names=linear, confidence=confidence)
     slopes = [slope_by(problem, linear, names, point, rough.values, place) for place in range(len(names))]
+    if PATH in terms:  # found already, and only its error is a matter of this fit
+        searched = searched_values(names, point)
+        slopes.append(path_slope(problem, dict(zip(linear, rough.values.tolist(), strict=True)) | searched))
+        names, point = [*names, PATH], np.append(point, math.log(problem.path))
     full = np.column_stack([matrix, *slopes])
     outputs = target + full[:, len(linear) :] @ point
     correlated = correlation_length(rough.residuals)
@@ -102,7 +106,7 @@ def _without_attenuation(problem: Problem, matrix: Array, regression: LeastSquar
     scaled = matrix / scale
     drawn = matrix.shape[0] * variance * regression.values / scale
     correction = np.linalg.lstsq(scaled.T @ scaled, drawn, rcond=1e-12)[0] / scale
-    searched = [place for place, name in enumerate(regression.names) if name in SEARCHED.values()]
+    searched = [place for place, name in enumerate(regression.names) if name in (*SEARCHED.values(), PATH)]
     correction[searched] = 0.0
     covariance = regression.covariance + 0.25 * np.outer(correction, correction)
     return replace(regression, values=regression.values + correction, covariance=covariance)

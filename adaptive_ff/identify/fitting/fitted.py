@@ -7,11 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit
-from adaptive_ff.identify.terms import BENT, LAG, SQUARE_STICTION, STICTION
+from adaptive_ff.identify.terms import BENT, LAG, PATH, SQUARE_STICTION, STICTION
 from adaptive_ff.logs.derivatives import Array
 
 SEARCHED = {"friction_lag": "friction_lag", **BENT}
 """Parameters that are searched, by the term that brings them; the lag is a term of its own."""
+
+LOGARITHMIC = (*BENT.values(), PATH)
+"""Parameters whose logarithm is regressed."""
 
 FAR = math.log(1e6)
 """How far, as a logarithm, an end of the interval of a bend must be from it to be taken for zero or infinity."""
@@ -23,7 +26,7 @@ class Fitted(NamedTuple):
     Attributes
     ----------
     terms : tuple of str
-        Terms that took part: linear ones, and ``friction_lag``.
+        Terms that took part: linear ones, ``friction_lag``, and ``presliding`` where the rows have a path.
     values : dict of float
         All parameters by name; ``stribeck_velocity`` in rad/s.
     regression : LeastSquaresFit
@@ -90,7 +93,7 @@ class Fitted(NamedTuple):
         if name == BENT[STICTION]:
             name = bend
         found = self.regression.estimate(name)
-        if name not in BENT.values():
+        if name not in LOGARITHMIC:
             return found
         value = math.exp(found.value)
         lower = math.exp(found.lower) if found.value - found.lower < FAR else 0.0
@@ -99,5 +102,5 @@ class Fitted(NamedTuple):
 
 
 def linear_terms(terms: Sequence[str]) -> list[str]:
-    """Return the terms that are columns: all but the lag."""
-    return [term for term in terms if term != LAG]
+    """Return the terms that are columns: all but the lag and the path."""
+    return [term for term in terms if term not in (LAG, PATH)]

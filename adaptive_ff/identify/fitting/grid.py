@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from adaptive_ff.identify.rows.filtering import Conditioned
 from adaptive_ff.identify.rows.regressors import Problem, direct_column, friction_column
 from adaptive_ff.identify.rows.sampled_lag import sampled_share
-from adaptive_ff.identify.terms import BENT, DIRECT, FORCE_OVER, FRICTION
+from adaptive_ff.identify.terms import BENT, DAMPING, DIRECT, FORCE_OVER, FRICTION
 from adaptive_ff.logs.derivatives import Array
 
 BLOCKS = 10
@@ -65,6 +65,8 @@ def make_grid(problem: Problem) -> Grid:
     """Sum the products of all columns that a log has."""
     with_position = all(piece.sine is not None for piece in problem.pieces)
     direct = [term for term in DIRECT if with_position or not term.startswith("gravity")]
+    if problem.path == 0.0:
+        direct.remove(DAMPING)
     mapped = list(problem.pieces[0].mapped)
     direct += [term for term in mapped if term.startswith(FORCE_OVER)]
     straight = [*FRICTION, *(term for term in mapped if not term.startswith(FORCE_OVER))]

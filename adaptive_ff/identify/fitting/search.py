@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from adaptive_ff.identify.fitting.fitted import Fitted
+from adaptive_ff.identify.fitting.fitted import LOGARITHMIC, Fitted
 from adaptive_ff.identify.rows.regressors import Problem, design, measured_torque
 from adaptive_ff.identify.terms import BENT
 from adaptive_ff.logs.derivatives import Array
@@ -42,7 +42,7 @@ def _ranges(problem: Problem, names: list[str]) -> list[tuple[float, float]]:
 def searched_values(names: list[str], point: Array) -> dict[str, float]:
     """Return the searched parameters by name; those that are searched as logarithms as they are."""
     pairs = zip(names, point.tolist(), strict=True)
-    return {name: math.exp(value) if name in BENT.values() else value for name, value in pairs}
+    return {name: math.exp(value) if name in LOGARITHMIC else value for name, value in pairs}
 
 
 def search(problem: Problem, linear: list[str], names: list[str], target: Array, start: Mapping[str, float]) -> Array:

@@ -18,9 +18,12 @@ from adaptive_ff.identify.fitting.shape_profile import Profile, profile_interval
 from adaptive_ff.identify.rows.regressors import Problem
 from adaptive_ff.identify.terms import (
     ASYMMETRY,
+    BASE,
     BENT,
+    DAMPING,
     GRAVITY,
     LAG,
+    PATH,
     SATURATION,
     SATURATIONS,
     SLOW_SATURATION,
@@ -71,6 +74,9 @@ class Selection(NamedTuple):
     bristles : Fitted or None
         The model with viscous friction that does not lag, where that explains as much: intervals are taken over it,
         too, see :mod:`adaptive_ff.identify.alternatives.bristle_lag`.
+    bent : Fitted or None
+        The model whose friction follows over a path in the place of a lag, where that explains as much: intervals are
+        taken over it, too, see :mod:`adaptive_ff.identify.alternatives.bristle_path`.
     """
 
     chosen: Fitted
@@ -85,6 +91,7 @@ class Selection(NamedTuple):
     varied: Fitted | None = None
     held: Fitted | None = None
     bristles: Fitted | None = None
+    bent: Fitted | None = None
 
     @property
     def allowed(self) -> list[Fitted]:
@@ -93,8 +100,8 @@ class Selection(NamedTuple):
 
     @property
     def _beside(self) -> list[Fitted]:
-        """Fits of other rows than those of the grid: of a later torque, of viscous friction that does not lag."""
-        return [fitted for fitted in (self.held, self.bristles) if fitted is not None]
+        """Fits of other rows than those of the grid: of a later torque, of friction that lags or bends otherwise."""
+        return [fitted for fitted in (self.held, self.bristles, self.bent) if fitted is not None]
 
     def interval(self, name: str) -> Estimate:
         """Return a parameter of the chosen model; its interval covers those of all models that are allowed."""
@@ -135,6 +142,8 @@ def select_terms(problem: Problem, *, family: str, both_ways: bool, rotary: bool
     """
     has_position = all(piece.sine is not None for piece in problem.pieces)
     models = candidate_models(family, both_ways=both_ways, gravity=rotary and has_position)
+    if problem.path > 0.0:
+        models = [(*BASE, PATH, DAMPING, *terms[len(BASE) :]) for terms in models if LAG not in terms]
     return select_among(problem, models, confidence)
 
 

@@ -26,8 +26,10 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.rows.band import Band, band_of_motion, uniform, velocity_between, wide_velocity
+from adaptive_ff.identify.rows.filtering import bent_along, over_path
+from adaptive_ff.identify.rows.path_lag import OverPath
 from adaptive_ff.identify.rows.regressors import Problem
-from adaptive_ff.identify.terms import ASYMMETRY, BENT, FORCE_OVER, FRICTION_OVER, GRAVITY, LOAD, Terms, bent_friction
+from adaptive_ff.identify.terms import ASYMMETRY, BENT, FORCE_OVER, FRICTION_OVER, GRAVITY, LOAD, Terms
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.logs.log import KNOWN, Log
@@ -165,15 +167,16 @@ def map_basis(asked: MapAsked, prepared: Prepared, pieces: Sequence[Piece]) -> M
     return MapBasis(asked, lowest, highest, contrasts, load)
 
 
-def model_friction(fitted: Fitted, velocity: Array) -> Array:
-    """Return the static friction of a model without a map, N m."""
+def model_friction(fitted: Fitted, velocity: Array, over: OverPath | None = None) -> Array:
+    """Return the friction of a model without a map and its lag, N m: over a path where there is one, else static."""
     values = fitted.values
-    friction: Array = values["coulomb"] * np.sign(velocity) + values["viscous"] * velocity
+    direction = np.sign(velocity) if over is None else over.at_samples(np.sign)
+    friction: Array = values["coulomb"] * direction + values["viscous"] * velocity
     if ASYMMETRY in values:
         friction = friction + values[ASYMMETRY] * np.abs(velocity)
     for term, bend in BENT.items():
         if term in values:
-            friction = friction + values[term] * bent_friction(term, velocity, values[bend])
+            friction = friction + values[term] * bent_along(term, values[bend], velocity, over)
     return friction
 
 
@@ -213,8 +216,9 @@ def _columns(
 ) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
     """Return the filtered columns of a piece, and of friction what it is between samples and at edges of motions."""
     log, period, band = prepared.log, prepared.period, band_along(prepared, piece)
-    friction = model_friction(fitted, band.velocity)
-    fine = velocity_between(band.velocity, period)
+    over = over_path(band.velocity, period, prepared.rest.bending)
+    friction = model_friction(fitted, band.velocity, over)
+    fine = velocity_between(band.velocity, period) if over is None else None  # over a path it does not jump
     beyond = None if fine is None else friction - np.mean(model_friction(fitted, fine), axis=1)
     names = basis.names()
     factors = dict(zip(names, basis.over(position_along(log, piece, period)), strict=True)) if names else {}

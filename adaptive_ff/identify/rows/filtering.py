@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.identify.rows.band import Band, band_of_motion, transferred, uniform, velocity_between, wide_velocity
+from adaptive_ff.identify.rows.path_lag import Bending, OverPath
 from adaptive_ff.identify.rows.standing import Rest, reversals, widened
-from adaptive_ff.identify.terms import bent_friction
+from adaptive_ff.identify.terms import JUMPING, bent_friction
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import REACH, Array, differentiate, differentiate_twice, lowpass
 from adaptive_ff.logs.log import Log
@@ -62,6 +63,10 @@ class Conditioned(NamedTuple):
         joint never stands. See :mod:`adaptive_ff.identify.rows.regressors`.
     mapped : dict of ndarray, shape (n,)
         Friction and forces over position and load, by term; see :mod:`adaptive_ff.identify.maps.map_columns`.
+    path_slopes : dict of ndarray, shape (n,) or (k, n)
+        Derivatives of the columns that follow over a path by its logarithm, by term; empty where friction jumps.
+    bristle_rate : ndarray, shape (n,), or None
+        How fast the direction of friction changes that follows over a path, 1/s, filtered; None where it jumps.
     """
 
     time: Array
@@ -86,6 +91,8 @@ class Conditioned(NamedTuple):
     stops: int
     edges: dict[str, Array]
     mapped: Mapping[str, Array] = {}
+    path_slopes: Mapping[str, Array] = {}
+    bristle_rate: Array | None = None
 
 
 def condition(
@@ -123,22 +130,24 @@ def condition(
     band = band_of_motion(fast, bandwidth, period, rest)
     moved = band.velocity
     reach = math.ceil(REST_REACH / (bandwidth * period))
+    over = over_path(moved, period, rest.bending)
+    direction = np.sign(moved) if over is None else over.at_samples(np.sign)
 
     def bent(shape: Callable[[Array], Array]) -> dict[str, Array]:
         return {
-            term: np.array([shape(bent_friction(term, moved, bend)) for bend in bends.tolist()])
+            term: np.array([shape(bent_along(term, bend, moved, over)) for bend in bends.tolist()])
             for term, bends in rest.speeds.items()
         }
 
     def at_edges() -> dict[str, Array]:
-        straight = {"coulomb": np.sign(moved), "viscous": fast, "viscous_asymmetry": np.abs(fast)}
+        straight = {"coulomb": direction, "viscous": fast, "viscous_asymmetry": np.abs(fast)}
         return {name: band.at_edges(column) for name, column in straight.items()} | bent(band.at_edges)
 
     return Conditioned(
         time[band.kept],
         lowpass(torque, (rest.corner, bandwidth), period)[band.kept],
         *_motion(measured, wide, band, is_position=is_position),
-        band.filtered(np.sign(moved)),
+        band.filtered(direction),
         band.filtered(np.abs(moved)),
         bent(band.filtered),
         np.ones(time[band.kept].size) if band.stops == 0 else band.narrowed(np.ones_like(fast)),
@@ -151,11 +160,39 @@ def condition(
         ~widened(~band.resting, reach)[band.kept],
         band.kept.step * period,
         period,
-        _between_samples(rest, band),
+        _between_samples(rest, band, over),
         reversals(fast, band.stands, rest),
         band.stops,
         at_edges() if band.stops else {},
+        path_slopes={} if over is None else _path_slopes(rest, band, over),
+        bristle_rate=None if over is None else band.filtered(over.rate()),
     )
+
+
+def over_path(velocity: Array, period: float, bending: Bending | None) -> OverPath | None:
+    """Return what follows over a path along a velocity (rad/s); None where friction jumps."""
+    if bending is None:
+        return None
+    fine = velocity_between(velocity, period)
+    if fine is None:
+        fine = velocity[:, np.newaxis]
+    return OverPath(fine, period / fine.shape[1], bending)
+
+
+def bent_along(term: str, bend: float, velocity: Array, over: OverPath | None) -> Array:
+    """Return friction that bends at a speed; what of it jumps follows over a path where there is one."""
+    if over is None or term not in JUMPING:
+        return bent_friction(term, velocity, bend)
+    return over.at_samples(partial(bent_friction, term, bend=bend))
+
+
+def _path_slopes(rest: Rest, band: Band, over: OverPath) -> dict[str, Array]:
+    """Return the derivatives by the logarithm of the path."""
+    made = {"coulomb": band.filtered(over.slope(np.sign))}
+    for term in JUMPING:
+        slopes = [over.slope(partial(bent_friction, term, bend=bend)) for bend in rest.speeds[term].tolist()]
+        made[term] = np.array([band.filtered(slope) for slope in slopes])
+    return made
 
 
 def moving_torque(log: Log, piece: Piece, bandwidth: float, period: float, rest: Rest, torque_delay: float) -> Array:
@@ -181,17 +218,20 @@ def _motion(measured: Array, wide: Array, band: Band, *, is_position: bool) -> t
     return velocity, acceleration
 
 
-def _between_samples(rest: Rest, band: Band) -> dict[str, Array]:
+def _between_samples(rest: Rest, band: Band, over: OverPath | None) -> dict[str, Array]:
     """Return what columns that jump are at the samples beyond their mean around them; nothing of a fast log."""
     fast = band.velocity
     fine = velocity_between(fast, band.period)
     if fine is None:
         return {}
 
-    def beyond(shape: Callable[[Array], Array]) -> Array:
+    def beyond(shape: Callable[[Array], Array], *, jumps: bool) -> Array:
+        if over is not None and jumps:
+            return band.filtered(over.beyond(shape))
         return band.filtered(shape(fast) - np.mean(shape(fine), axis=1))
 
-    made = {"coulomb": beyond(np.sign)}
+    made = {"coulomb": beyond(np.sign, jumps=True)}
     for term, bends in rest.speeds.items():
-        made[term] = np.array([beyond(partial(bent_friction, term, bend=bend)) for bend in bends.tolist()])
+        shapes = [partial(bent_friction, term, bend=bend) for bend in bends.tolist()]
+        made[term] = np.array([beyond(shape, jumps=term in JUMPING) for shape in shapes])
     return made

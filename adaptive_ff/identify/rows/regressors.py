@@ -22,7 +22,7 @@ import numpy as np
 from adaptive_ff.identify.rows.band import transferred
 from adaptive_ff.identify.rows.filtering import Conditioned
 from adaptive_ff.identify.rows.sampled_lag import sampled_share
-from adaptive_ff.identify.terms import BENT, DIRECT, FORCE_OVER
+from adaptive_ff.identify.terms import BENT, DAMPING, DIRECT, FORCE_OVER
 from adaptive_ff.logs.derivatives import Array
 
 FEWEST_REVERSALS, SMALLEST_SHARE = 2, 0.25
@@ -48,6 +48,8 @@ class Problem(NamedTuple):
         Variance of the noise of a column, by its term.
     unlagged : sequence of str
         Terms of friction that do not lag where the others do.
+    path : float
+        Path over which friction of these rows follows, rad; zero where it jumps.
     """
 
     pieces: Sequence[Conditioned]
@@ -55,6 +57,7 @@ class Problem(NamedTuple):
     longest_lag: float
     noise: Mapping[str, float] = {}
     unlagged: Sequence[str] = ()
+    path: float = 0.0
 
     @property
     def rows(self) -> int:
@@ -87,6 +90,22 @@ def design(problem: Problem, terms: Sequence[str], searched: Mapping[str, float]
             for piece in problem.pieces
         ]
     )
+
+
+def path_slope(problem: Problem, values: Mapping[str, float]) -> Array:
+    """Return the derivative of the torque of a model, by the values of its terms, by the logarithm of the path."""
+    made, lag = [], values.get("friction_lag", 0.0)
+    for piece in problem.pieces:
+        parts = [
+            values[term] * _of_term(slopes, problem.speeds, term, values)
+            for term, slopes in piece.path_slopes.items()
+            if term in values
+        ]
+        slope: Array = np.sum(parts, axis=0)
+        if lag != 0.0:
+            slope = transferred(slope, lambda s: 1.0 / (1.0 + lag * s), piece.period)
+        made.append(slope[piece.slides])
+    return np.concatenate(made)
 
 
 def piece_columns(
@@ -153,7 +172,12 @@ def direct_column(piece: Conditioned, term: str) -> Array:
         return piece.mapped[term]
     if term == "offset":
         return piece.moves
-    column = {"inertia": piece.acceleration, "gravity_sine": piece.sine, "gravity_cosine": piece.cosine}[term]
+    column = {
+        "inertia": piece.acceleration,
+        "gravity_sine": piece.sine,
+        "gravity_cosine": piece.cosine,
+        DAMPING: piece.bristle_rate,
+    }[term]
     assert column is not None
     return column
 

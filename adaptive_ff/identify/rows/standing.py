@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.identify.rows.path_lag import Bending
 from adaptive_ff.identify.terms import SATURATIONS, SQUARE_STICTION, STICTION
 from adaptive_ff.logs.defects import runs
 from adaptive_ff.logs.derivatives import Array
@@ -82,6 +83,8 @@ class Rest(NamedTuple):
         Whether it counts as standing, too, where it is slow for longer than its accelerations say, or goes on the same
         way. A joint that creeps does the same, so it is set only where no model whose friction rises from standstill
         fits the log better.
+    bending : Bending or None
+        Over which path friction follows; None where it jumps.
     """
 
     slowest: float
@@ -89,6 +92,7 @@ class Rest(NamedTuple):
     corner: float
     sticks: bool = False
     dwells: bool = False
+    bending: Bending | None = None
 
 
 def find_rest(velocities: list[Array], corner: float) -> Rest:

@@ -1,6 +1,7 @@
 """The scenario of an identified joint: a file that ``adaptive-ff compare`` takes, with what is assumed as comments."""
 
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -8,12 +9,13 @@ import numpy as np
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.stiction import Stiction, known_stiction
-from adaptive_ff.identify.terms import SATURATIONS
+from adaptive_ff.identify.terms import DAMPING, PATH, SATURATIONS
 from adaptive_ff.identify.units import LINEAR, ROTARY, is_linear, is_of_current
 from adaptive_ff.identify.words.unattributed import unattributed
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
+from plant.lugre_joint import MOST_PASSIVE, LuGreJoint
 
 BANDWIDTH, PERIODS = 10.0, 0.1
 """Crossover of the assumed PI loop, Hz, and the most that it may be times the sampling period."""
@@ -26,6 +28,12 @@ MOST_VARIED = 0.9
 
 SOLVER_STEP = 0.001
 """Longest solver period, s."""
+
+SOLVER_TIMES = (1, 2, 4, 8, 16)
+"""Over how many times as many steps a joint on bristles is solved where it takes shorter ones."""
+
+KNOWN_OF_JOINT = ("inertia", "coulomb", "viscous", "friction_lag")
+"""Fields of the joint that are parameters of the report."""
 
 SEAM = 1e-3
 """Difference of the velocities at both ends of the motion from which on they are joined, over the largest speed."""
@@ -89,13 +97,13 @@ def scenario_text(found: LogIdentification, reference: str) -> str:
         **_variation(found),
         "fixed": {name: joint[name] for name in ("inertia", "coulomb", "viscous")},
     }
-    return toml_text(content, {**_comments(found, slow), **_map_comments(found)}, _head(found))
+    return toml_text(content, {**_comments(found, slow, joint), **_map_comments(found)}, _head(found))
 
 
 def _joint(found: LogIdentification, slow: Stiction, period: float) -> dict[str, Any]:
     """Return the simulated joint; the sampling period in s."""
     substeps = max(1, math.ceil(period / SOLVER_STEP - 1e-9))
-    return {
+    joint = {
         **({"axis": "linear"} if is_linear(found.units) else {}),
         "inertia": _rounded(found.value("inertia")),
         "coulomb": _rounded(found.value("coulomb")),
@@ -103,9 +111,9 @@ def _joint(found: LogIdentification, slow: Stiction, period: float) -> dict[str,
         "viscous": _rounded(found.value("viscous")),
         "stribeck_velocity": _rounded(slow.velocity),
         "stribeck_shape": _rounded(slow.shape),
-        "friction_lag": _rounded(found.value("friction_lag")),
-        "solver_period": _rounded(period / substeps),
     }
+    rest = {"friction_lag": _rounded(found.value("friction_lag")), "solver_period": _rounded(period / substeps)}
+    return joint | (_on_bristles(found, joint, period, substeps) or rest)
 
 
 def _head(found: LogIdentification) -> list[str]:
@@ -126,12 +134,13 @@ def _head(found: LogIdentification) -> list[str]:
     return head
 
 
-def _comments(found: LogIdentification, slow: Stiction) -> dict[str, str]:
+def _comments(found: LogIdentification, slow: Stiction, joint: dict[str, Any]) -> dict[str, str]:
     """Return how well each value is known, or that it is assumed, by its key."""
     known = slow.remark or _interval(found, "stiction")
     bend_known = _interval(found, "stribeck_velocity") if _identifiable(found, "stiction") else known
     return {
-        **{f"joint.{name}": _interval(found, name) for name in ("inertia", "coulomb", "viscous", "friction_lag")},
+        **{f"joint.{name}": _interval(found, name) for name in KNOWN_OF_JOINT if name in joint},
+        **({"joint.stiffness": _path_words(found)} if "stiffness" in joint else {}),
         "joint.stiction": known,
         "joint.stribeck_velocity": bend_known,
         "joint.stribeck_shape": known if slow.shape != 1.0 else "assumed",
@@ -162,6 +171,35 @@ def _map_comments(found: LogIdentification) -> dict[str, str]:
         comments["actuator"] = "the largest ripple of the log; sin(2 pi q/period) from the start on"
         comments["adaptation.ripple_periods"] = "the controller learns its size"
     return comments
+
+
+def _on_bristles(
+    found: LogIdentification, joint: dict[str, Any], period: float, substeps: int
+) -> dict[str, Any] | None:
+    """Return what a joint has beside its friction where that follows over a path: bristles of the LuGre model.
+
+    None without a path, and where no solver period that is short enough is found.
+    """
+    path, coulomb = found.value(PATH), joint["coulomb"]
+    if path <= 0.0 or coulomb <= 0.0:
+        return None
+    damping = found.selection.chosen.values.get(DAMPING, 0.0) / path
+    bristles = {
+        "kind": "lugre",
+        "stiffness": _rounded(coulomb / path),
+        "damping": _rounded(min(max(damping, 0.0), MOST_PASSIVE * coulomb / joint["stribeck_velocity"])),
+    }
+    for finer in SOLVER_TIMES:
+        made = bristles | {"solver_period": _rounded(period / (finer * substeps))}
+        with suppress(ValueError):
+            LuGreJoint(**{name: value for name, value in {**joint, **made}.items() if name != "axis"})
+            return made
+    return None
+
+
+def _path_words(found: LogIdentification) -> str:
+    """Say how well the path is known over which bristles bend."""
+    return f"coulomb over a path of {found.value(PATH):.4g} {found.units[PATH]}, {_interval(found, PATH)}"
 
 
 def _mapped(found: LogIdentification) -> dict[str, Any]:

@@ -6,9 +6,11 @@ from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.terms import (
     ASYMMETRY,
     BENT,
+    DAMPING,
     GRAVITY,
     LAG,
     LONG_SATURATION,
+    PATH,
     SATURATION,
     SATURATIONS,
     SLOW_SATURATION,
@@ -47,7 +49,8 @@ def verdict(found: LogIdentification) -> list[str]:
     sentences.append(
         f"Identifiable from the log: {_listed(known)}." if known else "No parameter is identifiable by itself."
     )
-    sentences += _of_confounding(found) + _of_lag(found) + _of_missing(found) + _of_asymmetry(found)
+    sentences += _of_confounding(found) + _of_lag(found) + _of_path(found)
+    sentences += _of_missing(found) + _of_asymmetry(found)
     sentences += map_words(found.position_map, found.map_asked, found.units)
     sentences.append(found.curve.remark[0].upper() + found.curve.remark[1:] + ".")
     return sentences
@@ -140,6 +143,27 @@ def _of_lag(found: LogIdentification) -> list[str]:
     ]
 
 
+def _of_path(found: LogIdentification) -> list[str]:
+    """Say that friction follows the path since a reversal, or may do so instead of lagging."""
+    length, mass = found.units[PATH], found.units["inertia"]
+    if PATH in found.parameters:
+        path = found.parameters[PATH].estimate
+        stiffness = found.selection.chosen.values["coulomb"] / path.value
+        return [
+            f"Friction follows the path, not the time: after a reversal it rises over {path.value:.3g} {length} "
+            f"({' to '.join(interval_words(path, 3))}), as where bristles, belts or seals bend before they slide; as "
+            f"bristles of the LuGre model they have a stiffness of {stiffness:.3g} {found.units['torque']}/{length}."
+        ]
+    bent = found.selection.bent
+    if bent is None:
+        return []
+    return [
+        f"Friction may follow the path since a reversal instead, over {bent.values[PATH]:.3g} {length}, as where "
+        f"bristles bend before they slide: that says the torque as well. Inertia would be about "
+        f"{bent.values['inertia']:.4g} instead of {found.selection.chosen.values['inertia']:.4g} {mass}."
+    ]
+
+
 def _of_missing(found: LogIdentification) -> list[str]:
     """Say what is not identifiable from the log."""
     sentences = []
@@ -201,6 +225,8 @@ WORDS = {
     SLOW_SATURATION: "viscous friction that saturates slowly",
     LONG_SATURATION: "viscous friction that saturates over a wide range",
     ASYMMETRY: "viscous friction by direction",
+    PATH: "the path over which bristles bend",
+    DAMPING: "the damping of bristles",
 }
 
 

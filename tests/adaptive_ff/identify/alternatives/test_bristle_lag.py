@@ -19,10 +19,14 @@ def test_intervals_hold_the_inertia_and_viscous_friction_of_a_joint_on_bristles(
     assert inertia.lower < INERTIA < inertia.upper
     assert inertia.upper - inertia.lower < 0.08 * INERTIA
     assert viscous.lower < VISCOUS < viscous.upper
+
+
+def test_the_inertia_is_said_that_bristles_would_have_whose_path_does_not_show():
+    found = identify_log(bristle_log(2, delay=0.001), held_out=0.0)
     assert LAG in found.selection.chosen.terms
     on_bristles = found.selection.bristles.values["inertia"]
     assert on_bristles == pytest.approx(INERTIA, rel=0.01)
-    (sentence,) = (one for one in found.verdict if "bristles" in one)
+    (sentence,) = (one for one in found.verdict if "on bristles lags" in one)
     assert f"inertia would be about {on_bristles:.4g} instead of" in sentence
 
 
