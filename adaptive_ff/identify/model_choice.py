@@ -5,7 +5,7 @@ from functools import partial
 from typing import NamedTuple
 
 from adaptive_ff.errors import InputError, counted
-from adaptive_ff.identify.alternatives.bristle_path import select_over_path
+from adaptive_ff.identify.alternatives.bristle_path import lacks_much, select_over_path
 from adaptive_ff.identify.fitting.families import AUTO
 from adaptive_ff.identify.fitting.term_selection import Selection, select_terms
 from adaptive_ff.identify.maps.map_columns import MapAsked, MapBasis
@@ -48,6 +48,7 @@ def choose_model(
     selection = select(problem)
     if jumps_at_reversal(selection.chosen.terms):  # so it may stick while it reverses
         prepared, problem, selection = _without_stops(select, prepared, fitting, torque_delay, problem, selection)
+    jumping = selection
     prepared, problem, selection = select_over_path(select, prepared, fitting, problem, selection)
     basis: MapBasis | None = None
     if asked != MapAsked():
@@ -57,6 +58,8 @@ def choose_model(
         if found is not None:
             problem, selection, basis = found
             asked = basis.asked
+    if lacks_much(problem, selection.chosen):
+        selection = selection._replace(jumping=jumping)
     return Chosen(prepared, problem, selection, basis, asked)
 
 

@@ -7,6 +7,10 @@ out up to 15 % too large. So the terms that were chosen are fitted with friction
 squares is kept. Where it leaves clearly less than all models that the log did not tell apart, all models are
 compared once more, with friction that follows over that path in each; where it only leaves no more than the chosen one,
 intervals are taken over it, too.
+
+A joint that sticks and slips has a stiction that the model over a path does not find, and Coulomb friction that is too
+large for it. Where so much of the torque is left that noise does not explain it, intervals are taken over the models
+that were compared before, too.
 """
 
 import math
@@ -45,6 +49,9 @@ MOST_EXCESS = 3.0
 
 AROUND = 2.0 ** np.linspace(-2.0, 2.0, 5)
 """Paths that are tried around one, over it."""
+
+LEAVES = 0.04
+"""Share of the torque that is left, from which on a model over a path that lacks something is not taken to be right."""
 
 
 class Bent(NamedTuple):
@@ -104,6 +111,13 @@ def select_over_path(
             break
         fitted = selection.chosen
     return prepared, problem, selection
+
+
+def lacks_much(problem: Problem, chosen: Fitted) -> bool:
+    """Tell whether a model over a path leaves much of the torque, and more than chance explains."""
+    if PATH not in chosen.terms or not chosen.lacks:
+        return False
+    return math.sqrt(chosen.squares) > LEAVES * float(np.linalg.norm(measured_torque(problem)))
 
 
 def fit_over_path(problem: Problem, prepared: Prepared, pieces: Sequence[Piece], selection: Selection) -> Bent | None:

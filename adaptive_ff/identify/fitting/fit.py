@@ -88,6 +88,7 @@ def fit_terms(
         regression.values - solved,
         alone * np.sum(np.square(full), axis=0),
         _shown_stiction(matrix, linear),
+        bool(np.any(lacks)),
     )
 
 

@@ -41,6 +41,9 @@ class Fitted(NamedTuple):
         Technometrics 12, 1970).
     shown : float
         Largest share of the stiction above Coulomb friction that any row shows; one without stiction.
+    lacks : bool
+        Whether functions of the state explain more of what is left than chance does, see
+        :mod:`adaptive_ff.identify.fitting.discrepancy`.
     """
 
     terms: tuple[str, ...]
@@ -50,6 +53,7 @@ class Fitted(NamedTuple):
     correction: Array
     collinearities: Array
     shown: float
+    lacks: bool
 
     @property
     def searched(self) -> dict[str, float]:

@@ -77,6 +77,9 @@ class Selection(NamedTuple):
     bent : Fitted or None
         The model whose friction follows over a path in the place of a lag, where that explains as much: intervals are
         taken over it, too, see :mod:`adaptive_ff.identify.alternatives.bristle_path`.
+    jumping : Selection or None
+        The comparison of models whose friction jumps or lags, where the model over a path lacks something: intervals
+        are taken over these, too.
     """
 
     chosen: Fitted
@@ -92,11 +95,12 @@ class Selection(NamedTuple):
     held: Fitted | None = None
     bristles: Fitted | None = None
     bent: Fitted | None = None
+    jumping: "Selection | None" = None
 
     @property
     def allowed(self) -> list[Fitted]:
         """All fits that intervals are taken over, the chosen one first."""
-        return [*self.alike, *self._beside]
+        return [*self.alike, *self._beside, *([] if self.jumping is None else self.jumping.allowed)]
 
     @property
     def _beside(self) -> list[Fitted]:
@@ -112,6 +116,8 @@ class Selection(NamedTuple):
 
     def ends(self, fitted: Fitted, name: str) -> tuple[float, float]:
         """Return the ends of the interval of one of the models that are allowed."""
+        if self.jumping is not None and any(fitted is other for other in self.jumping.allowed):
+            return self.jumping.ends(fitted, name)
         is_beside = any(fitted is other for other in self._beside)
         profiles = None if is_beside else self.profiles.get(fitted.terms)  # which are of the rows of the grid
         if profiles is None or name not in profiles[0].values or any(name not in one.values for one in profiles):

@@ -77,6 +77,12 @@ def cautions(found: LogIdentification, log: Log) -> list[str]:
             f"inertia and friction leave {100.0 * error:.0f} % of the torque unexplained: another torque acts on the "
             "joint (gravity, other axes, elasticity), or columns or units are not what they are named"
         )
+    if found.selection.jumping is not None:
+        said.append(
+            f"friction over a path leaves {100.0 * error:.2g} % of the torque, more than chance explains, as where a "
+            "joint sticks and slips: intervals are taken over friction that lags, too, and the values themselves may "
+            "be as far off as they are wide; record motion without stops"
+        )
     if found.value("friction_lag") > LONG * float(found.lags[-1]):
         said.append(
             f"friction lags by {1e3 * found.value('friction_lag'):.3g} ms, the longest time that is looked for in this "
