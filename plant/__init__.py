@@ -3,7 +3,7 @@
 from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
 from plant.backlash import BacklashParameters, BacklashState, step_backlash
 from plant.backlash_joint import BacklashJoint
-from plant.change import UNCHANGED, JointChange
+from plant.change import UNCHANGED, JointChange, scaled_friction
 from plant.elastic import ElasticParameters, ElasticState, step_elastic
 from plant.elastic_joint import ElasticJoint
 from plant.elasto_plastic import (
@@ -99,6 +99,7 @@ __all__ = [
     "phase_change",
     "realise_torque",
     "ripple_torque",
+    "scaled_friction",
     "scaled_joint",
     "scaled_lugre",
     "scaled_maxwell",

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from numba.extending import register_jitable
 
-from plant.friction import Stribeck
+from plant.friction import Stribeck, scaled
 
 AnyParameters = TypeVar("AnyParameters", bound=Any)
 """Parameters of a joint of any kind, as its step takes them."""
@@ -46,6 +46,17 @@ def changed_curve(friction: Stribeck, change: JointChange) -> Stribeck:
         friction.viscous * change.viscous,
         friction.stribeck_velocity,
         friction.stribeck_shape,
+    )
+
+
+@register_jitable
+def scaled_friction(joint: AnyParameters, factor: float) -> AnyParameters:
+    """Return a joint of any kind with the static friction of both directions times a dimensionless factor.
+
+    All else stays, also the offset.
+    """
+    return joint._replace(  # type: ignore[no-any-return]
+        friction=scaled(joint.friction, factor), backward=scaled(joint.backward, factor)
     )
 
 

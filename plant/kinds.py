@@ -14,6 +14,7 @@ from plant.backlash import (
     step_backlash,
 )
 from plant.backlash_joint import BacklashJoint, check_backlash_period
+from plant.change import scaled_friction
 from plant.checks import check_numbers
 from plant.elastic import (
     ElasticParameters,
@@ -93,10 +94,10 @@ STEP_READY: dict[type, Callable[..., Any]] = {**STEP_JOINT, ReadyJoint: step_rea
 SCALE_JOINT: dict[type, Callable[..., Any]] = {
     JointParameters: scaled_joint,
     LuGreParameters: scaled_lugre,
-    ElasticParameters: scaled_joint,
-    BacklashParameters: scaled_joint,
+    ElasticParameters: scaled_friction,
+    BacklashParameters: scaled_friction,
     MaxwellParameters: scaled_maxwell,
-    ElastoPlasticParameters: scaled_joint,
+    ElastoPlasticParameters: scaled_friction,
 }
 """Kernel ``scaled(parameters, factor) -> parameters`` for each class of parameters: friction times a factor."""
 

@@ -32,10 +32,10 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_friction
+from plant.change import JointChange, changed_friction, scaled_friction
 from plant.friction import Stribeck, yield_torque
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
-from plant.step import friction_at, scaled_joint
+from plant.step import friction_at
 
 
 class LuGreParameters(NamedTuple):
@@ -186,7 +186,7 @@ def scaled_lugre(joint: LuGreParameters, factor: float) -> LuGreParameters:
     Stiffness and damping of the bristles scale along, as with the load on a contact: in any motion the friction torque
     is then the factor times what it was, and the deflection the same.
     """
-    scaled = scaled_joint(joint, factor)
+    scaled = scaled_friction(joint, factor)
     return scaled._replace(stiffness=joint.stiffness * factor, damping=joint.damping * factor)
 
 

@@ -24,10 +24,10 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from plant.change import JointChange, changed_friction
+from plant.change import JointChange, changed_friction, scaled_friction
 from plant.friction import Stribeck, yield_torque
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
-from plant.step import friction_at, scaled_joint
+from plant.step import friction_at
 
 ELEMENTS = 4
 """Number of elements."""
@@ -262,7 +262,7 @@ def scaled_maxwell(joint: MaxwellParameters, factor: float) -> MaxwellParameters
     then the factor times what it was.
     """
     stiffness = joint.stiffnesses
-    scaled = scaled_joint(joint, factor)
+    scaled = scaled_friction(joint, factor)
     return scaled._replace(
         stiffnesses=(stiffness[0] * factor, stiffness[1] * factor, stiffness[2] * factor, stiffness[3] * factor),
         relaxation=joint.relaxation / factor,

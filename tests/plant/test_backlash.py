@@ -17,7 +17,7 @@ from plant import (
     ElasticJoint,
     ElasticState,
     initial_state,
-    scaled_joint,
+    scaled_friction,
     step_backlash,
     step_elastic,
 )
@@ -250,7 +250,7 @@ def test_compiled_step_equals_plain_python():
 
 
 def test_scaled_joint_scales_the_friction_and_leaves_the_gear():
-    half = scaled_joint(UNEVEN, 0.5)
+    half = scaled_friction(UNEVEN, 0.5)
     assert (half.friction.coulomb, half.backward.coulomb) == (30.0, 20.0)
     assert half._replace(friction=UNEVEN.friction, backward=UNEVEN.backward) == UNEVEN
 

@@ -18,7 +18,7 @@ from plant import (
     JointModel,
     Stribeck,
     initial_state,
-    scaled_joint,
+    scaled_friction,
     sliding_friction,
     step_elastic,
     step_joint,
@@ -267,7 +267,7 @@ def test_compiled_step_equals_plain_python(shape):
 
 def test_scaled_joint_scales_the_friction_of_both_directions_and_nothing_else():
     joint = UNEVEN.parameters
-    half = scaled_joint(joint, 0.5)
+    half = scaled_friction(joint, 0.5)
     assert half.friction == Stribeck(30.0, 45.0, 40.0, 0.05, 1.0)
     assert half.backward == Stribeck(20.0, 45.0, 45.0, 0.05, 1.0)
     assert half._replace(friction=joint.friction, backward=joint.backward) == joint

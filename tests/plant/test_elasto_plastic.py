@@ -16,7 +16,7 @@ from plant import (
     ElastoPlasticState,
     JointModel,
     initial_state,
-    scaled_joint,
+    scaled_friction,
     sliding_friction,
     step_elasto_plastic,
     step_joint,
@@ -209,7 +209,7 @@ def test_step_solves_its_equations_and_is_odd(case):
 
 def test_scaled_joint_scales_the_friction_and_nothing_else():
     joint = model(offset=3.0, coulomb_backward=40.0).parameters
-    half = scaled_joint(joint, 0.5)
+    half = scaled_friction(joint, 0.5)
     assert (half.friction.coulomb, half.backward.coulomb) == (30.0, 20.0)
     assert half._replace(friction=joint.friction, backward=joint.backward) == joint
 
