@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from adaptive_ff.adaptive.learning.friction_map import NO_MAP, MapParameters, limited_factor, map_value
 from adaptive_ff.logs.derivatives import Array
 from controllers import compiled
-from plant.friction import Stribeck, scaled
-from plant.step import JointParameters, JointState, step_joint
+from plant.friction import Stribeck
+from plant.step import JointParameters, JointState, scaled_joint, step_joint
 
 SOME_VELOCITY = 1.0
 """Stribeck velocity of a curve without stiction, where it has no effect."""
@@ -69,9 +69,7 @@ def _follow(
             torque = 0.5 * (record.torque[start + k - 1] + record.torque[start + k]) - against
             now = joint
             if coefficients.size > 0:
-                factor = limited_factor(1.0, map_value(variation, coefficients, state.position, 0.0))
-                forward, backward = scaled(joint.friction, factor), scaled(joint.backward, factor)
-                now = JointParameters(joint.inertia, forward, backward, joint.offset, joint.friction_lag)
+                now = scaled_joint(joint, limited_factor(1.0, map_value(variation, coefficients, state.position, 0.0)))
             state = step_joint(now, state, torque, record.period)
             out[row, k] = state.position - record.position[start + k]
 
