@@ -50,7 +50,7 @@ MOST_EXCESS = 3.0
 AROUND = 2.0 ** np.linspace(-2.0, 2.0, 5)
 """Paths that are tried around one, over it."""
 
-LEAVES = 0.04
+LEAVES = 0.05
 """Share of the torque that is left, from which on a model over a path that lacks something is not taken to be right."""
 
 
