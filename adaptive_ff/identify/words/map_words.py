@@ -48,5 +48,5 @@ def map_words(found: IdentifiedMap | None, asked: MapAsked, units: Mapping[str, 
     if missing:
         parts = " and ".join([", ".join(missing[:-1]), missing[-1]] if len(missing) > 1 else missing)
         verb = "is" if len(missing) == 1 else "are"
-        said.append(f"{parts[0].upper()}{parts[1:]} {verb} not used: what is held out does not get better with it.")
+        said.append(f"{parts[0].upper()}{parts[1:]} {verb} not used: held-out data gain nothing from it.")
     return said

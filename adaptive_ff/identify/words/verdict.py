@@ -103,15 +103,15 @@ def _why(found: LogIdentification) -> str:
     if found.has_other_load:
         carried = "Gravity or the offset" if GRAVITY[0] in found.selection.chosen.terms else "The offset"
         return (
-            f". {carried} is another there (another load, a sensor's zero or, of gravity, a position counted from "
+            f". {carried} differs there (another load, a sensor's zero or, of gravity, a position counted from "
             "another zero); inertia and friction are the same."
         )
     if found.has_changed:
-        return ", and every family of models gets worse there. Friction or inertia is another there."
+        return ", and every family of models gets worse there. Friction or inertia differs there."
     low, high = (end(block_squares(found.selection, found.fit)) ** 0.5 / found.fit.rms_error for end in (min, max))
     return (
-        f"; blocks of the fitted log, each left out in turn, have {low:.1f} to {high:.1f} times that error. It does "
-        "not show that friction or inertia is another there: the model lacks something, or has not seen such motion."
+        f"; blocks of the fitted log, each left out in turn, have {low:.1f} to {high:.1f} times that error. So "
+        "friction or inertia need not differ there: the model may lack something, or has not seen such motion."
     )
 
 

@@ -10,7 +10,7 @@ from adaptive_ff import InputError
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.words.verdict import verdict
 
-BLAMED = "Friction or inertia is another there."
+BLAMED = "Friction or inertia differs there."
 
 
 def another_torque(log, stretches, size):
@@ -60,7 +60,7 @@ def test_gravity_of_a_position_with_another_zero_is_no_other_friction(shift):
     other = with_gravity(make_log(duration=20.0, noise=0.1, seed=102))
     found = identify_log(with_gravity(make_log(noise=0.1)), validation=replace(other, position=other.position + shift))
     assert found.has_other_load is (shift > 0.0)
-    assert ("Gravity or the offset is another there" in found.verdict[1]) is (shift > 0.0)
+    assert ("Gravity or the offset differs there" in found.verdict[1]) is (shift > 0.0)
     assert not found.has_changed
     assert "carry over" not in found.verdict[1]
 

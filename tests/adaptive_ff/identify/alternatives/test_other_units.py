@@ -8,7 +8,7 @@ from synthetic_logs import make_log
 
 from adaptive_ff.identify.identification import identify_log
 
-BLAMED = "Friction or inertia is another there."
+BLAMED = "Friction or inertia differs there."
 
 OTHERS = {
     "sign": (lambda log: replace(log, torque=-log.torque), "friction would drive the joint there"),

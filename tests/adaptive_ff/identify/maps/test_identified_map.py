@@ -64,7 +64,7 @@ def test_it_is_told_and_saved(known_period):
     place = (0.25 - PHASE / (2.0 * math.pi)) * 0.4
     assert f"rises by 30 % at {place:.2f}" in told  # and a digit that depends on the noise
     assert told.endswith("and repeats every 0.4 rad.")
-    assert "A force over position is not used: what is held out does not get better with it." in known_period.verdict
+    assert "A force over position is not used: held-out data gain nothing from it." in known_period.verdict
     saved = known_period.to_dict()["friction_map"]
     assert (saved["position_periods"], saved["position_hats"]) == ([0.4], 0)
     assert len(saved["coefficients"]) == len(saved["standard_errors"]) == 2
