@@ -262,7 +262,7 @@ def test_column_of_words_is_refused(tmp_path):
         ("log.parquet", b"PAR?", "cannot be read"),
         ("log.h5", b"no HDF5", "cannot be read"),
         ("log.csv", b"", "the file is empty"),
-        ("log.csv", b"\xff\xfe\x00t", "cannot be read"),
+        ("log.csv", b"\xff\xfe\x00\xd8t\x00", "cannot be read"),
         ("log.csv", b"t,q,q,u\n1,2,3,4\n", "there are 2 columns q; there must be one"),
         ("log.xlsx", b"", "the ending '.xlsx' is not known; allowed: .csv, .txt, .tsv, .dat, .npz, .mat"),
     ],
