@@ -32,11 +32,11 @@ Kalman filter its square is a fifth of what the noise makes. So it is raised to 
 ``<ehat^2>``, at most to 2.5 times, and as far as the model fits, ``1 - q``; where it does not, the least of the error
 is not noise.
 
-``<.>`` is a short mean, which is at once no less than a quarter of the present square where that tells of a sudden
-change (:func:`tells_at_once`), ``s`` the noise of the measured velocity, ``ehat = G(res)`` the error that the loop
-would make of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which is held where ``d`` is.
-The two errors differ while the estimates move, since what a new estimate feeds is taken out of the integral. No time
-and no age enters: the gate is open while there is something to gain.
+``<.>`` is a short mean; those of ``d`` and ``e_f`` are at once no less than a quarter of the present square where
+``d`` tells of a sudden change (:func:`tells_at_once`). ``s`` is the noise of the measured velocity, ``ehat = G(res)``
+the error that the loop would make of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which
+is held where ``d`` is. The two errors differ while the estimates move, since what a new estimate feeds is taken out of
+the integral. No time and no age enters: the gate is open while there is something to gain.
 
 The pole is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the gains of
 the PI loop respect and the observer would not. By default it is at most 65 rad/s: a fast loop has no margin to spare.
@@ -365,7 +365,7 @@ def observe(
     one_way = state.one_way + duration if seen * state.reference > 0.0 else 0.0
     at_once = AT_ONCE if tells_at_once(disturbance, one_way, coloured, known) else 0.0
     squared = short_mean(state.squared, disturbance * disturbance, weight, at_once)
-    predicted = state.predicted_squared + weight * (response.velocity * response.velocity - state.predicted_squared)
+    predicted = short_mean(state.predicted_squared, response.velocity * response.velocity, weight, 0.0)
     answer = Answer(
         error=now,
         predicted=response.velocity,

@@ -21,13 +21,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from adaptive_ff.identify.alternatives.held_torque import LESS, gain
+from adaptive_ff.identify.alternatives.held_torque import gain, is_clearly_less
 from adaptive_ff.identify.fitting.cross_validation import ALIKE
 from adaptive_ff.identify.fitting.fit import fit_terms
 from adaptive_ff.identify.fitting.fitted import Fitted
+from adaptive_ff.identify.fitting.search import left_by_linear_terms
 from adaptive_ff.identify.fitting.term_selection import Selection
 from adaptive_ff.identify.maps.map_columns import band_along
 from adaptive_ff.identify.preparation import Prepared
+from adaptive_ff.identify.rows.band import Band
 from adaptive_ff.identify.rows.filtering import condition, over_path
 from adaptive_ff.identify.rows.path_lag import Bending, OverPath
 from adaptive_ff.identify.rows.regressors import Problem, design, measured_torque
@@ -138,8 +140,9 @@ def fit_over_path(problem: Problem, prepared: Prepared, pieces: Sequence[Piece],
     if not problem.shows_lag:
         return None
     values = {name: value for name, value in chosen.values.items() if name != LAG}
-    squares = squares_over_paths(problem, prepared, pieces, chosen.linear, values)
-    bending = best_path(squares, [Bending(path) for path in _paths(problem, prepared, pieces)], below=chosen.squares)
+    bands = [band_along(prepared, piece) for piece in pieces]
+    squares = squares_over_paths(problem, bands, chosen.linear, values)
+    bending = best_path(squares, [Bending(path) for path in _paths(problem, bands)], below=chosen.squares)
     if bending is None:
         return None
     terms = (*BASE, PATH, *(term for term in chosen.terms[len(BASE) :] if term != LAG))
@@ -150,8 +153,8 @@ def fit_over_path(problem: Problem, prepared: Prepared, pieces: Sequence[Piece],
         return None
     if gain(chosen, fitted)[0] <= 0.0 or fitted.values["coulomb"] <= 0.0:
         return None
-    gains = [gain(other, fitted) for other in selection.alike]
-    return Bent(bent, rows, fitted, all(less > max(ALIKE * deviation, LESS) for less, deviation in gains))
+    is_clear = all(is_clearly_less(gain(other, fitted), ALIKE) for other in selection.alike)
+    return Bent(bent, rows, fitted, is_clear)
 
 
 def closer_path(
@@ -163,7 +166,8 @@ def closer_path(
     """
     last, values = prepared.rest.bending, chosen.values
     assert last is not None
-    squares = squares_over_paths(problem, prepared, pieces, chosen.linear, values)
+    bands = [band_along(prepared, piece) for piece in pieces]
+    squares = squares_over_paths(problem, bands, chosen.linear, values)
     excess = max(values.get(STICTION, 0.0) / values["coulomb"], 0.0) if values["coulomb"] > 0.0 else 0.0
     known = Bending(last.path, min(excess, MOST_EXCESS), values.get(BENT[STICTION], last.speed))
     bending = best_path(squares, [known._replace(path=known.path * times) for times in AROUND])
@@ -207,16 +211,16 @@ def best_path(
     return at(float(found.x))
 
 
-def _paths(problem: Problem, prepared: Prepared, pieces: Sequence[Piece]) -> list[float]:
+def _paths(problem: Problem, bands: Sequence[Band]) -> list[float]:
     """Return the paths that are tried, rad."""
-    way = sum(float(np.sum(np.abs(band_along(prepared, piece).velocity))) for piece in pieces) * prepared.period
+    way = sum(float(np.sum(np.abs(band.velocity))) * band.period for band in bands)
     stroke = way / sum(piece.reversals for piece in problem.pieces)
     paths: list[float] = np.geomspace(SHORTEST * stroke, LONGEST * stroke, POINTS).tolist()
     return paths
 
 
 def squares_over_paths(
-    problem: Problem, prepared: Prepared, pieces: Sequence[Piece], linear: Sequence[str], values: Mapping[str, float]
+    problem: Problem, bands: Sequence[Band], linear: Sequence[str], values: Mapping[str, float]
 ) -> Callable[[Bending], float]:
     """Return the least squares of some linear terms, as a function of the path over which friction follows.
 
@@ -224,10 +228,8 @@ def squares_over_paths(
     ----------
     problem : Problem
         The rows.
-    prepared : Prepared
-        The log that they come from.
-    pieces : list of Piece
-        Its pieces, in the order of the problem's.
+    bands : sequence of Band
+        The filters of the pieces of the log that they come from, in the order of the problem's.
     linear : sequence of str
         The terms.
     values : mapping of float
@@ -235,7 +237,6 @@ def squares_over_paths(
     """
     target = measured_torque(problem)
     matrix = design(problem, ["offset" if term == DAMPING else term for term in linear], values)
-    bands = [band_along(prepared, piece) for piece in pieces]
     series: dict[int, Callable[[OverPath], Array]] = {
         linear.index("coulomb"): lambda over: over.at_samples(np.sign),
     }
@@ -255,10 +256,7 @@ def squares_over_paths(
             for place, made in series.items():
                 matrix[first:last, place] = band.filtered(made(over))[rows.slides]
             first = last
-        scale = np.linalg.norm(matrix, axis=0)
-        scale[scale == 0.0] = 1.0
-        scaled = matrix / scale
-        residual = target - scaled @ np.linalg.lstsq(scaled.T @ scaled, scaled.T @ target, rcond=1e-13)[0]
+        residual = left_by_linear_terms(matrix, target)
         return float(residual @ residual)
 
     return squares

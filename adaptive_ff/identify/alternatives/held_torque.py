@@ -67,17 +67,17 @@ def fit_if_held(problem: Problem, prepared: Prepared, pieces: list[Piece], selec
     later: Later | None = None
     for delay in [0.5 * prepared.period] + ([] if problem.shows_lag else _delays_like_lag(chosen)):
         fitted = fit_later(problem, prepared, pieces, chosen, delay)
-        if fitted is not None and (later is None or _is_clearly_less(gain(later.fitted, fitted))):
+        if fitted is not None and (later is None or is_clearly_less(gain(later.fitted, fitted), DEVIATIONS)):
             later = Later(delay, fitted)
     if later is None:
         return None
     less = gain(chosen, later.fitted)
-    return later if (less[0] > 0.0 if LAG in chosen.terms else _is_clearly_less(less)) else None
+    return later if (less[0] > 0.0 if LAG in chosen.terms else is_clearly_less(less, DEVIATIONS)) else None
 
 
-def _is_clearly_less(less: tuple[float, float]) -> bool:
-    """Tell whether a fit leaves clearly less, from what ``gain`` says of it."""
-    return less[0] > max(DEVIATIONS * less[1], LESS)
+def is_clearly_less(less: tuple[float, float], deviations: float) -> bool:
+    """Tell whether a fit leaves less by so many standard errors, and enough, from what ``gain`` says of it."""
+    return less[0] > max(deviations * less[1], LESS)
 
 
 def _delays_like_lag(chosen: Fitted) -> list[float]:

@@ -27,7 +27,7 @@ def lag_profile(problem: Problem, fitted: Fitted, lags: Array) -> Array:
     errors: list[float] = []
     for lag in lags.tolist():
         matrix = design(problem, fitted.linear, {**others, "friction_lag": lag})
-        errors.append(float(np.linalg.norm(_residual(matrix, target)) / np.linalg.norm(target)))
+        errors.append(float(np.linalg.norm(left_by_linear_terms(matrix, target)) / np.linalg.norm(target)))
     return np.array(errors)
 
 
@@ -83,7 +83,8 @@ def _solve(matrix: Array, target: Array) -> Array:
     return solved
 
 
-def _residual(matrix: Array, target: Array) -> Array:
+def left_by_linear_terms(matrix: Array, target: Array) -> Array:
+    """Return what the least squares of the columns leave of a series."""
     residual: Array = target - matrix @ _solve(matrix, target)
     return residual
 
