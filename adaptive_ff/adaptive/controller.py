@@ -30,7 +30,7 @@ from adaptive_ff.adaptive.settings import (
     DEVIATION,
     LARGEST_REGRESSOR,
     adaptive_parameters,
-    observer_pole,
+    observer_poles,
     settings_among,
 )
 from adaptive_ff.adaptive.state_check import (
@@ -322,7 +322,8 @@ class AdaptiveController(AdaptiveBase):
     observer_bandwidth : float, optional
         Bandwidth of the observer, Hz; at most the crossover of the feedback, ``Kp/J``. By default it is that, but at
         most 10.3 Hz, and with a delay of the drive less. :meth:`controllers.DisturbanceObserver.design` tells what a
-        margin allows, also for a velocity out of a Kalman filter, which has no lag to be told and yet bounds it.
+        margin allows, also for a velocity out of a Kalman filter, which has no lag to be told and yet bounds it. With a
+        delay the observer is faster while the joint stands before anything is learnt, as it answers to no torque then.
 
     Raises
     ------
@@ -379,8 +380,8 @@ class AdaptiveController(AdaptiveBase):
     ) -> None:
         self.estimate_names, block = adaptive_parameters(settings_among(locals()))
         self.estimate_names = (*self.estimate_names, *chosen_names(stribeck_factors, presliding_factors))
-        pole = observer_pole(block, float(inertia), observer_bandwidth)
-        observer = ObserverParameters(pole, float(inertia), block.velocity_lag, block.period)
+        pole, standing = observer_poles(block, float(inertia), observer_bandwidth)
+        observer = ObserverParameters(pole, standing, float(inertia), block.velocity_lag, block.period)
         begun = with_first_map(block.estimator, position_map, map_deviation)
         super().__init__(SupervisedParameters(*block, observer), period, begun or initial_supervised_state)
 

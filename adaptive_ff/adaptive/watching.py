@@ -131,8 +131,8 @@ def watch(
         if valid:
             asked = torque - delayed(state.known_torques, feedback.delay)
             # before anything is known, and with adaptation off, a new load is not among what was learnt
-            tried = levels.learnt > 0.0 or block.estimator.given
-            strained = tried and strains(asked, max(levels.torque, moved))
+            learnt = levels.learnt > 0.0 or block.estimator.given
+            strained = learnt and strains(asked, max(levels.torque, moved))
             moved = moved_torque(moved, asked, inputs, state.trust.peak, likely_variance(observer.noise), gap)
             known = Circumstances(
                 held=may_stick(state, inputs.reference),
@@ -143,6 +143,7 @@ def watch(
                 saturates=state.drive.suspect or state.drive.established,
                 friction=holding_friction(state),
                 unforeseen=unforeseen,
+                learnt=learnt,
             )
             observer = observe(
                 block.observer,

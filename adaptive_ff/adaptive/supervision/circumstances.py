@@ -33,6 +33,8 @@ class Circumstances(NamedTuple):
         Friction beside which noise counts, N m.
     unforeseen : float
         What of the plan was not foreseen when the torque of the period was fed forward, rad/s.
+    learnt : bool
+        Whether anything has been learnt from the joint, or a model was given.
     """
 
     held: bool
@@ -43,6 +45,7 @@ class Circumstances(NamedTuple):
     saturates: bool
     friction: float
     unforeseen: float
+    learnt: bool
 
 
 @register_jitable

@@ -347,7 +347,8 @@ def observe(
     residual = lacking - inertia * change / duration
     now = seen + correction - velocity
     sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
-    share = -math.expm1(-observer.pole * pace(state.effect.swift) * duration)
+    pole = observer.standing_pole if sticks and not known.learnt else observer.pole
+    share = -math.expm1(-pole * pace(state.effect.swift) * duration)
     if known.held or (sticks and (residual - state.disturbance) * now < 0.0):
         share = 0.0
     disturbance = state.disturbance + share * (residual - state.disturbance)

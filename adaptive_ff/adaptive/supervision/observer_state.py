@@ -18,6 +18,8 @@ class ObserverParameters(NamedTuple):
     ----------
     pole : float
         Pole ``p``, rad/s.
+    standing_pole : float
+        Pole while the joint stands and nothing has been learnt, rad/s.
     inertia : float
         Inertia that the feedback was designed for, kg m^2.
     velocity_lag : float
@@ -27,6 +29,7 @@ class ObserverParameters(NamedTuple):
     """
 
     pole: float
+    standing_pole: float
     inertia: float
     velocity_lag: float
     period: float

@@ -30,16 +30,35 @@ from tests.helpers.driven_joint import behind_a_position_loop
 PERIOD = 0.01
 FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.01)
 INERTIA = SCENARIO.feedback.inertia
-OBSERVER = ObserverParameters(20.0, INERTIA, 0.0, PERIOD)
+OBSERVER = ObserverParameters(20.0, 20.0, INERTIA, 0.0, PERIOD)
 
 
 def after(
-    observer, state, torque, reference, correction, velocity, held, peak, strained, duration=PERIOD, unforeseen=0.0
+    observer,
+    state,
+    torque,
+    reference,
+    correction,
+    velocity,
+    held,
+    peak,
+    strained,
+    duration=PERIOD,
+    unforeseen=0.0,
+    learnt=True,
 ):
     """State after a period over which the drive gave a torque."""
     lacking = torque - state.fed[0]
     known = Circumstances(
-        held, peak, strained, falls=False, believed=True, saturates=False, friction=0.0, unforeseen=unforeseen
+        held,
+        peak,
+        strained,
+        falls=False,
+        believed=True,
+        saturates=False,
+        friction=0.0,
+        unforeseen=unforeseen,
+        learnt=learnt,
     )
     return observe(observer, state, FEEDBACK, lacking, INERTIA, reference, correction, velocity, duration, known)
 
@@ -53,6 +72,14 @@ def test_what_is_not_measured_is_bridged():
     velocity = float(np.sum(torques + 5.0)) * PERIOD / INERTIA
     state = after(OBSERVER, state, mean, 0.0, 0.0, velocity, False, 1.0, math.inf, duration=8 * PERIOD)
     assert state.disturbance == pytest.approx(-5.0 * (1.0 - math.exp(-20.0 * 8 * PERIOD)))
+
+
+@pytest.mark.parametrize(("learnt", "velocity", "pole"), [(False, 0.0, 40.0), (True, 0.0, 20.0), (False, 0.09, 20.0)])
+def test_a_joint_that_stands_before_anything_is_learnt_is_observed_faster(learnt, velocity, pole):
+    observer = OBSERVER._replace(standing_pole=40.0)
+    state = start_observer(initial_observer(FEEDBACK), 0.1, velocity)
+    state = after(observer, state, 10.0, 0.1, 0.0, velocity, False, 1.0, False, learnt=learnt)
+    assert state.disturbance == pytest.approx(10.0 * -math.expm1(-pole * PERIOD))
 
 
 def observed(torques, velocities, references, observer=OBSERVER):
@@ -172,12 +199,12 @@ def test_what_an_outer_loop_asks_for_is_no_error():
 def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     """Second differences tell too little of it; where the model does not fit, what is left may be an error."""
     observer, feedback = (
-        ObserverParameters(65.0, INERTIA, 0.0, 0.001),
+        ObserverParameters(65.0, 65.0, INERTIA, 0.0, 0.001),
         check_gains(314.0 * INERTIA, 4000.0 * INERTIA, 0.01),
     )
     white, noise = 0.002 * np.random.default_rng(5).standard_normal(20000), 0.0
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
-    known = Circumstances(False, 1.0, False, False, True, False, 0.0, 0.0)
+    known = Circumstances(False, 1.0, False, False, True, False, 0.0, 0.0, True)
     for value in white:
         noise += 0.8 * (value - noise)
         state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, 0.001, known)
@@ -226,7 +253,7 @@ def test_a_load_step_opens_them_within_three_samples(loaded):
 
 
 def known_friction(friction, held=False):
-    return Circumstances(held, 1.0, False, False, True, False, friction, 0.0)
+    return Circumstances(held, 1.0, False, False, True, False, friction, 0.0, True)
 
 
 def test_what_is_large_beside_the_friction_tells_of_a_sudden_change():
@@ -314,13 +341,29 @@ def test_observer_of_a_fast_loop_is_slower_than_the_loop():
     """What it is for changes no faster, and it would take the margin that the loop has left."""
     assert adaptive_in_a_loop_of(40.0).parameters.observer.pole == pytest.approx(40.0)
     assert adaptive_in_a_loop_of(300.0).parameters.observer.pole == FASTEST
-    late = adaptive_in_a_loop_of(50.0, delay=5.0).parameters.observer.pole
-    assert late == pytest.approx(50.0 / (1.0 + 2.0 * 0.005 * 50.0))
 
 
-def test_observer_that_is_asked_for_may_be_as_fast_as_the_loop():
-    asked = [adaptive_in_a_loop_of(300.0, observer_bandwidth=hertz).parameters.observer.pole for hertz in (5.0, 100.0)]
-    assert asked == [pytest.approx(10.0 * math.pi), 300.0]
+def test_a_late_drive_makes_the_observer_slower_but_for_a_joint_that_stands():
+    late = adaptive_in_a_loop_of(50.0, delay=5.0).parameters.observer
+    assert late.pole == pytest.approx(50.0 / (1.0 + 2.0 * 0.005 * 50.0))
+    assert late.standing_pole == FASTEST
+    assert adaptive_in_a_loop_of(20.0, delay=5.0).parameters.observer.standing_pole == pytest.approx(24.0)
+    assert adaptive_in_a_loop_of(300.0, delay=5.0).parameters.observer.standing_pole == FASTEST
+
+
+@pytest.mark.parametrize(
+    ("hertz", "delay", "pole", "standing"),
+    [
+        (5.0, 0.0, 10.0 * math.pi, 10.0 * math.pi),
+        (100.0, 0.0, 300.0, 300.0),
+        (100.0, 5.0, 300.0, 300.0),
+        (0.5, 5.0, math.pi, 16.0 * math.pi),
+    ],
+)
+def test_observer_that_is_asked_for_may_be_as_fast_as_the_loop(hertz, delay, pole, standing):
+    asked = adaptive_in_a_loop_of(300.0, delay=delay, observer_bandwidth=hertz).parameters.observer
+    assert asked.pole == pytest.approx(pole)
+    assert asked.standing_pole == pytest.approx(standing)
 
 
 def test_line_up_has_no_faster_observer_either():

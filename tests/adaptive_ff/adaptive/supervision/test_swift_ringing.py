@@ -178,6 +178,7 @@ def test_a_slower_observer_answers_later():
             saturates=False,
             friction=0.0,
             unforeseen=0.0,
+            learnt=True,
         )
         after = observe(block.observer, began, block.feedback, 10.0, block.observer.inertia, 0.0, 0.0, 0.0, 0.01, known)
         paces[blamed] = after.disturbance
