@@ -1,16 +1,23 @@
-"""Acquittal: a joint that oscillates by itself, whose observer was let go of for nothing.
+"""Acquittal: a trial for an observer that was switched off although the joint oscillates without it as well.
 
 Cogging, teeth and an eccentric wheel make the error oscillate, at constant speed as steadily as a loop that a lag makes
-unstable. What tells them apart is what the error does *without* the observer. An oscillation that the observer made
-dies out with it. So while it is out of use, the time is counted in which the error oscillates all the same, and where
-that is long enough the observer is tried: it is used again, in full, and the mean squared error over that of the one
-which the loop would make of the residual,
+unstable. The observer is then switched off without reason (:mod:`adaptive_ff.adaptive.supervision.observer_effect`,
+:mod:`adaptive_ff.adaptive.supervision.ringing`). What tells the two apart is the error *without* the observer: an
+oscillation that the observer made dies out with it. Stages:
 
-    rho = <e^2> / <ehat^2>
+1. *Waits.* While the observer is off, the time is counted in which the error oscillates steadily all the same, far
+   beyond the noise (16 times its variance), and the drive has probably given all torque that was asked for. Pauses
+   between do not reset it.
+2. *Tried.* After 3 s the observer is used again, in full, for 10 s. Compared is
 
-is compared with what it was without the observer; the motion may be another one meanwhile. Where it becomes a tenth
-more, the observer is guilty, and out of use as before; where it is less at the end of the trial, the observer is
-acquitted, and what the error does is no reason to let go of it again.
+       rho = <e^2> / <ehat^2 + c^2>
+
+   (means over 5 s; the squared error without noise over the square that the PI loop would make of the residual, with
+   the correction ``c`` of an outer loop) with its value ``rho_0`` from the time without the observer. The ratio is used
+   because the motion may be another one meanwhile.
+3. *Guilty*, as soon as ``rho > 1.1 rho_0``, or if ``rho >= rho_0`` at the end of the trial: the observer is off again,
+   for good if it was so before.
+4. *Acquitted*, if ``rho < rho_0`` at the end of the trial: no steady oscillation and no ringing switches it off again.
 """
 
 from typing import NamedTuple
@@ -18,25 +25,25 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 WAITS, TRIED, ACQUITTED, GUILTY = range(4)
-"""Stages."""
+"""Stages; ``ACQUITTED`` and ``GUILTY`` are final."""
 
 ENOUGH = 3.0
 """Time for which the error must oscillate while the observer is out of use, s."""
 
 CLEAR = 16.0
-"""Mean square of that oscillation over the variance of the noise, at least: it is not one that the sensor makes."""
+"""Least mean square of that oscillation, over the variance of the noise: the sensor does not make such a large one."""
 
 UNUSED = 0.05
-"""Gain of the observer up to which the error is that without it."""
+"""Gain of the observer up to which the error counts as the one without it."""
 
 MEMORY = 5.0
 """Memory of the mean squared errors, s."""
 
 WORSE = 1.1
-"""Mean squared error with the observer over the one without it from which on it is guilty ..."""
+"""Ratio ``rho`` with the observer over ``rho_0`` without it, beyond which it is guilty at once ..."""
 
 BETTER = 1.0
-"""... and below which, after a while, it is acquitted."""
+"""... and below which it is acquitted at the end of the trial."""
 
 LASTS = 10.0
 """How long a trial lasts, s."""
@@ -46,7 +53,7 @@ NONE = 1e-24
 
 
 class Acquittal(NamedTuple):
-    """What is known of the error without the observer.
+    """Stage of the trial, and the errors that are compared.
 
     Attributes
     ----------
@@ -55,11 +62,11 @@ class Acquittal(NamedTuple):
     time : float
         Time for which the error has oscillated without the observer; in a trial, its length so far, s.
     squared, expected : float
-        Mean squared error, and that of the one which the loop would make of the residual, rad^2/s^2.
+        Mean squared error, and mean square of the error that is expected without the observer, rad^2/s^2.
     without : float
-        The first over the second without the observer.
+        Ratio ``rho_0`` of the first to the second without the observer.
     blamed : bool
-        Whether it was out of use for good before the trial.
+        Whether the observer was off for good before the trial, because the loop rang.
     """
 
     stage: int
@@ -71,7 +78,7 @@ class Acquittal(NamedTuple):
 
 
 def initial_acquittal() -> Acquittal:
-    """Return the state of an observer that nothing has been said against."""
+    """Return the state of an observer that has not been switched off."""
     return Acquittal(WAITS, 0.0, 0.0, 0.0, 0.0, False)
 
 
@@ -86,20 +93,20 @@ def advance_acquittal(
     gain: float,
     duration: float,
 ) -> Acquittal:
-    """Take the error of a sample into account.
+    """Return the state after a sample.
 
     Parameters
     ----------
     state : Acquittal
         The state.
     error, expected : float
-        Squared error beyond noise, and that of the one which the loop would make of the residual, rad^2/s^2.
+        Squared error beyond noise, and square of the error that is expected without the observer, rad^2/s^2.
     oscillates : bool
-        Whether the error is a steady oscillation.
+        Whether the error is a steady oscillation that counts.
     let_go : bool
-        Whether the observer is out of use because the error oscillated ...
+        Whether the observer is switched off because the error oscillated ...
     blamed : bool
-        ... and for good.
+        ... and for good, because the loop rang.
     gain : float
         Gain with which the observer was fed back.
     duration : float

@@ -62,9 +62,9 @@ from adaptive_ff.adaptive.supervision.noise_level import (
 from adaptive_ff.adaptive.supervision.observer_effect import (
     ObserverEffect,
     advance_effect,
-    blame_for_ringing,
     demand_help,
     follow_half_cycles,
+    restrain_ringing,
     steadily_oscillates,
 )
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
@@ -224,7 +224,7 @@ def effect_after(
     loud = loudest(known.peak, far) if known.saturates else known.peak
     beside = Background(sure_variance(noise), answer.coloured, known.friction / feedback.proportional)
     effect = follow_half_cycles(effect, own, variance, beside, far, answer.turned, time_constant, duration)
-    return blame_for_ringing(effect, variance, beside, loud, gain, known.falls)
+    return restrain_ringing(effect, variance, beside, loud, gain, known.falls)
 
 
 @register_jitable

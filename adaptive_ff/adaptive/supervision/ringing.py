@@ -1,35 +1,42 @@
-"""Ringing: an observer that a lag makes unstable, noticed within a few half cycles.
+"""Ringing: a loop that an unmodelled lag makes unstable with the observer, detected within a few half cycles.
 
-A lag that nobody tells, of the drive's current loop or of a filter of the velocity, or a torque that may not rise as
-fast as it is asked to, lets the loop ring with what the observer feeds back. The error then crosses zero again and
-again, and no half cycle is much smaller than the last:
+The controller may lack a lag of the drive's current loop, or of a filter of the velocity, or a limit of how fast the
+torque can rise. The torque that the observer feeds back then comes too late, and the loop oscillates with it. The error
+crosses zero again and again. A crossing counts where the error is beyond three standard deviations of the noise. A half
+cycle of length ``T_k``, with the largest error ``A_k``, is *sustained* where it is not much smaller than the last one:
 
-    A_k >= 0.7 A_{k-1},    1.6 J/Kp < T_k < 8 J/Kp
+    A_k > 0.7 A_{k-1},    1.6 J/Kp < T_k < 8 J/Kp
 
-with the largest error ``A`` and the length ``T`` of each. A crossing is one by more than three standard deviations of
-the noise. Of ``n`` such half cycles in a row, all in one motion,
+The loop is taken to ring after ``n`` sustained half cycles in a row, without a reversal of the plan between them, if
 
-    n >= 2,    n A > 0.56 of the plan's largest speed
+    n >= 2,    min(n, 8) A > 0.56 of the plan's largest speed,    A^2 > 25 variances of the noise
 
-are taken for ringing: two with 0.28 of it, and eight at most with 0.07. Longer ones count where their errors are more
-than friction and what is observed make of the gain. A loop with a lag rings with 0.4 and more of the plan's speed at
-a start; what reversals leave behind is less and dies out, and the error of a slow loop that turns with the plan is of
-several motions.
+with ``A`` the largest error of the last one. So two are enough with 0.28 of the plan's largest speed, eight with 0.07.
+The observer is then switched off (:func:`adaptive_ff.adaptive.supervision.observer_effect.restrain_ringing`).
 
-Their lengths need not be alike: where friction drives the joint one way, every other half cycle is two or three times
-as long. A drive that lags by 30 ms has a first window of more than 1.2 times the error of PI on one of 20 references
-(seeds 101 to 120), torque that rises by at most 2000 N m/s on 4; on 7 and 7 if only those count whose length is within
-1.7 times that of the last.
+- *Long half cycles.* A half cycle may last up to ``25 J/Kp`` if its error is larger than the friction at breakaway, and
+  the observed torque, make at the proportional gain (:func:`far_error`).
+- *What does not count.* A loop with a lag rings with 0.4 and more of the plan's largest speed at a start. What a
+  reversal leaves is smaller, and dies out. The error of a slow loop turns with the plan, and the plan reverses between
+  its half cycles.
+- *Unequal lengths.* Where friction drives the joint one way, every other half cycle is two or three times as long, so
+  the lengths are not compared with each other. Of 20 references (seeds 101 to 120) one has a first window above 1.2
+  times PI's error with a drive that lags by 30 ms, and 4 with torque that rises by at most 2000 N m/s. If only half
+  cycles counted whose length is within 1.7 times that of the last, there would be 7 and 7.
+- *Stick-slip.* A joint whose friction falls steeply with the velocity sticks and slips like that without any lag. So
+  where the identified friction falls by more than twice the proportional gain, ringing is no evidence of a lag, and the
+  observer is used again.
+- *Otherwise the observer stays off* until the controller is reset, since a drive stays as late as it is. (The exception
+  is a joint that oscillates without the observer as well, :mod:`adaptive_ff.adaptive.supervision.acquittal`.) If the
+  observer came back over 300 s, a drive whose torque rises by at most 2000 N m/s would settle at 0.46 and 0.67 over ten
+  minutes.
 
-A joint whose friction falls steeply sticks and slips in the same way without any lag. So where the identified friction
-is found to fall by more than twice the gain, ringing is no proof, and the observer is given back. Else it stays out of
-use until the controller is reset: a drive stays as late as it is. Were it to come back over 300 s, a drive whose torque
-rises by at most 2000 N m/s would settle at 0.46 and 0.67 over ten minutes.
+Evidence, on the built-in joint with a drive whose lag is not specified (geometric means of seeds 101 to 104, and the
+worst window). *Settles at* is PI's settled error over that of the controller: above 1 it is better than PI.
 
-With a drive that lags by 13, 16 and 20 ms, told nobody, the first 5 s of the built-in joint leave 0.6 to 0.8 of the
-error of PI, without this rule 2.0, 2.5 and 3.6 times that; with 30 ms no later window is above 1.1, without it some are
-of 11 times (geometric means, and the worst, of seeds 101 to 104). With a torque that rises by at most 2000 N m/s it
-settles at 2.7 to 3.9, without it at 0.43 to 0.69.
+- With a lag of 13, 16 and 20 ms the first 5 s leave 0.6 to 0.8 of PI's error; without this rule 2.0, 2.5 and 3.6 times.
+- With 30 ms no later window is above 1.1 times PI's error; without the rule some have 11 times.
+- With a torque that rises by at most 2000 N m/s it settles at 2.7 to 3.9; without the rule at 0.43 to 0.69.
 """
 
 import math
@@ -38,39 +45,42 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 CLEAR = 9.0
-"""Square of an error from which on it has crossed zero, in variances of the noise."""
+"""Least square of an error beyond zero that counts as a crossing, in variances of the noise."""
 
 KEEPS = 0.7
-"""Largest error of a half cycle over that of the one before, from which on it counts ..."""
+"""Least ratio of the largest error of a half cycle to that of the one before, for it to be sustained ..."""
 
 SHORTEST, LONGEST = 1.6, 8.0
 """... where its length is between these, in time constants of the proportional loop.
 
-Up to 3.6, a drive that lags by 30 ms has first windows of 9.6 times the error of PI, and up to 4.5 one that is limited
-in how fast its torque rises settles at half of PI. Up to 12, torque that rises by 1500 N m/s at most has windows of 2.8
-times and not 7.3 (seeds 101 to 120), but joints with three times as much stiction as Coulomb friction are blamed for
-how they break away: they settle 1 to 4 % worse.
+Other values for the longest one, none of which is used:
+
+- with 3.6 a drive that lags by 30 ms has first windows of 9.6 times PI's error;
+- with 4.5 a drive whose torque rises slowly settles at half of PI's accuracy;
+- with 12 torque that rises by at most 1500 N m/s has windows of 2.8 times PI's error instead of 7.3 (seeds 101 to 120).
+  But joints with three times as much stiction as Coulomb friction are taken to ring where they break away, and settle
+  1 to 4 % worse.
 """
 
 FAR, LONGEST_FAR = 1.0, 25.0
-"""A half cycle whose error is more than friction at breakaway, or the torque that is observed (in the mean square),
-makes of the proportional gain, times the first, counts up to so many time constants.
+"""Error from which on a half cycle may be long, over the larger of friction at breakaway and observed torque (rms)
+divided by the proportional gain; and the longest one then, in time constants of the proportional loop.
 
-No joint that only sticks and slips comes so far: with three times as much stiction as Coulomb friction that share is
-two thirds. A torque that rises by at most 1500 N m/s takes a tenth of a second to turn the friction round; of 16
-references (seeds 101 to 116, two draws) 8 instead of 10 have a window above 1.2 times the error of PI, the worst of 3.2
-instead of 7.3. With a share of 0.75 the worst is 2.2, but two of 16 joints behind a Kalman filter whose friction
-triples are let go of, and settle at 1.2 and 1.9 instead of 6.4 and more.
+A joint that only sticks and slips does not come so far: with three times as much stiction as Coulomb friction it comes
+to two thirds. A torque that rises by at most 1500 N m/s takes a tenth of a second to reverse the friction. With this
+rule 8 of 16 references (seeds 101 to 116, two draws) have a window above 1.2 times PI's error, the worst 3.2; without
+it 10, the worst 7.3. With 0.75 instead of 1 the worst is 2.2, but of 16 joints behind a Kalman filter whose friction
+triples two lose their observer, and settle at 1.2 and 1.9 instead of 6.4 and more.
 """
 
 FEWEST, MOST = 2, 8
-"""Half cycles in a row, at least, and at most as many as count."""
+"""Least number of sustained half cycles in a row, and the largest number that counts in the product with the error."""
 
 TOGETHER = 0.56
-"""Their number times the largest error of the last one, over the plan's largest speed, from which on it rings ..."""
+"""Least product of their number and the largest error of the last one, over the plan's largest speed ..."""
 
 LOUD = 25.0
-"""... where the square of that error is so many times the variance of the noise."""
+"""... and least square of that error, over the variance of the noise, for the loop to ring."""
 
 
 class Ringing(NamedTuple):
@@ -79,17 +89,17 @@ class Ringing(NamedTuple):
     Attributes
     ----------
     sign : float
-        Sign of the error in the present one; zero before the first.
+        Sign of the error in the present half cycle; zero before the first.
     extreme : float
-        Largest error in it, rad/s.
+        Largest error in the present half cycle, rad/s.
     length : float
-        Its length so far, s.
+        Length of the present half cycle so far, s.
     last_extreme : float
-        That of the half cycle before, rad/s.
+        Largest error in the half cycle before, rad/s.
     sustained : int
-        How many in a row were hardly smaller than the one before.
+        Number of sustained half cycles in a row; the first one of all has none before it, and does not count.
     blamed : bool
-        Whether the observer is out of use because the loop rang.
+        Whether the observer is switched off (in ``swift``: slowed) because the loop rang.
     """
 
     sign: float
@@ -101,7 +111,7 @@ class Ringing(NamedTuple):
 
 
 def initial_ringing() -> Ringing:
-    """Return the state of a loop of which nothing is known."""
+    """Return the state before the first sample."""
     return Ringing(0.0, 0.0, 0.0, 0.0, 0, False)
 
 
@@ -122,7 +132,8 @@ def grown_half_cycle(state: Ringing, error: float, length: float) -> Ringing:
 def next_half_cycle(state: Ringing, error: float, keeps: float, in_range: bool) -> Ringing:
     """Return the state where the next half cycle begins with an error (rad/s).
 
-    The one that ends counts where its length is in range, and its largest error more than a share of the last one's.
+    The half cycle that ends is sustained if its length is in range, and its largest error more than ``keeps`` times
+    that of the one before it.
     """
     kept = 0.0 < keeps * state.last_extreme < state.extreme
     sustained = state.sustained + 1 if kept and in_range else 0
@@ -160,42 +171,43 @@ def advance_ringing(
 
 @register_jitable
 def far_error(torque: float, proportional: float, correction: float) -> float:
-    """Return an error (rad/s) that neither friction at breakaway nor a load makes, for the larger (N m) and the gain.
+    """Return the largest error (rad/s) that a torque (N m), of friction or a load, makes at the proportional gain.
 
-    There is none with an outer loop: where a joint breaks loose, what that asks for is as large.
+    It is infinite while an outer loop asks for a correction (rad/s): where a joint breaks loose that is as large.
     """
     return FAR * torque / proportional if correction == 0.0 else math.inf
 
 
 @register_jitable
 def loudest(peak: float, far: float) -> float:
-    """Return the speed (rad/s) beside which half cycles are judged where a drive has seemed to saturate.
+    """Return the speed (rad/s) with which half cycles are compared where a drive has seemed to saturate.
 
-    Two of a far error ring then, small beside the plan's largest speed or not: of 200 machines that saturate untold one
-    settles at 0.01 of PI without that, and at 0.37 with it.
+    Two sustained half cycles beyond the far error are ringing then, however small they are beside the plan's largest
+    speed. Of 200 machines that saturate without reporting it one settles at 0.37 of PI's accuracy, without this at
+    0.01.
     """
     return min(peak, FEWEST * far / TOGETHER)
 
 
 @register_jitable
 def longest(extreme: float, far: float) -> float:
-    """Return the longest half cycle that counts, in time constants, for its largest error and a far one, rad/s."""
+    """Return the longest half cycle that counts, in time constants, for its largest error and a far error, rad/s."""
     return LONGEST_FAR if extreme > far else LONGEST
 
 
 @register_jitable
 def beside_correction(error: float, correction: float) -> float:
-    """Return an error without twice what an outer loop asks for (rad/s), or zero where nothing is left of it.
+    """Return an error less twice the correction of an outer loop (rad/s), or zero where that is larger.
 
-    A loop that rings moves the velocity far more than the position. A correction that is noisy makes an error that
-    crosses zero as often, which no observer has made.
+    A loop that rings moves the velocity far more than the position, so its error is far larger than the correction. A
+    noisy correction makes an error that crosses zero as often, and that is not the observer's doing.
     """
     return math.copysign(max(0.0, abs(error) - 2.0 * abs(correction)), error)
 
 
 @register_jitable
 def rings(state: Ringing, variance: float, peak: float) -> bool:
-    """Tell whether the loop rings, for a variance of the noise (rad^2/s^2) and the plan's largest speed (rad/s)."""
+    """Tell whether the loop rings, for the variance of the noise (rad^2/s^2) and the plan's largest speed (rad/s)."""
     squared = state.last_extreme * state.last_extreme
     together = min(state.sustained, MOST) * state.last_extreme
     return state.sustained >= FEWEST and together > TOGETHER * peak and squared > LOUD * variance
@@ -203,5 +215,5 @@ def rings(state: Ringing, variance: float, peak: float) -> bool:
 
 @register_jitable
 def without_half_cycles(blamed: bool) -> Ringing:
-    """Return the state of no half cycle, with or without blame."""
+    """Return the state before the first half cycle; ``blamed`` as of :class:`Ringing`."""
     return Ringing(0.0, 0.0, 0.0, 0.0, 0, blamed)

@@ -1,27 +1,31 @@
-"""Swift ringing: an elastic gear, or one with play, that an observer shakes faster than a rigid joint rings.
+"""Swift ringing: an elastic gear, or one with play, that the observer shakes faster than a rigid joint would ring.
 
-The observer is designed for a rigid joint. Where motor and load are two masses, what it feeds back may drive their
-resonance, whose half cycles are shorter than those of :mod:`adaptive_ff.adaptive.supervision.ringing`, mostly a few
-samples:
+The observer is designed for a rigid joint. Where motor and load are two masses, the torque that it feeds back may drive
+their resonance. The half cycles of the error are then shorter than those of
+:mod:`adaptive_ff.adaptive.supervision.ringing`, mostly a few samples long. One of them, with the largest error ``A_k``
+and the length ``T_k``, is *sustained* where
 
-    A_k >= 0.4 A_{k-1},    T_k < 1.6 J/Kp
+    A_k > 0.4 A_{k-1},    T_k <= 1.6 J/Kp
 
-with the largest error ``A`` and the length ``T`` of each. Samples meet them at different places, so one may be less
-than half of the last. Of ``n`` such half cycles in a row, all in one motion,
+(samples meet the peaks at different places, so a half cycle may seem less than half as large as the last). The gear is
+taken to ring after ``n`` sustained half cycles in a row, without a reversal of the plan between them, if
 
-    n >= 4,    min(n, 8) A > 0.56 of the plan's largest speed,    A > 0.25 F/Kp
+    n >= 4,    min(n, 8) A > 0.56 of the plan's largest speed,    A > 0.25 F/Kp,    A^2 > 25 variances of the noise
 
-with the friction ``F`` at breakaway are taken for ringing. The observer goes on with 0.2 of its pole, which is slow
-enough for most gears; only where that rings as well is it let go of. Without the last condition slow plans with counts
-behind a Kalman filter, whose errors are larger than the plan, lose the observer as well: the two of 350 drawn scenarios
-that lose most settle at 1.06 and 1.00 times better than PI instead of 1.95 and 1.66 (seed 604, an experiment).
+with ``A`` the largest error of the last one, and the friction ``F`` at breakaway. What follows:
 
-Counts that a filter has made slow swing like a gear for some half cycles, and a gear that swings within a few samples
-looks like such noise. Only the gear goes on and on, so beside noise that seems coloured 32 half cycles are asked for,
-and the observer is slowed but not let go of: there it must help anyway.
-
-Before the noise is known such an oscillation looks like noise itself; nine times the least variance so far stands for
-it then (:mod:`adaptive_ff.adaptive.supervision.noise_level`).
+- *First* the observer is slowed to 0.2 of its pole, which is slow enough for most gears.
+- *If it rings with that as well*, the observer is switched off. The next 8 sustained half cycles do not count,
+  since a gear swings on for a while by itself.
+- *Beside noise that seems coloured* (:mod:`adaptive_ff.adaptive.supervision.colour`) ``n`` must be 32, and the observer
+  is slowed but not switched off: there it must help anyway
+  (:mod:`adaptive_ff.adaptive.supervision.observer_effect`). Counts that a filter has made slow swing like a gear for
+  some half cycles, and a gear that swings within a few samples looks like such noise; but only the gear goes on.
+- *Why the error is compared with the friction*: on slow plans, counts behind a Kalman filter make errors larger than
+  the plan. Without that condition such joints lose the observer as well. The two of 350 drawn scenarios that lose most
+  settle at 1.06 and 1.00 times better than PI instead of 1.95 and 1.66 (seed 604, an experiment).
+- *Before the noise is known* such an oscillation looks like noise itself. Nine times the least variance so far stands
+  for its variance then (:mod:`adaptive_ff.adaptive.supervision.noise_level`).
 """
 
 from typing import NamedTuple
@@ -39,50 +43,53 @@ from adaptive_ff.adaptive.supervision.ringing import (
 )
 
 KEEPS = 0.4
-"""Largest error of a half cycle over that of the one before, from which on it counts ..."""
+"""Least ratio of the largest error of a half cycle to that of the one before, for it to be sustained ..."""
 
 LONGEST = 1.6
-"""... where its length is at most this, in time constants of the proportional loop."""
+"""... and the longest one that counts, in time constants of the proportional loop."""
 
 FEWEST = 4
-"""Half cycles in a row, at least ..."""
+"""Least number of sustained half cycles in a row ..."""
 
 FEWEST_COLOURED = 32
 """... and where the noise seems coloured.
 
-Were nothing taken for ringing beside such noise, the first 5 s of a gear might have ten times the error of PI: the
-observer would shake it until the noise is known. Of joints behind Kalman filters at 1 kHz with 8192 to 65536 counts 18
-of 120 would have a window above 1.2 times PI's error instead of 11, and medians would be up to 9 % lower. With 8 or 16
-half cycles it is as with 32, but for single joints whose friction triples (seeds 101 to 130). Were the observer let go
-of, four of 30 with a load that comes would settle at 1.1 to 1.6 times better than PI instead of 3.3 and more.
+Alternatives that are not used, on joints behind Kalman filters at 1 kHz with 8192 to 65536 counts (seeds 101 to 130):
+
+- No half cycle is ringing beside such noise: the first 5 s of a gear may have ten times PI's error, since the observer
+  shakes it until the noise is known. 18 of 120 joints have a window above 1.2 times PI's error instead of 11, and
+  medians are up to 9 % lower.
+- 8 or 16 half cycles: as with 32, but for single joints whose friction triples.
+- The observer is switched off: four of 30 joints with a load that comes settle at 1.1 to 1.6 times better than PI
+  instead of 3.3 and more.
 """
 
 FELT = 0.25
-"""Share of what friction at breakaway makes of the proportional gain, from which on their errors count."""
+"""Least error of ringing, over the one that friction at breakaway makes at the proportional gain."""
 
 SLOWED = 0.2
 """Pole of an observer that has shaken a gear, over that of the design.
 
-Where the observer is let go of instead, the drawn joints with elastic gears or play that the rule changes settle at
-0.89 and 1.38 times the ratio to PI that they have without it (13 of seed 603, 30 of 606, geometric means); with 0.5 of
-the pole the former at 0.91, with 0.3 at 1.04 and 1.47, with this at 1.11 and 1.53.
+How the ratio of PI's settled error to the controller's changes with this rule, on the drawn joints with elastic gears
+or play that it changes (13 of seed 603, 30 of seed 606, geometric means): 1.11 and 1.53 times; with 0.3 of the pole
+1.04 and 1.47; with 0.5 0.91 (seed 603); with the observer switched off at once 0.89 and 1.38.
 """
 
 DIES_OUT = 8
-"""Half cycles that are not counted after that: a gear swings on for a while by itself."""
+"""Sustained half cycles that do not count after that: a gear swings on for a while by itself."""
 
 
 class Background(NamedTuple):
-    """What short half cycles are judged beside.
+    """Noise and friction with which short half cycles are compared.
 
     Attributes
     ----------
     variance : float
-        Variance of the measured velocity that holds no motion which looks like noise, rad^2/s^2.
+        Variance of the noise of the measured velocity, without motion that looks like noise, rad^2/s^2.
     coloured : bool
-        Whether its noise seems coloured.
+        Whether that noise seems coloured.
     stuck_error : float
-        Error that friction at breakaway makes of the proportional gain, rad/s.
+        Error that friction at breakaway makes at the proportional gain, rad/s.
     """
 
     variance: float
@@ -92,12 +99,12 @@ class Background(NamedTuple):
 
 @register_jitable
 def advance_swift(state: Ringing, error: float, variance: float, time_constant: float, duration: float) -> Ringing:
-    """Take the error of a sample into account.
+    """Return the short half cycles after a sample.
 
     Parameters
     ----------
     state : Ringing
-        Short half cycles so far; blamed, where the observer has been slowed for them.
+        Short half cycles so far; ``blamed`` where the observer has been slowed because of them.
     error : float
         Error that the feedback sees, rad/s.
     variance : float
@@ -128,7 +135,7 @@ def pace(state: Ringing) -> float:
 
 @register_jitable
 def rings_swiftly(state: Ringing, beside: Background, peak: float) -> bool:
-    """Tell whether the loop rings, beside a background and the largest speed of the plan of late (rad/s)."""
+    """Tell whether the gear rings, for noise and friction, and the largest speed of the plan of late (rad/s)."""
     least = max(TOGETHER * peak / max(1, min(state.sustained, MOST)), FELT * beside.stuck_error)
     squared = state.last_extreme * state.last_extreme
     fewest = FEWEST_COLOURED if beside.coloured else FEWEST

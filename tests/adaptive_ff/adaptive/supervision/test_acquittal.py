@@ -19,9 +19,9 @@ from adaptive_ff.adaptive.supervision.acquittal import (
 )
 from adaptive_ff.adaptive.supervision.observer_effect import (
     advance_effect,
-    blame_for_ringing,
     follow_half_cycles,
     initial_effect,
+    restrain_ringing,
 )
 from adaptive_ff.adaptive.supervision.swift_ringing import Background
 from adaptive_ff.comparison.registry import make_controller
@@ -78,7 +78,7 @@ def oscillating(seconds, effect, *, amplitude=0.1, share=0.5, believed=True, var
         effect = advance_effect(effect, error, wave, 0.0, variance, PEAK, gain, believed, PERIOD)
         beside = Background(variance, False, 0.0)
         effect = follow_half_cycles(effect, error, variance, beside, math.inf, False, 0.05, PERIOD)
-        effect = blame_for_ringing(effect, variance, beside, PEAK, gain, False)
+        effect = restrain_ringing(effect, variance, beside, PEAK, gain, False)
     return effect
 
 

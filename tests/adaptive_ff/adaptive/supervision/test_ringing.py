@@ -8,9 +8,9 @@ import pytest
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.supervision.observer_effect import (
     advance_effect,
-    blame_for_ringing,
     follow_half_cycles,
     initial_effect,
+    restrain_ringing,
 )
 from adaptive_ff.adaptive.supervision.ringing import (
     MOST,
@@ -117,7 +117,7 @@ def effect_after(error, *, gain=1.0, turns=False, falls=False, begin=None):
     for index, value in enumerate(error):
         turned = turns and index % 10 == 0
         effect = follow_half_cycles(effect, value, 0.0, NO_NOISE, math.inf, turned, TIME_CONSTANT, PERIOD)
-        effect = blame_for_ringing(effect, 0.0, NO_NOISE, PEAK, gain * effect.share, falls)
+        effect = restrain_ringing(effect, 0.0, NO_NOISE, PEAK, gain * effect.share, falls)
     return effect
 
 

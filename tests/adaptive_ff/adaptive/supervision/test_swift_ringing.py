@@ -15,7 +15,7 @@ from adaptive_ff.adaptive.supervision.noise_level import (
     sure_variance,
 )
 from adaptive_ff.adaptive.supervision.observer import observe
-from adaptive_ff.adaptive.supervision.observer_effect import blame_for_ringing, follow_half_cycles, initial_effect
+from adaptive_ff.adaptive.supervision.observer_effect import follow_half_cycles, initial_effect, restrain_ringing
 from adaptive_ff.adaptive.supervision.ringing import MOST, TOGETHER, initial_ringing, without_half_cycles
 from adaptive_ff.adaptive.supervision.swift_ringing import (
     FELT,
@@ -143,7 +143,7 @@ def looked_at(effect, error, beside=NO_NOISE):
     """Return the effect after errors of an observer in use that nothing else is known of."""
     for value in error:
         effect = follow_half_cycles(effect, value, 0.0, beside, math.inf, False, TIME_CONSTANT, PERIOD)
-        effect = blame_for_ringing(effect, 0.0, beside, PEAK, effect.share, False)
+        effect = restrain_ringing(effect, 0.0, beside, PEAK, effect.share, False)
     return effect
 
 
