@@ -1,22 +1,26 @@
-"""Balance of torques along the plan: no more friction is fed than the joint turns out to need.
+"""Balance of torques along the plan: an upper bound on the friction that is fed, from the mean torque that was needed.
 
-Inertia takes as much torque when a joint speeds up as it gives when it slows down. So over some motion the mean torque
-along the plan, beside the loads that are known or identified, is the mean friction, however noisy each sample is: what
-the model feeds too much the feedback takes away again. With ``u`` the torque, ``u_0`` that of the model without its
-friction ``f``, ``r`` the plan, and sums that fade over 20 s of motion,
+Over some motion, inertia takes as much torque when a joint speeds up as it gives when it slows down. So the mean torque
+along the plan, less known and identified loads, is the mean friction, however noisy each sample is: what the model
+feeds too much, the feedback takes away again. With the torque ``u``, that of the model without its friction ``u_0``,
+all friction of the model ``f``, the plan ``r``, and ``S x`` a sum of ``sgn(r) x dt`` that fades over 20 s of motion,
 
-    share of the friction that is fed <= (sum sgn(r) (u - u_0) + F)/(0.6 (sum sgn(r) f + F))
+    share of the friction that is fed <= (S (u - u_0) + 1 s F)/(0.6 (S f + 1 s F))
 
-with 1 s of the friction ``F`` at breakaway as a prior. Where a sensor of few counts makes the feedback kick harder than
-the friction (:mod:`adaptive.faults.counts`), the prior is nought and 1 stands for 0.6. A model that fits is far above
-that bound, and so is one of a joint that sticks or bends at its reversals.
+The second terms are a prior: 1 s of the friction ``F`` at breakaway. The bound is far above one for a model that fits,
+and for a joint that sticks, or whose bristles bend, at its reversals.
 
-Velocities of an encoder with few counts teach the wrong friction: the noise of the torque that answers to them is
-correlated with them, and may be fifty times the friction. A joint of another simulator, whose encoder gives one count
-of ten times the planned speed now and then, settles at 1.00 of the accuracy of PI, without this at a third, with 40
-times its Coulomb friction (an experiment; ``benchmarks.other_joints`` draws such ones). Where nothing is wrong it costs
-nothing in the mean. The observer is not bounded by it: a joint that a brake has held and that is thrown when it lets go
-would track 0.7 % worse than PI.
+Where a sensor of few counts makes the feedback kick harder than the friction
+(:mod:`adaptive_ff.adaptive.faults.counts`), the numerator has no prior, and 1 stands for 0.6.
+
+- *Why*: velocities of an encoder with few counts teach wrong friction. The torque with which the feedback answers a
+  count is noise that is correlated with the velocity, and it may be fifty times the friction.
+- *Evidence*: a joint of another simulator, whose encoder now and then gives one count of ten times the planned speed,
+  settles at 1.00 of PI's accuracy. Without the bound it settles at a third, with 40 times its Coulomb friction (an
+  experiment; ``benchmarks.other_joints`` draws such joints). Where nothing is wrong the bound costs nothing in the
+  mean.
+- *The observer is not bounded.* If it were, a joint that a brake has held, and that is thrown when the brake opens,
+  would track 0.7 % worse than PI.
 """
 
 import math
@@ -27,13 +31,13 @@ from numba.extending import register_jitable
 from adaptive_ff.estimation.shares import saturated
 
 MEMORY = 20.0
-"""Motion over which the sums fade, s: loads that come and go along one stroke are no friction."""
+"""Time of motion over which the sums fade, s: a load that comes and goes within one stroke is not friction."""
 
 NEEDED = 0.6
-"""Mean friction needed, over that of the model, from which on all of it is fed."""
+"""Mean friction that was needed, over that of the model, from which on all of it is fed."""
 
 PRIOR = 1.0
-"""Motion for which the friction at breakaway stands in both sums, s."""
+"""Time of motion for which the friction at breakaway counts in both sums, as a prior, s."""
 
 
 class Balance(NamedTuple):
@@ -42,7 +46,7 @@ class Balance(NamedTuple):
     Attributes
     ----------
     needed, modelled : float
-        Friction that the torque tells of, and that of the model, N m s.
+        Friction that was needed, ``S (u - u_0)``, and that of the model, ``S f``, N m s.
     """
 
     needed: float
@@ -65,9 +69,9 @@ def advance_balance(state: Balance, plan: float, needed: float, modelled: float,
     plan : float
         Planned velocity, rad/s.
     needed : float
-        Torque beside that of the model without friction, N m.
+        Torque ``u - u_0`` beyond that of the model without friction, N m.
     modelled : float
-        Friction of the model, all of it, N m.
+        All friction ``f`` of the model, N m.
     duration : float
         Length of the period, s.
     """
@@ -79,10 +83,10 @@ def advance_balance(state: Balance, plan: float, needed: float, modelled: float,
 
 @register_jitable
 def balanced_share(state: Balance, friction: float, kicked: float) -> float:
-    """Return the largest share of the friction that is fed, for a friction at breakaway (N m).
+    """Return the largest share of the friction that is fed, for a friction ``F`` at breakaway (N m).
 
-    To the share ``kicked`` (:func:`adaptive.faults.counts.kicked_share`) the prior is none, and all that is fed is
-    needed.
+    As ``kicked`` (:func:`adaptive_ff.adaptive.faults.counts.kicked_share`) goes from 0 to 1, the prior of the numerator
+    goes to zero and the factor 0.6 to 1: no more is fed than was needed.
     """
     modelled = state.modelled + PRIOR * friction
     if modelled <= 0.0:

@@ -1,43 +1,55 @@
-"""Trust in the friction that is fed forward: how much of it the joint turns out to have.
+"""Trust ``gamma``: which share of the identified friction is fed forward.
 
 Where the model does not hold (bristles that bend, motion within the Stribeck regime, a curve far steeper than assumed),
-the identified friction, fed forward in full, may leave more error than it takes away. What share of it would leave the
-least? With ``x = G(f_ref)`` what the loop would make of all the friction that the model has for the plan (but for what
-the integral held of it before, :mod:`adaptive_ff.adaptive.at_rest.wound_integral`), and ``ehat`` the error that is
-predicted to be left with the share ``gamma`` that is fed, the error without any is
+the identified friction, fed forward in full, may leave more error than it takes away. So ``gamma`` is the least of five
+bounds. All of them fall at once; what the first two allow rises by at most 1 in 10 s. Instruments of the identification
+keep the unscaled friction.
 
-    y = ehat + gamma x
+**1. The share that leaves the least error.** Let ``ehat`` be the error that is predicted to be left while the share
+``gamma`` is fed, and ``x = G(f_ref)`` what the loop would make of all the friction that the model has for the plan,
+except what the integral held of it before (:mod:`adaptive_ff.adaptive.at_rest.wound_integral`). The error without any
+friction feedforward is then ``y``, and a regression of ``y`` on ``x`` gives the share that would have left the least
+error over the last seconds, drawn towards 1 by a prior of weight ``rho``:
 
-and the share that leaves the least error over the last seconds is the regression of ``y`` on ``x``,
+    y = ehat + gamma x,    gamma_LS = (Sxy + rho Syy)/(Sxx + rho Syy)
 
-    gamma_LS = (Sxy + rho Syy)/(Sxx + rho Syy)
+It is used as far as all of the friction would leave much, more than a quarter of the squared error ``Syy``:
 
-drawn towards 1 by a prior. It is used to the extent that all of the friction would leave much:
+    q = S(y - x)^2 / Syy,    gamma <= 1 + sat((q - 1/4)/(1/4)) (gamma_LS - 1),    0 <= gamma <= 1
 
-    q = S(y - x)^2 / Syy,    gamma = 1 + sat((q - 1/4)/(1/4)) (gamma_LS - 1),    0 <= gamma <= 1
+``S`` is a sum that fades over 4 s. ``ehat`` is that of the observer, so what the observer takes away counts as left by
+the model.
 
-The predicted error is that of a linear loop. Where friction falls steeply with the velocity a joint hunts, and the
-error that there is tells more: with ``m`` its square beyond what noise explains, times the misfit of the model (see
-:mod:`adaptive_ff.adaptive.supervision.observer`), while the plan moves and no outer loop asks for more,
+**2. The actual error.** ``ehat`` is that of a linear loop. Where friction falls steeply with the velocity a joint
+hunts, and the actual error is more than predicted:
 
     gamma <= sat(2 - S(gamma m)/(0.16^2 Sxx))
 
-Where what is fed leaves more than 0.16 of the error that all friction would make, the observer does better without it.
-What speaks against the friction fades while little of it is fed, so that it is tried again.
+with ``m`` the mean square of the actual error beyond what noise explains, times the misfit of the model
+(:mod:`adaptive_ff.adaptive.supervision.observer`). It is summed while the plan moves and no outer loop asks for a
+correction, once a memory of the estimator has been learnt. Where the friction that is fed leaves more than 0.16 of the
+error that all friction would make, the observer does better without it. The sum fades while little friction is fed, so
+that more of it is tried again.
 
-It falls at once and rises slowly. ``ehat`` is the observer's, so what the observer takes away counts as left by the
-model. Instruments of the identification keep the unscaled friction.
+**3. Slow motion** (:func:`caution`). Before half a memory has been learnt, trust and observer are held back on motion
+much slower than the gate of the identification, ``0.2 Vs``:
 
-Before half a memory has been learnt, trust and observer are held back further on motion much slower than the gate of
-the identification, ``0.2 Vs``: at most ``sat(4 peak |r| / (0.2 Vs) - 1)``, or at the start, when the motion is not
-known yet, ``sat(1 - t/5 s)`` where that is more.
+    gamma <= max(sat(4 peak|r| / (0.2 Vs) - 1), sat(1 - t/5 s))
 
-They are held back for good where the loop is soft for its friction, at most ``sat(16 peak |r| Kp/F - 0.6)``, or at the
-start ``sat(1.5 - t/1 s)`` where that is more. An error of ``F/Kp`` is what the proportional gain needs to overcome the
-friction ``F``. Where the plan is much slower than that, PI alone leaves the joint stuck for seconds, with an error of
-no more than the plan; what breaks it away more often makes it slip, far faster than the plan. With a tenth of the
-built-in inertia, gain and all, and a plan of 0.0125 rad/s (``peak Kp/F`` 0.02) it settles at 0.27 to 0.9 of PI alone
-then on 16 references, and every one has a window that is worse.
+with the time ``t`` since the first sample: at the start the motion is not known yet.
+
+**4. A loop that is soft for its friction** (:func:`soft_bound`) holds both back for good:
+
+    gamma <= max(sat(16 peak|r| Kp/F - 0.6), sat(1.5 - t/1 s))
+
+The proportional gain needs an error of ``F/Kp`` to overcome the friction ``F`` at breakaway. Where the plan is much
+slower than that, PI alone leaves the joint stuck for seconds, with an error of no more than the plan. Whatever breaks
+it away more often makes it slip, far faster than the plan. Without this bound a joint with a tenth of the built-in
+inertia and gains, on a plan of 0.0125 rad/s (``peak|r| Kp/F`` is 0.02), settles at 0.27 to 0.9 of PI's accuracy on 16
+references, and every one has a window that is worse than PI's.
+
+**5. A drive that does not seem to give its torque, or a sensor of few counts**
+(:mod:`adaptive_ff.adaptive.faults.drive_limit`, :mod:`adaptive_ff.adaptive.supervision.balance`).
 """
 
 import math
@@ -50,63 +62,64 @@ from adaptive_ff.model.loop_response import LoopResponse, advance_loop_response,
 from controllers import PIParameters, delay_line, delayed, remember
 
 MEMORY = 4.0
-"""Memory of the sums, s."""
+"""Time over which the sums fade, s."""
 
 STANDING = 0.1
 """Rate at which they fade while the joint stands behind an outer loop, over that in motion.
 
-As fast as in motion, all that is left after a rest of seconds is the last sample at which the plan has set out, and a
-stiction that was learnt too large loses all trust: with a weight of twice the friction that is not told, moves between
-rests of 4 to 20 s settle at 0.84 of PI alone then (velocity, six plans), with this at 1.2.
+If they faded as fast as in motion, all that is left after a rest of seconds would be the last sample, at which the plan
+sets out, and a stiction that was learnt too large would lose all trust. With an unmodelled weight of twice the
+friction, moves between rests of 4 to 20 s settle at 1.2 of PI's accuracy, without this at 0.84 (velocity, six plans).
 """
 
 PRIOR = 0.05
 """Weight ``rho`` of the prior, in mean squares of the error without friction feedforward."""
 
 ENOUGH = 0.25
-"""Share of the squared error that the whole friction may leave before it is distrusted; at twice that, fully."""
+"""Share of the squared error that all of the friction may leave before ``gamma_LS`` counts; at twice that, in full."""
 
 MISSED = 0.16
-"""Error that there is, over the one that all of the friction would make, from which it is distrusted (rms values).
+"""Actual error over the one that all of the friction would make, from which less friction is fed (rms values).
 
-Of 214 joints of seed 101 whose friction falls by two gains or more, 56 have more without this rule, 50 of which a
-disturbance observer without a model tracks better.
+Of 214 joints of seed 101 whose friction falls by two gains or more, 56 have more than this without the rule. A
+disturbance observer without a model tracks 50 of these better.
 """
 
 RISE = 10.0
 """Time in which trust rises from 0 to 1, s."""
 
 LEAST_ENERGY = 1e-12
-"""Sums of this size, rad^2/s, come from a joint at rest: trust stays."""
+"""Sums of this size, rad^2/s, come from a joint at rest, and leave trust as it is."""
 
 PEAK_MEMORY = 100.0
-"""Time of motion in which the largest speed of the plan fades, s; a bound that comes and goes is worse than either."""
+"""Time of motion over which ``peak|r|`` fades, s: long, since a bound that comes and goes is worse than either."""
 
 SPAN, SLOWER = 10.0, 20.0
-"""Unless over this time of motion, s, and up to twice that, the plan was so many times slower: then it is forgotten.
+"""Time of motion, s, and ratio of speeds: if the plan is more than so many times slower than ``peak|r|`` for once to
+twice that time, the faster speed before is forgotten.
 
-With it the built-in joint settles at 0.93 of PI or better on plans of 0.001 to 0.012 rad/s after a minute of 0.35
-rad/s, without it at 0.68; joints, machines and cascades of seed 101 are the same to the bit.
+With this the built-in joint settles at 0.93 of PI's accuracy or better on plans of 0.001 to 0.012 rad/s after a minute
+at 0.35 rad/s, without it at 0.68. Joints, machines and cascades of seed 101 are the same to the bit.
 """
 
 STEEPNESS = 4.0
-"""Slope of the bound over the largest speed, in speeds of the sliding gate: none at a quarter of it, full at half."""
+"""Slope of bound 3 over the largest speed, in speeds of the sliding gate: 0 at a quarter of that speed, 1 at half."""
 
 SOFT, SOFTEST = 16.0, 0.6
-"""Slope of the bound over the largest speed, in speeds ``F/Kp``, and what it begins at: none at 0.0375, full at 0.1.
+"""Slope of bound 4 over the largest speed, in speeds ``F/Kp``, and what is subtracted: 0 at 0.0375, 1 at 0.1.
 
-With full at 0.12 joints whose friction falls by 20 gains settle 10 % worse, with full at 0.08 three times as many of
-them have a window that is worse than that of PI.
+If the bound reached 1 at 0.12, joints whose friction falls by 20 gains would settle 10 % worse. If it did at 0.08,
+three times as many of them would have a window that is worse than PI's.
 """
 
 SOFT_GRACE = 1.0
-"""From half of this time after the start on, s, that is a reason to hold back; in full from one and a half on."""
+"""Bound 4 begins to act half of this time after the start, s, and acts in full from one and a half times it on."""
 
 GRACE = 5.0
-"""Time after the start in which slow motion becomes a reason to hold back, s: it may begin slowly."""
+"""Time after the start over which bound 3 comes into force, s: a motion may begin slowly."""
 
 LEARNT = 0.5
-"""Time learnt, in memories of the estimator, from which slow motion is no reason to hold back."""
+"""Time learnt, in memories of the estimator, from which on bound 3 does not act."""
 
 
 class TrustState(NamedTuple):
@@ -117,17 +130,17 @@ class TrustState(NamedTuple):
     trust : float
         Share ``gamma`` of the friction that is fed forward.
     response : LoopResponse
-        What the loop makes of all the friction that the model has for the plan.
+        Response ``x`` of the loop to all the friction that the model has for the plan.
     frictions : tuple of float
-        That friction, N m, the newest first, as far back as the drive may still apply it.
+        All the friction that the model has for the plan, N m, the newest first, as far back as the drive's delay.
     xx, xy, yy : float
-        Fading sums over the last seconds, rad^2/s.
+        Fading sums ``Sxx``, ``Sxy``, ``Syy``, rad^2/s.
     missed : float
-        The same of the squared error that there is, by trust and misfit of the model.
+        Fading sum ``S(gamma m)``, rad^2/s.
     peak : float
         Largest speed of the plan of late, rad/s.
     earned : float
-        Share that would be fed without :func:`caution` and :func:`soft_bound`; ``trust`` is the one in force.
+        Share that bounds 1 and 2 allow; ``trust`` is the one in force.
     span : float
         Time of motion in the present span, s.
     fastest, before : float
@@ -169,7 +182,7 @@ def initial_trust(feedback: PIParameters) -> TrustState:
 
 @register_jitable
 def plan_speeds(state: TrustState, reference: float, duration: float) -> tuple[float, float, float, float]:
-    """Return largest speed of the plan of late, time in the present span, and largest speeds of this and the last one.
+    """Return ``peak|r|``, the time in the present span, and the largest speeds in this span and in the one before.
 
     Parameters
     ----------
@@ -204,7 +217,7 @@ def advance_trust(
     stands: bool,
     duration: float,
 ) -> TrustState:
-    """Return the state after a period.
+    """Return the state after a period, with the share that bounds 1 and 2 allow.
 
     Parameters
     ----------
@@ -220,14 +233,14 @@ def advance_trust(
         Friction that is fed and was in the integral before, N m; see
         :mod:`adaptive_ff.adaptive.at_rest.wound_integral`.
     predicted : float
-        Error ``ehat`` that the loop would be left with, rad/s.
+        Error ``ehat`` that is predicted to be left, rad/s.
     missed : float
-        Mean square ``m`` of the error that there is, as far as it tells of the model, rad^2/s^2.
+        Mean square ``m`` of the actual error beyond noise, times the misfit of the model, rad^2/s^2.
     reference : float
         Planned velocity now, rad/s.
     valid : bool
-        Whether the predicted error tells of the friction: not while a measurement is doubted, while not all is fed, or
-        while a model that was trusted waits for the cause of a change.
+        Whether the predicted error shows the effect of the friction: not while a measurement is doubted, while the
+        feedforward is faded, or while a model that was trusted waits for the cause of a change.
     stands : bool
         Whether the joint stands behind an outer loop.
     duration : float
@@ -271,13 +284,13 @@ def advance_trust(
 
 @register_jitable
 def trust_by_error(missed: float, xx: float) -> float:
-    """Return the bound on trust that the error that there is sets, from the fading sums of :class:`TrustState`."""
+    """Return bound 2, of the actual error, from the fading sums of :class:`TrustState`."""
     return saturated(2.0 - missed / (MISSED * MISSED * xx + LEAST_ENERGY))
 
 
 @register_jitable
 def caution(state: TrustState, slowest: float, learnt: float, memory: float, time: float) -> float:
-    """Return the bound on trust and on the observer's gain while little has been learnt.
+    """Return bound 3, on trust and on the observer's gain, of slow motion while little has been learnt.
 
     Parameters
     ----------
@@ -297,7 +310,7 @@ def caution(state: TrustState, slowest: float, learnt: float, memory: float, tim
 
 @register_jitable
 def soft_bound(state: TrustState, proportional: float, friction: float, time: float) -> float:
-    """Return the bound on trust and on the observer's gain where the feedback is soft for the friction.
+    """Return bound 4, on trust and on the observer's gain, of feedback that is soft for the friction.
 
     Parameters
     ----------
