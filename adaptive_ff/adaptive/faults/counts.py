@@ -1,36 +1,45 @@
-"""Sensors of few counts: what they make the feedback answer, and what observer and friction are worth beside that.
+"""Sensors of few counts: how far observer and friction are held back because the feedback answers counts, not motion.
 
-An encoder whose joint moves by less than a count in a period shows a velocity of nought, and of one count in a period
-now and then. The feedback answers each with a kick ``Kp s``, where ``s`` is the noise that this is, and where the kicks
-are larger than the friction they shake the joint free of it: there is little left to feed. What observer and estimator
-make of such counts in the first seconds is many times the friction. So what the feedback makes of the sensor is
-compared with the friction ``F`` at breakaway, or with the integral of the feedback where that is more, where the noise
-is more than a tenth or a fifth of the plan's largest speed ``w_p``:
+An encoder whose joint moves by less than a count in a period shows a velocity of zero, and now and then one of a count
+in a period. This is noise, of the standard deviation ``s``, and the feedback answers it with kicks ``Kp s``. Kicks that
+are larger than the friction shake the joint free of it, and little friction is left to feed. What observer and
+estimator make of such counts in the first seconds is many times the friction.
 
-    k = sat(s/(0.2 w_p) - 1) sat((Kp s - 0.2 F)/(0.3 F))        (0.1 w_p behind a low-pass)
+**Counts that kick harder than the friction.** With the friction ``F`` at breakaway, or the integral of the feedback
+where that is larger, and the largest speed ``w_p`` of the plan, the share to which they do is
 
-The observer is used to a share ``1 - k``, and what it gives up the integral takes over only up to the friction: the
-rest never acted on the joint as a load. Of the friction no more is fed than the balance of torques tells of
-(:mod:`adaptive.supervision.balance`), then without a prior and without a margin: kicks average out along the plan,
-whatever they teach the estimator.
+    k = sat(s/(0.2 w_p) - 1) sat((Kp s - 0.2 F)/(0.3 F))        (behind a low-pass 0.1 w_p)
 
-``s`` is the noise once that is known, and where counts are told before, the least so far. Behind a low-pass every
-sample tells of noise, also the many between two counts, and the least is that of slow motion: there ``s`` is the mean
-once the noise is known. Counts are told
+- The observer is used with the share ``1 - k``. Of the torque that it gives up, the integral takes over no more than
+  the friction: the rest never acted on the joint as a load.
+- No more friction is fed than the balance of torques shows (:mod:`adaptive_ff.adaptive.supervision.balance`), as ``k``
+  grows without a prior and without a margin: kicks average out along the plan, whatever they teach the estimator.
+- ``s`` is the noise level once that is known; before, if counts are recognised, the least noise so far. Behind a
+  low-pass every sample shows noise, also the many between two counts, and the least noise is that of slow motion. There
+  ``s`` is the mean once the noise is known.
 
-- by most samples' bringing no change, and changes near the least one;
-- by being whole multiples of the least one;
-- behind a low-pass by values that fall by the same factor, sample by sample, until the next count.
+**Counts larger than the plan.** Where the least change is more than 0.8 to 1.6 ``w_p``, the observer sees counts, not
+torque, and is held back (:func:`fine_share`).
 
-The first six changes of a sensor that has stood still may be such counts, unless what the feedback makes of the least
-is no more than ``F``: then the joint has stuck, and breaks away. Of a first count nothing is observed.
+**First counts.** The changes of a sensor that has mostly repeated itself may be counts. Nothing is observed from the
+first one until the sixth, unless the kick of the least one is no more than ``F``: then the joint was stuck, and breaks
+away.
 
-``python -m benchmarks.coarse_encoders`` prints what comes of it: of 1000 runs with 0.1 to 10 counts in a period at the
-largest speed, as differences and behind a low-pass, 56 have a window above 1.2 times PI's error, the worst of 4.29;
-without these rules 205, the worst of 30.5. They were chosen on other joints (seeds 601 to 660). With a threshold of a
-tenth for differences as well the first window is twice as bad with three counts. With all of what is observed handed
-over to the integral a first window of 17 times PI's is left; with nothing of it as many joints have one as with the
-part that is.
+How counts are recognised. Without a low-pass a fifth of the changes must be near the least one, and
+
+- most samples bring no change, or there have been more than 50 changes, or
+- three changes or more have all been whole multiples of the least one.
+
+Behind a low-pass the velocity falls by the same factor, sample by sample, until the next count; that must have happened
+three times, and at a hundredth of all changes.
+
+Evidence: ``python -m benchmarks.coarse_encoders`` runs 1000 joints with 0.1 to 10 counts in a period at the largest
+speed, as differences and behind a low-pass. 56 have a window above 1.2 times PI's error, the worst of 4.29; without
+these rules 205, the worst of 30.5. The constants were chosen on other joints (seeds 601 to 660):
+
+- with 0.1 ``w_p`` for differences as well, the first window is twice as bad with three counts;
+- with all of the observed torque handed over to the integral, a first window of 17 times PI's error is left;
+- with none of it handed over, as many joints have such a window as with the part that is.
 """
 
 import math
@@ -48,49 +57,49 @@ from adaptive_ff.adaptive.supervision.noise_level import (
 from adaptive_ff.estimation.shares import TINY, saturated
 
 COARSE, TOO_COARSE = 0.8, 1.6
-"""Least change, over the plan's largest speed, from which on the observer is held back, and from which on in full."""
+"""Least change of the sensor, over the plan's largest speed, beyond which the observer is held back, and in full."""
 
 FEW = 3.0
-"""Changes from which on counts are told by being whole multiples of the least one, or falls by being alike.
+"""Number of changes (falls) from which on whole multiples of the least one (falls that are alike) are counts.
 
-Otherwise the observer of a joint whose encoder changes with most samples feeds back counts for 50 changes: of 40 joints
-of another simulator (seeds 501 to 540) with ten sampling periods to a count at the largest speed, one has 9.1 times
-PI's error in the first 5 s, with this the worst has 1.9 times.
+Without this the observer of a joint whose encoder changes at most samples feeds back counts for 50 changes. Of 40
+joints of another simulator (seeds 501 to 540), with ten sampling periods to a count at the largest speed, the worst has
+1.9 times PI's error in the first 5 s; without this one has 9.1 times.
 """
 
 COUNTS, SURE = 0.2, 50.0
-"""Share of the changes near the least one from which on they are counts, and changes from which on that is sure ...
+"""Least share of the changes near the least one, for them to be counts; and number of changes that makes this sure.
 
-... before, most samples must have brought no change.
+Up to that number, most samples must have brought no change.
 """
 
 ALIKE_SHARE = 0.01
-"""Share of the changes that must have been such falls: of a fine sensor behind none 0.004 are, by chance."""
+"""Least share of the changes that are such falls, for a low-pass: of a fine sensor without one 0.004 are, by chance."""
 
 BEGUN = 6.0
-"""Changes until which a sensor that repeats itself has shown nothing but the first counts."""
+"""Number of changes of a sensor that repeats itself, below which they may all be first counts."""
 
 PLAIN, LOW_PASSED = 0.2, 0.1
-"""Noise over the largest speed of the plan from which on kicks count, and with twice which in full; behind a low-pass.
+"""Noise over the largest speed of the plan from which on kicks count (twice that: in full); the same behind a low-pass.
 
-The noise is told by second differences, of which a low-pass leaves little.
+The noise is measured by second differences, of which a low-pass leaves little.
 """
 
 KICKS, KICKS_MORE = 0.2, 0.3
-"""Kicks over the friction from which on they count, and how many more from which on in full."""
+"""Kick over the friction from which on kicks count, and how much more makes them count in full."""
 
 
 @register_jitable
 def is_counted(seen: SeenVelocity, samples: int) -> bool:
     """Tell whether a sensor has shown counts, after so many samples."""
-    told = seen.changes > SURE or 2.0 * seen.changes < samples
-    told = told or (seen.changes >= FEW and seen.multiples == seen.changes)
-    return told and seen.changes > 0.0 and seen.fine >= COUNTS * seen.changes
+    shown = seen.changes > SURE or 2.0 * seen.changes < samples
+    shown = shown or (seen.changes >= FEW and seen.multiples == seen.changes)
+    return shown and seen.changes > 0.0 and seen.fine >= COUNTS * seen.changes
 
 
 @register_jitable
 def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
-    """Return the share of what is observed that the sensor is fine enough for, after so many samples.
+    """Return the share of the observer's gain for which the sensor is fine enough, after so many samples.
 
     Where a count in a period is more than the largest speed of the plan (rad/s), the observer sees counts, not torque.
     """
@@ -101,16 +110,16 @@ def fine_share(seen: SeenVelocity, samples: int, peak: float) -> float:
 
 @register_jitable
 def first_counts(seen: SeenVelocity, samples: int, kick: float, friction: float) -> bool:
-    """Tell whether a sensor that has stood still shows its first changes, and each may be a count that is too coarse.
+    """Tell whether the changes so far may be the first counts, too coarse to observe, of a sensor that repeats itself.
 
     Parameters
     ----------
     seen : SeenVelocity
         What is remembered of measured velocities.
     samples : int
-        Samples so far.
+        Number of samples so far.
     kick : float
-        What the feedback makes of the least change, N m.
+        Torque that the proportional gain makes of the least change, N m.
     friction : float
         Friction ``F``, N m.
     """
@@ -126,7 +135,7 @@ def is_low_passed(seen: SeenVelocity) -> bool:
 
 @register_jitable
 def shown_deviation(seen: SeenVelocity, noise: NoiseState) -> float:
-    """Return the standard deviation ``s`` (rad/s) of what the sensor makes the feedback answer."""
+    """Return the standard deviation ``s`` (rad/s) of the sensor's noise, which the feedback answers with kicks."""
     return usual_deviation(noise) if is_low_passed(seen) and noise_known(noise) else least_deviation(noise)
 
 
@@ -140,7 +149,7 @@ def kicked_share(
     peak: float,
     duration: float,
 ) -> float:
-    """Return the share ``k`` to which what the feedback makes of the sensor is more than the friction.
+    """Return the share ``k`` to which counts make the feedback kick harder than the friction.
 
     Parameters
     ----------
@@ -168,12 +177,12 @@ def kicked_share(
 
 @register_jitable
 def spurious_torque(observed: float, before: float, fine: float, kicked: float, friction: float) -> float:
-    """Return the part of what is observed that is none (N m), of which the integral takes nothing.
+    """Return the part of the observed torque that counts have made (N m), of which the integral takes over nothing.
 
     Parameters
     ----------
     observed, before : float
-        What is observed now, and what was a sample ago, N m.
+        Observed torque now and a sample ago, N m.
     fine, kicked : float
         Shares of :func:`fine_share` and :func:`kicked_share`.
     friction : float

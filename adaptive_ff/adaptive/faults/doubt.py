@@ -1,13 +1,17 @@
-"""Doubt about what is measured: samples that are finite and possible, and yet nothing to learn from.
+"""Doubt: samples that are finite and possible, and from which nothing must be learnt all the same.
 
-A velocity far beyond any that was planned, a torque far beyond any that was seen, a plan that leaps, a time between
-samples that is not the period's: sensors, drives and buses make such values. The feedback follows them, for they may be
-true: along a plan that leaps the controller is the PI loop alone. What is learnt and fed forward does not: at such a
-sample the model keeps the last plan, and after it nothing is learnt until the filters have forgotten it. A plan that
-stays is taken for true after a second or so.
+Sensors, drives and buses now and then give a velocity far beyond any that was planned, a torque far beyond any that was
+seen, a plan that leaps, or a time between samples that is not the period. The feedback follows such values, for they
+may be true: along a plan that leaps the controller is the PI loop alone. What is learnt and fed forward does not:
 
-The plan for when a torque acts must go on where it said it would, or it is not used for some samples: half of it may be
-right. Values that come and go for 2 s else throw a simulated joint so that it tracks twice worse half a minute later.
+- at a doubtful sample the model sees no velocity, and along a plan that leaps it keeps the last plan;
+- after it, nothing is learnt until the filters of the identification have forgotten it;
+- a plan that stays where it has leapt to is accepted after a second or so, since the speed that counts as possible
+  grows meanwhile.
+
+``acting_reference``, the plan for the time at which the torque acts, must begin where the last one ended. Where it does
+not, it is ignored for five samples, since half of the values may be right. Without that, a simulated joint whose
+``acting_reference`` comes and goes for 2 s is thrown, and tracks twice worse half a minute later.
 """
 
 import math
@@ -19,36 +23,35 @@ from adaptive_ff.adaptive.faults.foresight import Foresight, advance_foresight, 
 from controllers import Guard, Inputs, acts_on_plan, with_next_reference, without_coming_plan
 
 TOO_FAST = 10.0
-"""A plan this many times the largest speed of the plan so far is doubted, so is a correction of it, ..."""
+"""A plan or a correction of more than this many times the possible speed is doubtful, ..."""
 
 TOO_FAST_TO_BE_TRUE = 100.0
-"""... a velocity this many times that speed (joints on steep Stribeck curves do leap, and teach much by it) ..."""
+"""... a velocity of more than this many times it (joints on steep Stribeck curves do leap, which teaches much), ..."""
 
 TOO_STRONG = 100.0
-"""... and a torque this many times the largest one so far, or what the feedback answers to such a speed."""
+"""... a torque of more than this many times the largest one so far, or the proportional torque for that speed, ..."""
 
 LATE = 20.0
-"""So is a time between samples beyond this many periods, or below that share of one."""
+"""... and a time between samples of more than this many periods, or of less than a period divided by it."""
 
 FORGOTTEN = 20.0
-"""Time for which nothing is learnt after a doubtful sample, in time constants of the filters."""
+"""Time for which nothing is learnt after a doubtful sample, in time constants of the identification's filters."""
 
 GROWTH = 0.5
-"""Time constant with which the speed that is thought possible grows while a plan stays beyond it, s."""
+"""Time constant with which the possible speed grows while a plan stays far beyond it, s."""
 
 FADING = 10.0
-"""Time constant with which it fades, s."""
-
+"""Time constant with which the largest speed of the plan fades, s."""
 
 ASIDE = 0.1
-"""A coming plan goes on where it does not begin further than this from where the last one ended, in possible speeds."""
+"""Largest distance of the beginning of ``acting_reference`` from where the last one ended, in possible speeds."""
 
 CONSISTENT = 5
-"""Samples for which it must, after one at which it did not."""
+"""Number of samples for which ``acting_reference`` is ignored after one at which it began further away."""
 
 
 class Doubt(NamedTuple):
-    """What is thought possible, and for how long nothing is learnt.
+    """Which speeds are possible, and for how long nothing is learnt.
 
     Attributes
     ----------
@@ -57,17 +60,17 @@ class Doubt(NamedTuple):
     reference : float
         Last plan that was not doubted, rad/s.
     left : float
-        For how long nothing is learnt yet, s.
+        Time for which nothing will be learnt, s.
     doubted : bool
         Whether the last sample was doubted.
     leapt : bool
-        Whether it was for its plan.
+        Whether it was doubted because its plan leapt.
     coming : float
-        Where the plan for when the last torque acts ends; the plan of then where that is not known, rad/s.
+        Where the last ``next_acting_reference`` was; the last plan where there was none, rad/s.
     aside : int
-        Samples for which the plan for when a torque acts is not used yet.
+        Number of samples for which ``acting_reference`` will be ignored.
     foresight : Foresight
-        How far the slope of a plan goes on that is not known ahead.
+        How far the last slope of a plan is continued that is not known ahead.
     """
 
     speed: float
@@ -81,7 +84,7 @@ class Doubt(NamedTuple):
 
 
 def initial_doubt() -> Doubt:
-    """Return the state of one who has seen nothing."""
+    """Return the state before the first sample."""
     return Doubt(
         speed=0.0,
         reference=0.0,
@@ -96,13 +99,13 @@ def initial_doubt() -> Doubt:
 
 @register_jitable
 def leaps(reference: float, speed: float) -> bool:
-    """Tell whether a plan (rad/s), not a number where it is not known, is far beyond a speed (rad/s)."""
+    """Tell whether a plan (rad/s; not a number if it is not known, which is no leap) is far beyond a speed (rad/s)."""
     return abs(reference) > TOO_FAST * speed
 
 
 @register_jitable
 def possible_speed(block: Any, state: Any) -> float:
-    """Return a speed (rad/s) that what has been seen of plan and motion shows to be possible."""
+    """Return the possible speed (rad/s): the plan's largest, of late or filtered; at least the Stribeck velocity."""
     speed: float = max(max(state.doubt.speed, state.estimator.levels.speed), block.estimator.form.stribeck_velocity)
     return speed
 
@@ -164,11 +167,12 @@ def advance_doubt(block: Any, state: Any, inputs: Inputs, guard: Guard) -> Doubt
 
 @register_jitable
 def believed_plan(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Inputs:
-    """Return the inputs without the plan for when the torque acts where that, or the plan now, leaps or does not go on.
+    """Return the inputs without ``acting_reference`` if it, or the plan now, leaps or does not begin where it should.
 
-    Several periods ahead it may be beyond all that has been seen as motion begins, so that alone is no cause for doubt.
-    Where the next sample is not known, the plan goes on as far as it has before: one that has leapt, and is believed
-    from now on, stands; extrapolated in full, it would leap once more.
+    Several periods ahead, as motion begins, ``acting_reference`` may be beyond all that has been seen. So it is ignored
+    then, but the sample is not doubted. Where the next plan is not known, it is foreseen
+    (:mod:`adaptive_ff.adaptive.faults.foresight`): a plan that has leapt, and is accepted from now on, stays there;
+    extrapolated along its full slope it would leap once more.
     """
     if not math.isfinite(inputs.next_reference):
         inputs = with_next_reference(inputs, doubt.foresight.coming)
@@ -179,7 +183,7 @@ def believed_plan(block: Any, state: Any, doubt: Doubt, inputs: Inputs) -> Input
 
 @register_jitable
 def undoubted_inputs(doubt: Doubt, inputs: Inputs) -> Inputs:
-    """Return the inputs as the model is to see them: of a doubtful sample no motion, of a leap the last plan.
+    """Return the inputs as the model is to see them: of a doubtful sample no velocity, of a leap the last plan.
 
     The torque of the drive stays: without it the filters would take what the feedback asked for, without a limit.
     """

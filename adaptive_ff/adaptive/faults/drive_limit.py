@@ -1,30 +1,33 @@
-"""Torque that a drive is asked for and does not give, found out where it neither reports nor is told a limit.
+"""Saturation of a drive that neither reports its torque nor has a known limit, detected from the motion.
 
-A drive that saturates moves the joint with less torque than is asked for. The integral of the feedback winds up, and
-friction learnt from torque that never acted would be fed on top of it; so would the disturbance that is observed. A
-limit is not seen from one sample: a load looks the same. But with a load the joint follows its plan again once the loop
-has answered, beside a limit it does not. So **a torque is proven once the joint has followed its plan with it** for
-three of the loop's integral times. What resists the torque beyond the inertia, low-passed,
+A drive that saturates moves the joint with less torque than is asked for. The integral of the feedback winds up.
+Friction learnt from torque that never acted would be fed on top of it, and so would the observed torque. A single
+sample does not show a limit, since a growing load looks the same. But within its integral time the loop answers to a
+load, and the joint follows its plan again; at a limit it does not. So **a torque is proven once the joint has followed
+its plan with it** for three integral times of the loop (``proven_torque.py``). Compared is what resists the torque
+beyond the inertia, low-passed,
 
-    R = +-(u - u_known - J a) - 0.3 |J a|     (along the torque; 0.3 for an inertia that is told wrong)
+    R = +-(u - u_known - J a) - 0.3 |J a|     (along the torque; 0.3 for a wrong inertia)
 
-is compared with the largest one ``R_p`` proven so far (of the time in which the joint followed the mean, or the last
-if that is larger):
+with the largest one ``R_p`` proven so far (the mean over the time in which the joint followed, or the last value if
+that is larger):
 
-    R > 1.3 R_p                 nothing is learnt from such torque,
-    |u| > J a + 2 R_p           and the drive is taken to have given no more than that;
+    R > 1.3 R_p                 nothing is learnt from such torque;
+    |u| > J a + 2 R_p           the drive is assumed to have given no more than that.
 
-where that lasts and the joint does not follow, friction and observer fade, so that the feedback is alone, and proof is
-asked to be better. Of what fades the integral takes over no more than acted. Before anything is proven, the mean of
-``R`` stands for ``R_p`` (half as much again is believed while the joint does not lag), and of friction and observer no
-more is fed than a quarter above what the feedback has asked for itself; where even so the doubt lasts, all that was
-learnt is forgotten once the joint follows. A drive that has been doubted for long is given another chance, after twice
-the time the next: what was proven may have been little, and the feedback alone never follows closely enough to prove
-more. With friction fed again it does, and is not doubted while it follows: else no chance would last long enough to
-prove anything, and one of five hinges in MuJoCo (100 Hz, moves) stays without compensation.
-
-Not proven is what a joint on its way out of a long rest asks for: what broke it loose is believed for a while. And
-``R_p`` is raised by what friction adds that goes on rising with the speed (``rising_resistance.py``).
+- *Doubt.* Where ``R > 1.3 R_p`` lasts and the joint does not follow, friction and observed torque fade: from two
+  integral times on, and in full after four. That leaves the feedback alone. The integral takes over no more of what
+  fades than has acted. A drive that was doubted in full must follow more closely, and for eight integral times, to
+  prove more.
+- *Before anything is proven* the mean of ``R`` stands for ``R_p``, and half as much again is believed while the joint
+  does not lag. Unless a model was given, friction and observed torque are each fed up to 1.25 times what the feedback
+  has asked for itself. Where doubt grows full all the same, everything learnt is forgotten once the joint follows.
+- *Another chance.* After a long time of doubt the drive is believed again, after twice that time the next time, and so
+  on: what was proven may have been little, and the feedback alone never follows closely enough to prove more. With
+  friction fed again the joint follows, and is not doubted while it does. Otherwise no chance would last long enough to
+  prove anything; one of five hinges in MuJoCo (100 Hz, moves) would stay without compensation.
+- *After a long rest* a joint takes more torque to break loose. That proves nothing, but it is believed for a while.
+- *Friction that rises with the speed* raises ``R_p`` accordingly (``rising_resistance.py``).
 """
 
 import math
@@ -48,42 +51,42 @@ from adaptive_ff.adaptive.learning.fed_model import gate_speed
 from controllers import Inputs, PIParameters, asked_torque, delayed, with_realised_torque
 
 IMPOSSIBLE = 4.0
-"""Friction at breakaway over the proven resistance from which on it cannot be: it was learnt from other torque.
+"""Largest possible friction at breakaway, over the proven resistance: more was learnt from torque that never acted.
 
-It is forgotten at the first proof, and later on as much of it is fed as can be. Else one machine of 210, which learns
-430 times its friction before it follows, throws itself by 180 times the error of PI later on (seed 701).
+At the first proof such friction is forgotten; later only the possible part of it is fed. Without this, one machine of
+210, which learns 430 times its friction before it follows, later throws itself to 180 times PI's error (seed 701).
 """
 
 UNPROVEN = 1.5
-"""Factor on what is believed and given while nothing is proven and the joint does not lag."""
+"""Factor on both limits while nothing is proven and the joint does not lag."""
 
 BEGINS = 2.0
-"""Motion before the mean resistance stands for a proven one, integral times."""
+"""Motion after which the mean resistance stands for a proven one, integral times."""
 
 BROKEN = 4.0
-"""Time constant with which the torque is forgotten that broke a joint loose, integral times."""
+"""Time constant with which the resistance at which a joint broke loose is forgotten, integral times."""
 
 DOUBTED = 2.0
-"""Doubt lasts for so many integral times before what is fed begins to fade; after twice that nothing is fed."""
+"""Integral times of doubt after which friction and observed torque begin to fade; after twice that none is fed."""
 
 ANSWERED = 1.25
-"""Friction, and observed torque, that are fed at most before anything is proven, over what the feedback has asked for.
+"""Largest friction, and largest observed torque, fed before anything is proven, over the torque of the feedback.
 
-What is fed beside a limit winds up on top of the feedback, and that on top of it. Of 1600 drives that saturate (seeds
-101, 201, 301 and 401) 41 are below 0.95 of PI without this bound and :func:`without_never_given`, 18 with them. Where
-drives do not saturate, the first seconds have 1.01 to 1.12 times the error that they have without (400 of them).
+At a limit, what is fed winds up on top of the feedback, and the feedback on top of it. Of 1600 drives that saturate
+(seeds 101, 201, 301 and 401) 18 settle below 0.95 of PI's accuracy, without this bound and :func:`without_never_given`
+41. The cost: where drives do not saturate, the first seconds have 1.01 to 1.12 times the error (400 of them).
 """
 
 LOOSENS = 60.0
 """Time constant with which that bound grows while nothing is doubted, integral times.
 
-A joint that it keeps from following would never prove anything: without growth one of 400 that do not saturate (seeds
-301 and 401) is 4.2 times better than PI instead of 58.
+Otherwise a joint that the bound keeps from following would never prove anything: one of 400 that do not saturate (seeds
+301 and 401) would be 4.2 times better than PI instead of 58.
 """
 
 
 class Limit(NamedTuple):
-    """What a drive is taken to give; fields as of :class:`DriveLimit`."""
+    """Torque that a drive is assumed to give; fields as of :class:`DriveLimit`."""
 
     broke: float
     given: float
@@ -110,13 +113,13 @@ def believed_share(state: DriveLimit, friction: float) -> float:
 
 @register_jitable
 def is_believed(state: DriveLimit) -> bool:
-    """Return whether no torque was asked for beyond what is learnt from."""
+    """Tell whether all torque that was asked for so far is believed to have acted."""
     return state.largest == 0.0 or state.largest <= BELIEVED * state.proven
 
 
 @register_jitable
 def given_torque(state: DriveLimit, torque: float, known: float) -> float:
-    """Return what the drive is taken to have given of a torque, of which a part is known from elsewhere, N m."""
+    """Return the torque that the drive is assumed to have given, N m, of one asked for and its known part (N m)."""
     if state.given == 0.0:
         return torque
     return known + min(max(torque - known, -state.given), state.given)
@@ -124,7 +127,7 @@ def given_torque(state: DriveLimit, torque: float, known: float) -> float:
 
 @register_jitable
 def answered_share(state: DriveLimit, torque: float) -> float:
-    """Return the share of friction, or of observed torque (N m), that is fed before anything is proven."""
+    """Return the share of a friction, or of an observed torque (N m), that is fed before anything is proven."""
     bound = ANSWERED * state.answered
     if state.bounded and state.proven == 0.0 and 0.0 < bound < abs(torque):
         return bound / abs(torque)
@@ -133,7 +136,7 @@ def answered_share(state: DriveLimit, torque: float) -> float:
 
 @register_jitable
 def without_never_given(state: DriveLimit, leaves: float, integral: float) -> float:
-    """Return what leaves the integral (N m) when it takes over nothing that the drive is believed not to have given."""
+    """Return the torque (N m) that leaves the integral, which takes over nothing that has probably never acted."""
     if not state.unproven or leaves * integral >= 0.0:
         return leaves
     never_given = max(0.0, abs(state.torque) - BELIEVED / GIVEN * state.given)
@@ -144,7 +147,17 @@ def without_never_given(state: DriveLimit, leaves: float, integral: float) -> fl
 def limit_of(
     state: DriveLimit, motion: Motion, proof: Proof, speed: float, slowest: float, integral_time: float, duration: float
 ) -> Limit:
-    """Return what the drive is taken to give after a period (s), at a speed and for that below which a joint sticks."""
+    """Return the torque that the drive is assumed to give after a period.
+
+    Parameters
+    ----------
+    state, motion, proof : DriveLimit, Motion, Proof
+        State before the period, the motion in it, and what is proven after it.
+    speed, slowest : float
+        Measured speed, and the one below which the joint may stick, rad/s.
+    integral_time, duration : float
+        Integral time of the loop, and length of the period, s.
+    """
     proven = proof.proven
     broke = state.broke * math.exp(-duration / (BROKEN * integral_time))
     if motion.moves and state.stuck > integral_time:
@@ -163,7 +176,17 @@ def limit_of(
 def suspicion_of(
     state: DriveLimit, motion: Motion, proof: Proof, unproven: bool, integral_time: float, duration: float
 ) -> Suspicion:
-    """Return the doubt after a period (s) in which more was asked for than is believed, or not."""
+    """Return the doubt after a period.
+
+    Parameters
+    ----------
+    state, motion, proof : DriveLimit, Motion, Proof
+        As of :func:`limit_of`.
+    unproven : bool
+        Whether more torque was asked for than is believed.
+    integral_time, duration : float
+        As of :func:`limit_of`.
+    """
     doubt, rising, proven = state.doubt, proof.rising, proof.proven
     if motion.moves and unproven:
         if proven == 0.0 or not motion.follows:  # a joint that follows is about to prove it
@@ -181,7 +204,7 @@ def suspicion_of(
 
 @register_jitable
 def has_waited(state: DriveLimit, moves: bool, established: bool, duration: float) -> float:
-    """Return for how long a drive that seems to saturate has moved the joint since, s."""
+    """Return how long the joint has moved since its drive began to seem to saturate, s; zero if it does not seem so."""
     if not established:
         return 0.0
     return state.waited + duration if moves else state.waited
@@ -211,7 +234,7 @@ def advance_drive_limit(
     inertia : float
         Inertia that it was designed for, kg m^2.
     torque : float
-        Torque that was asked for over the period, without what is known from elsewhere, N m.
+        Torque that was asked for over the period, less the known torque, N m.
     plan, velocity : float
         What the feedback follows, and measured velocity, now, rad/s.
     slowest : float
@@ -267,7 +290,7 @@ def advance_drive_limit(
 
 @register_jitable
 def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> DriveLimit:
-    """Return the state after a period (s) whose torque the drive reports: doubt goes, what is proven stays."""
+    """Return the state after a period (s) whose torque the drive reports: doubt fades, what is proven stays."""
     if state.doubt == 0.0 and not (state.unproven or state.bounded):
         return state
     doubt = max(0.0, state.doubt - duration / (DOUBTED * answers_in(feedback)))
@@ -278,7 +301,7 @@ def reassured(state: DriveLimit, feedback: PIParameters, duration: float) -> Dri
 
 @register_jitable
 def watch_drive(block: Any, state: Any, inputs: Inputs) -> tuple[DriveLimit, Inputs]:
-    """Return what is known of a drive that tells nothing of its torque, and the inputs with the torque it has given."""
+    """Return the state after a sample, and the inputs with the torque that the drive is assumed to have given."""
     if math.isfinite(inputs.realised_torque):
         return reassured(state.drive, block.feedback, inputs.dt), inputs
     if state.feedback.samples == 0 or not math.isfinite(inputs.velocity):
@@ -302,5 +325,5 @@ def watch_drive(block: Any, state: Any, inputs: Inputs) -> tuple[DriveLimit, Inp
 
 @register_jitable
 def is_impossible(before: DriveLimit, now: DriveLimit, friction: float) -> bool:
-    """Tell at the first proof whether a friction at breakaway (N m) is far beyond what a joint follows with."""
+    """Tell whether, at the first proof, a friction at breakaway (N m) is far beyond the proven resistance."""
     return before.proven == 0.0 and now.proven > 0.0 and friction > IMPOSSIBLE * now.proven

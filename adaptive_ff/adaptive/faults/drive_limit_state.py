@@ -1,4 +1,4 @@
-"""What the motion has shown of a drive that tells nothing; see :mod:`adaptive_ff.adaptive.faults.drive_limit`."""
+"""State of the detection of a saturating drive; see :mod:`adaptive_ff.adaptive.faults.drive_limit`."""
 
 from typing import NamedTuple
 
@@ -7,57 +7,57 @@ from adaptive_ff.adaptive.faults.rising_resistance import RisingResistance, init
 PATIENCE = 60.0
 """Motion after which a drive that has seemed to saturate is given another chance, integral times; doubled each time.
 
-Without it an arm that follows slowly at first is fed half of its friction for good, and is 3.0 times better than PI
-instead of 9.2 times (``benchmarks.robot``, two links at 500 Hz). Of 400 drives that do saturate (seeds 101 and 201) as
-many settle at 0.95 of PI as without it, with 30 integral times one less.
+Without another chance an arm that follows slowly at first is fed half of its friction for good, and is 3.0 times better
+than PI instead of 9.2 times (``benchmarks.robot``, two links at 500 Hz). Of 400 drives that do saturate (seeds 101 and
+201) as many settle at 0.95 of PI's accuracy or better as without it; with 30 integral times one less.
 """
 
 
 class DriveLimit(NamedTuple):
-    """What the motion has shown of the drive.
+    """State of the detection of a saturating drive.
 
     Attributes
     ----------
     torque, moved, error : float
-        Torque that is asked for beyond what is known, that of the inertia (N m), and error (rad/s), all low-passed.
+        Torque asked for less the known torque, torque of the inertia (both N m), and error (rad/s), all low-passed.
     velocity : float
         Last measured velocity, rad/s.
     proven : float
-        Largest resistance with which the joint has followed, N m; zero before there is one.
+        Largest resistance ``R_p`` with which the joint has followed, N m; zero before there is one.
     usual : float
         Mean resistance in motion before anything is proven, N m.
     moving : float
-        How long it has moved until then, s.
+        How long the joint has moved before anything is proven, s.
     follows : float
-        For how long it has followed with a larger resistance than the proven one, s.
+        For how long the joint has followed with a larger resistance than the proven one, s.
     stuck : float
-        For how long it has stood, s.
+        For how long the joint has stood, s.
     broke : float
-        Resistance with which it broke loose, fading, N m.
+        Resistance at which the joint broke loose, fading, N m.
     doubt : float
-        How long the drive has been asked for more than is believed, in the time that is waited; 2 at most.
+        Doubt: grows by 1 in two integral times of torque that is not believed. Above 1 what is fed fades; 2 at most.
     suspect : bool
-        Whether it has been for that long before anything was proven.
+        Whether doubt has reached 2 before anything was proven.
     unproven : bool
-        Whether it is asked for more than is believed.
+        Whether more torque is asked for than is believed.
     given : float
-        Torque that it is taken to give at most, N m beyond what is known; zero where there is no reason for a limit.
+        Largest torque beyond the known one that the drive is assumed to give, N m; zero without reason for a limit.
     largest : float
         Largest torque so far that was not believed, N m.
     anew : bool
-        Whether what was learnt is to be forgotten now.
+        Whether everything learnt is to be forgotten now.
     established : bool
-        Whether the drive has seemed to saturate with more than is proven, and no more has been proven since.
+        Whether doubt has been at 2 after something was proven, and no more has been proven since.
     waited : float
         How long the joint has moved since then, s.
     patience : float
-        After how long it is given another chance, integral times.
+        After how long the drive is given another chance, integral times.
     shown : float
-        Mean resistance for the time that ``follows`` counts, N m.
+        Mean resistance over the time that ``follows`` counts, N m.
     answered : float
         Largest torque that the feedback has asked for, growing slowly, N m.
     bounded : bool
-        Whether that bounds what is fed: until the drive has reported its torque once, and where no model was given.
+        Whether ``answered`` bounds what is fed: where no model was given, until the drive has reported its torque once.
     rising : RisingResistance
         How the resistance rises with the speed.
     """

@@ -1,31 +1,38 @@
-"""Measured velocities that are finite and possible, and that yet no motion makes: leaps, and values held to the bit.
+"""Measured velocities that are finite and possible, and yet wrong: leaps, and values that are repeated to the bit.
 
-A torque changes a velocity by ``u dt/J`` in a period, and friction and loads by a few times that of the largest torque
-that the motion has needed. So a velocity is taken for a **leap**, and for not measured, where it is further than
+**Leaps.** In a period the torque changes a velocity by ``u dt/J``, and friction and loads change it by a few times what
+the largest torque that the motion has needed does. So a velocity is a *leap*, and counts as not measured, where it is
+further than
 
     3 T dt/J + 8 s,      T = max(largest torque so far, 0.25 Kp w_p)
 
-from all that the torque of the drive can have made both of the last value and of the last one that was believed; ``s``
-is the noise, ``w_p`` the largest speed of the plan. The torque of the drive need not have acted, and the inertia may be
-2.5 times less than is assumed: what lies between is explained. Without that, joints whose inertia varies by 60 % over
-the position, which hunt where it is least, lose up to half their accuracy. After three leaps in a row the velocity is
-believed.
+from all that the torque of the drive can have made, both of the last value and of the last accepted one. ``s`` is the
+standard deviation of the noise, ``w_p`` the largest speed of the plan
+(:func:`adaptive_ff.adaptive.faults.doubt.possible_speed`). The torque of the drive need not have acted, and the inertia
+may be 2.5 times smaller than assumed: all between is explained. Without that, joints whose inertia varies by 60 % over
+the position, which hunt where it is smallest, would lose up to half their accuracy. After three leaps in a row the
+velocity is accepted, since what stays is true.
 
-A sensor that loses a message often gives the last value once more; one that is slower than the loop always does. A
-velocity that is **held** to the bit, and is not that of a joint that stands, is no measurement where the sensor
-resolves velocities finely: where less than a twentieth of its changes so far have been near the least one. An encoder
-with few counts, whose changes are one count or two, repeats values as well: there it is none once the plan has moved by
-four times the larger of noise and least change.
+**Repeated values.** A sensor that loses a message often gives the last value once more; one that is slower than the
+loop always does. A velocity that is repeated to the bit, of a joint that does not stand, is *held*, and counts as not
+measured,
 
-The observer bridges what is not measured and takes the difference over the whole gap; a difference over one period
-would make thousands of newton metres of a leap, and of a held value that the joint does not answer to its torque. The
-estimator leaves such samples out as it leaves out those that are lost; where they are more than 0.15 of all it believes
-them, for a sensor that is slower than the loop would leave nothing to learn. The feedback follows every value, as PI
-alone does, but compares one that is not believed with the plan of the last one that was.
+- if the sensor resolves velocities finely, that is, if less than a twentieth of its changes have been near the least
+  one. (An encoder with few counts, whose changes are one count or two, repeats values as well.)
+- otherwise once the plan has moved by four times the larger of noise and least change.
 
-On the built-in joint a leap of 3 rad/s in one of 1000 samples leaves 1.5 to 2.9 of PI's accuracy, believed 0.33 to
-0.65, and values held for ten samples 3.5 to 5.7, believed 0.8 to 2.8 (six references, seeds 101 to 106). Of the rows of
-``benchmarks.never_worse`` without such faults one differs, by 0.01 of 1.36.
+**What follows.**
+
+- *The observer* bridges what is not measured, and takes the difference over the whole gap. A difference over one period
+  would make thousands of newton metres of a leap; of a held value, that the joint does not answer to its torque.
+- *The estimator* leaves such samples out as it does lost ones. Where they are more than 0.15 of all it uses them, since
+  a sensor that is slower than the loop would leave nothing to learn from.
+- *The feedback* follows every value, as PI alone does, but compares a value that is not accepted with the plan of the
+  time of the last accepted one.
+
+Evidence: on the built-in joint (six references, seeds 101 to 106), a leap of 3 rad/s in one of 1000 samples leaves 1.5
+to 2.9 of PI's accuracy, if it is accepted 0.33 to 0.65; values held for ten samples leave 3.5 to 5.7, accepted 0.8 to
+2.8. Of the rows of ``benchmarks.never_worse`` without such faults one differs, by 0.01 of 1.36.
 """
 
 import math
@@ -39,48 +46,48 @@ from adaptive_ff.model.bounds import INERTIA
 from controllers import Inputs, acting_torque, asked_torque, with_velocity
 
 LEAP = 3.0
-"""Change of the velocity that is believed, over what the largest torque makes: with 2 and 5 hardly anything differs."""
+"""Largest accepted change of the velocity, over that of the largest torque: with 2 and 5 hardly anything differs."""
 
 LIGHTER = 2.5
 """Assumed inertia over the least one that the torque of the drive may move."""
 
 LIKELY = 0.25
-"""That torque is at least this share of what the feedback makes of the largest speed of the plan."""
+"""Least value of that torque, over the proportional torque for the largest speed of the plan."""
 
 NOISY = 8.0
-"""Standard deviations of the noise that are no leap."""
+"""Standard deviations of the noise that are accepted beside that."""
 
 ROUGHLY = 0.1
-"""Time measured from which on the noise is known roughly, s."""
+"""Time of measurement from which on the noise is known roughly, s."""
 
 LONGEST = 3
-"""Leaps in a row that are not believed: what stays is true."""
+"""Largest number of leaps in a row that are not accepted."""
 
 FINE, NEAR = 0.05, 2.5
-"""Share of the changes up to which few are near the least one, and what is near it, in least changes."""
+"""Share of the changes below which few are near the least one, and up to how many times that one is near it."""
 
 STANDS = 1e-3
-"""Velocity at which a joint stands, over the largest speed: its sensor repeats itself."""
+"""Velocity up to which a joint stands, so that its sensor may repeat itself, over the largest speed."""
 
 ROUNDED = 1e-9
-"""Changes of a velocity, over the largest speed, that are none: a difference of positions is rounded.
+"""Change of a velocity, over the largest speed, up to which it is rounding: of a difference of positions.
 
-Counted as changes they are the least ones, and an encoder's steps none near them: every value that comes twice is held
-then, and moves behind a position loop with an encoder of 6 urad at 500 Hz settle at 4 to 14 times better than PI, not
-at 23 to 94 times (``benchmarks.smooth_friction``, 2 kg m^2, seeds 105 and 106).
+If rounding counted, it would be the least change, with none of an encoder's steps near it, and every value that comes
+twice would be held. Moves behind a position loop with an encoder of 6 urad at 500 Hz would settle at 4 to 14 times
+better than PI, not at 23 to 94 times (``benchmarks.smooth_friction``, 2 kg m^2, seeds 105 and 106).
 """
 
 MOVED = 4.0
-"""By how many deviations the plan moves while a value is held that the sensor might as well have repeated."""
+"""Change of the plan beyond which a value that a coarse sensor repeats is held, in noise levels or least changes."""
 
 OFTEN, LATELY = 0.15, 10.0
-"""Share of the samples up to which the estimator leaves them out, and the time over which it is taken, s."""
+"""Share of such samples up to which the estimator leaves them out, and the time over which it is taken, s."""
 
 WHOLE, MOST = 1e-3, 1e6
-"""How closely a change is a whole multiple of the least one, and up to how many: counts are (``adaptive.counts``)."""
+"""How closely changes are whole multiples of the least one, up to how many times it, if they are counts."""
 
 ALIKE = 1e-6
-"""How closely a velocity falls by the same factor as before, which a low-pass behind an encoder makes of no count."""
+"""How closely a velocity falls by the same factor as before, as behind a low-pass between two counts."""
 
 
 class SeenVelocity(NamedTuple):
@@ -89,31 +96,31 @@ class SeenVelocity(NamedTuple):
     Attributes
     ----------
     last, believed : float
-        The last one, and the last one that was believed, rad/s.
+        The last velocity, and the last accepted one, rad/s.
     falls, rises : float
-        How far the torque of the drive can have changed the velocity since then, of the least inertia, rad/s.
+        Largest changes down and up since the latter that the torque of the drive can have made, rad/s.
     gap : float
-        Time since then, s.
+        Time since the last accepted velocity, s.
     plan : float
-        Plan when the present value was seen first, rad/s.
+        Plan when the present value came first, rad/s.
     finest : float
         Least change from one sample to the next so far, rad/s; zero before there was one.
     changes, fine : float
-        How many changes there have been, and how many of them near that one.
+        Number of changes so far, and of those near the least one.
     leapt : int
-        For how many samples velocities have leapt.
+        Number of leaps in a row.
     missing : bool
-        Whether the present one is taken for not measured.
+        Whether the present velocity counts as not measured.
     share : float
-        Share of such samples of late.
+        Share of the samples of late whose velocity counts so.
     leaps : int
-        How many leaps there have been.
+        Number of leaps so far.
     multiples : float
-        How many changes have been whole multiples of the least one.
+        Number of changes that have been whole multiples of the least one.
     ratio : float
         Velocity over the one before where it has fallen towards zero, and zero where it has not.
     decays : float
-        How often it has fallen by the same factor twice in a row.
+        Number of times that it has fallen by the same factor twice in a row.
     """
 
     last: float
@@ -135,7 +142,7 @@ class SeenVelocity(NamedTuple):
 
 
 class Resolution(NamedTuple):
-    """How finely a sensor tells velocities; fields as of :class:`SeenVelocity`."""
+    """Resolution of the sensor; fields as of :class:`SeenVelocity`."""
 
     finest: float
     changes: float
@@ -175,7 +182,7 @@ def distance(value: float, least: float, most: float) -> float:
 
 @register_jitable
 def noise_level(noise: NoiseState) -> float:
-    """Return the standard deviation of the noise (rad/s), roughly before it is known; less than zero at the start."""
+    """Return the standard deviation of the noise (rad/s), a rough one before it is known; negative at the start."""
     if noise_known(noise):
         return math.sqrt(noise.variance)
     return math.sqrt(filled_mean(noise.mean, noise.measured)) if noise.measured > ROUGHLY else -1.0
@@ -183,14 +190,14 @@ def noise_level(noise: NoiseState) -> float:
 
 @register_jitable
 def is_held(seen: SeenVelocity, moved: float, deviation: float) -> bool:
-    """Tell whether a velocity that is repeated is no measurement.
+    """Tell whether a velocity that is repeated is held, and so not measured.
 
     Parameters
     ----------
     seen : SeenVelocity
         What is remembered, with this sample.
     moved : float
-        How far the plan has moved meanwhile, rad/s.
+        Change of the plan since the value came first, rad/s.
     deviation : float
         Standard deviation of the noise, rad/s; zero where it is not known.
     """
@@ -206,12 +213,12 @@ def is_whole(ratio: float) -> bool:
 
 @register_jitable
 def has_leapt(seen: SeenVelocity, before: float, change: float, rate: float, duration: float, noise: float) -> bool:
-    """Tell whether the last velocity is none that the joint can have.
+    """Tell whether the last velocity is a leap: one that the joint cannot have.
 
     Parameters
     ----------
     seen : SeenVelocity
-        What is remembered, with this sample, as if it were not believed.
+        What is remembered, with this sample, as if it were not accepted.
     before : float
         The velocity before, rad/s.
     change : float
@@ -230,7 +237,7 @@ def has_leapt(seen: SeenVelocity, before: float, change: float, rate: float, dur
 
 @register_jitable
 def resolution_after(old: SeenVelocity, velocity: float, possible: float) -> Resolution:
-    """Return what the sensor resolves after a velocity, where a joint may have one of ``possible`` (rad/s)."""
+    """Return the resolution after a velocity, for a largest speed ``possible`` of the joint (both rad/s)."""
     difference = abs(velocity - old.last)
     finest, changes, fine, multiples = old.finest, old.changes, old.fine, old.multiples
     if difference > ROUNDED * possible:
@@ -260,7 +267,7 @@ def without_velocity(old: SeenVelocity, falls: float, rises: float, gap: float, 
 
 @register_jitable
 def believed(seen: SeenVelocity, leaps: int, share: float) -> SeenVelocity:
-    """Return what is remembered where the present velocity is believed, after so many leaps."""
+    """Return what is remembered if the present velocity is accepted, after so many leaps."""
     return seen._replace(
         believed=seen.last, falls=0.0, rises=0.0, gap=0.0, leapt=0, missing=False, share=share, leaps=leaps
     )
@@ -275,7 +282,7 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
     block, state : NamedTuple
         Parameters and state of the supervised controller.
     inputs : Inputs
-        Inputs of the sample, with the torque that the drive is believed to have given.
+        Inputs of the sample, with the torque that the drive has probably given.
     """
     old, velocity, duration = state.seen, inputs.velocity, inputs.dt
     torque = acting_torque(inputs, asked_torque(block.feedback, state.feedback), 0.0)
@@ -318,5 +325,5 @@ def advance_seen_velocity(block: Any, state: Any, inputs: Inputs) -> SeenVelocit
 
 @register_jitable
 def seen_inputs(seen: SeenVelocity, inputs: Inputs) -> Inputs:
-    """Return the inputs as the estimator is to see them: without a velocity that is taken for not measured."""
+    """Return the inputs for the estimator: without a velocity that is not accepted, unless many are not."""
     return with_velocity(inputs, math.nan) if seen.missing and seen.share <= OFTEN else inputs

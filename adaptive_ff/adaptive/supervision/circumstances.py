@@ -26,7 +26,8 @@ class Circumstances(NamedTuple):
     falls : bool
         Whether the identified friction falls so steeply that the joint rings by itself.
     believed : bool
-        Whether the drive has never been asked for a torque that it may not give; see ``adaptive.drive_limit``.
+        Whether the drive has never been asked for a torque that it may not give; see
+        :mod:`adaptive_ff.adaptive.faults.drive_limit`.
     saturates : bool
         Whether it has seemed to saturate, for long.
     friction : float
