@@ -41,6 +41,7 @@ MUTATED = (
     "adaptive_ff.model.feedforward",
     "adaptive_ff.adaptive.supervision.acquittal",
     "adaptive_ff.adaptive.supervision.balance",
+    "adaptive_ff.adaptive.supervision.circumstances",
     "adaptive_ff.adaptive.supervision.colour",
     "adaptive_ff.adaptive.command",
     "adaptive_ff.adaptive.faults.counts",

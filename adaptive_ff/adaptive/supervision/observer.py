@@ -48,13 +48,12 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.learning.lag_tuning import lag_torque
-from adaptive_ff.adaptive.supervision.circumstances import Circumstances
+from adaptive_ff.adaptive.supervision.circumstances import Circumstances, astray, is_astray
 from adaptive_ff.adaptive.supervision.colour import advance_colour, is_coloured, mean_length
 from adaptive_ff.adaptive.supervision.noise_level import (
     RISE,
     NoiseState,
     advance_noise,
-    hunts,
     likely_variance,
     noise_known,
     sure_variance,
@@ -92,25 +91,6 @@ OBSERVED_NOISE = 2.0
 COLOURED = 2.5
 """How many times that of white noise the level of the error to come may be: velocities come out of filters."""
 
-CLAMPED = 2.0
-"""Time for which a joint may stick while its plan moves, s; after that something else than friction holds it.
-
-With 0.6 s, 12 of 116 drawn joints whose friction falls by more than 15 gains settle at less than 0.95 of PI, the worst
-at 0.69; with 2 s 10 as without it, the worst at 0.85 (seeds 101, 201 and 301).
-"""
-
-AWAY = 3.0
-"""Error, in largest speeds of the plan, beyond which a joint has run away from it ..."""
-
-BEYOND = 10.0
-"""... and beyond so many standard deviations of the noise ..."""
-
-GONE = 0.3
-"""... and the time for which that may last, s: a joint that hunts comes back sooner."""
-
-CALM = 1.0
-"""Time for which the observer lets go of a joint that hunts, s."""
-
 EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
 
@@ -143,13 +123,6 @@ def plan_as_measured(lag: float, seen: float, plan: float, duration: float) -> f
 def shown_share(lag: float, duration: float) -> float:
     """Return the share of a change that a velocity with a lag (s) shows after a period (s)."""
     return duration / (duration + lag)
-
-
-@register_jitable
-def runs_away(noise: NoiseState, error: float, peak: float) -> bool:
-    """Tell whether an error (rad/s) is out of all proportion to the largest speed of the plan (rad/s)."""
-    square = error * error
-    return noise_known(noise) and square > AWAY * AWAY * peak * peak + BEYOND * BEYOND * noise.variance
 
 
 @register_jitable
@@ -228,42 +201,6 @@ def effect_after(
 
 
 @register_jitable
-def astray(
-    state: ObserverState, noise: NoiseState, error: float, sticks: bool, known: Circumstances, duration: float
-) -> tuple[float, float]:
-    """Return for how long the joint has stuck although its plan moves, and for how long it has run away from it, s.
-
-    Parameters
-    ----------
-    state : ObserverState
-        The state before the period.
-    noise : NoiseState
-        Noise of the measured velocity after it.
-    error : float
-        Error that the feedback sees, rad/s.
-    sticks : bool
-        Whether the joint sticks now.
-    known : Circumstances
-        What is known of it.
-    duration : float
-        Length of the period, s.
-    """
-    stuck = state.stuck + duration if sticks else 0.0
-    if known.strained and (sticks or state.stuck > CLAMPED):  # until the torque is a plausible one again
-        stuck = CLAMPED + duration
-    away = state.away + duration if runs_away(state.noise, error, known.peak) else max(0.0, state.away - duration)
-    if hunts(noise, known.peak):
-        away = max(away, GONE + CALM)
-    return stuck, away
-
-
-@register_jitable
-def is_astray(stuck: float, away: float) -> bool:
-    """Tell whether the observer lets go of a joint that has stuck, or run away, for so long (s)."""
-    return stuck > CLAMPED or away > GONE
-
-
-@register_jitable
 def short_mean(mean: float, square: float, weight: float, at_once: float) -> float:
     """Return a short mean of squares after another one of this weight, of which a share may count at once."""
     return max(mean + weight * (square - mean), at_once * square)
@@ -293,6 +230,49 @@ def tells_at_once(disturbance: float, one_way: float, coloured: bool, known: Cir
     return 0.0 < much < disturbance * disturbance and one_way >= WINDOW and not coloured and not known.held
 
 
+class Residual(NamedTuple):
+    """Torque that the feedforward has left over a period, and the low-passes behind which it is compared.
+
+    Attributes
+    ----------
+    torque : float
+        The residual ``res``, N m.
+    seen : float
+        Plan as the measured velocity would show it, rad/s.
+    lagged_torque : float
+        Torque beyond what was fed forward, behind the low-pass of the measured velocity, N m.
+    unforeseen : float
+        Change of the plan that was not foreseen, behind that low-pass, rad/s.
+    """
+
+    torque: float
+    seen: float
+    lagged_torque: float
+    unforeseen: float
+
+
+@register_jitable
+def residual_over(
+    observer: ObserverParameters,
+    state: ObserverState,
+    lacking: float,
+    inertia: float,
+    reference: float,
+    velocity: float,
+    duration: float,
+    known: Circumstances,
+) -> Residual:
+    """Return the residual over a period; parameters as of :func:`observe`."""
+    seen, lagged_torque = reference, state.lagged_torque
+    if observer.velocity_lag > 0.0:
+        seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
+        lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
+    # of a change that was not foreseen no inertia torque was fed
+    unforeseen = state.unforeseen + shown_share(observer.velocity_lag, duration) * (known.unforeseen - state.unforeseen)
+    change = (velocity - state.velocity) - (seen - state.reference - unforeseen)
+    return Residual(lacking - inertia * change / duration, seen, lagged_torque, unforeseen)
+
+
 @register_jitable
 def observe(
     observer: ObserverParameters,
@@ -308,14 +288,13 @@ def observe(
 ) -> ObserverState:
     """Return the state after a period, or several that were bridged, before the gates are set.
 
-    While the plan rests, or friction of the last direction is held, the disturbance is held: a stuck joint answers to
-    no torque, and an observer would take what the feedback asks for as a disturbance, feed it back and wind up, until
-    the joint jumps, again and again. Where the joint sticks although the plan moves, the disturbance may grow along the
-    error, which frees the joint, but not against it: what the integral holds from before would drive it there. Where
-    it sticks for longer than 2 s, or although the drive gives 3 times the largest torque with which it has moved, a
-    brake holds it, and where the error is for 0.3 s three times the largest speed of the plan, the drive gives less
-    than it says; the observer would feed back its own torque then, and lets go of it. It does so for 1 s as well where
-    the loop hunts from sample to sample, as it does with an inertia that is told twice too large.
+    - While the plan rests, or friction of the last direction is held, the observed torque is held. A stuck joint
+      answers to no torque: an observer would take what the feedback asks for as a disturbance, feed it back and wind
+      up, until the joint jumps, again and again.
+    - Where the joint sticks although the plan moves, the observed torque may grow along the error, which frees the
+      joint, but not against it: there the integral would drive it, with what it holds from before.
+    - Where a brake holds the joint, where it has run away or hunts
+      (:mod:`adaptive_ff.adaptive.supervision.circumstances`), the observed torque fades with the observer's pole.
 
     Parameters
     ----------
@@ -336,22 +315,15 @@ def observe(
     known : Circumstances
         What is known of the joint beside that.
     """
-    seen = reference
-    lagged_torque = state.lagged_torque
-    if observer.velocity_lag > 0.0:
-        seen = plan_as_measured(observer.velocity_lag, state.reference, reference, duration)
-        lacking, lagged_torque = lag_torque(observer.velocity_lag, lagged_torque, lacking, duration)
-    # of a change that was not foreseen no inertia torque was fed
-    unforeseen = state.unforeseen + shown_share(observer.velocity_lag, duration) * (known.unforeseen - state.unforeseen)
-    change = (velocity - state.velocity) - (seen - state.reference - unforeseen)
-    residual = lacking - inertia * change / duration
+    residual = residual_over(observer, state, lacking, inertia, reference, velocity, duration, known)
+    seen, left = residual.seen, residual.torque
     now = seen + correction - velocity
     sticks = velocity * seen < STUCK * seen * seen and now * now > CLEAR * state.noise.variance
     pole = observer.standing_pole if sticks and not known.learnt else observer.pole
     share = -math.expm1(-pole * pace(state.effect.swift) * duration)
-    if known.held or (sticks and (residual - state.disturbance) * now < 0.0):
+    if known.held or (sticks and (left - state.disturbance) * now < 0.0):
         share = 0.0
-    disturbance = state.disturbance + share * (residual - state.disturbance)
+    disturbance = state.disturbance + share * (left - state.disturbance)
     tells = reference != 0.0 and velocity != state.velocity  # a joint at rest, or a value repeated, shows no noise
     noise = advance_noise(state.noise, seen - velocity, tells, duration)
     length = mean_length(observer.pole, observer.period)
@@ -360,7 +332,7 @@ def observe(
     if is_astray(stuck, away):
         disturbance = state.disturbance * math.exp(-observer.pole * duration)
     # the residual is behind the low-pass of the velocity already
-    response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, residual, duration)
+    response = advance_loop_response(state.response, feedback, observer.inertia, 0.0, left, duration)
     weight = 0.0 if known.held else duration / (WINDOW + duration)
     coloured = is_coloured(colour, noise, length, feedback.proportional, known.friction)
     one_way = state.one_way + duration if seen * state.reference > 0.0 else 0.0
@@ -383,7 +355,7 @@ def observe(
         gain=state.gain,
         velocity=velocity,
         reference=seen,
-        lagged_torque=lagged_torque,
+        lagged_torque=residual.lagged_torque,
         fed=state.fed,
         squared=squared,
         response=response,
@@ -397,7 +369,7 @@ def observe(
         let_go=state.let_go or is_astray(stuck, away),
         effect=effect_after(state, observer, feedback, noise, answer, known, duration),
         colour=colour,
-        unforeseen=unforeseen,
+        unforeseen=residual.unforeseen,
         one_way=one_way,
     )
 

@@ -2,7 +2,7 @@
 
 from numba.extending import register_jitable
 
-from adaptive_ff.adaptive.supervision.observer import is_astray
+from adaptive_ff.adaptive.supervision.circumstances import is_astray
 from adaptive_ff.adaptive.supervision.observer_state import ObserverState
 from controllers import remember
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import WITH_GRAVITY, WITH_OFFSET, AdaptiveController, TorqueModel
-from adaptive_ff.adaptive.supervision.observer import CLAMPED
+from adaptive_ff.adaptive.supervision.circumstances import CLAMPED
 from controllers import PI, pi_gains
 from tests.helpers.driven_joint import (
     NOISE,

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from adaptive_ff import AdaptiveController
 from adaptive_ff.adaptive.settings import FASTEST
-from adaptive_ff.adaptive.supervision.circumstances import Circumstances, strains
+from adaptive_ff.adaptive.supervision.circumstances import CLAMPED, Circumstances, strains
 from adaptive_ff.adaptive.supervision.observer import (
-    CLAMPED,
     bridged_torque,
     misfit,
     observe,
