@@ -4,20 +4,25 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.adaptive.at_rest.wound_integral import Standing
 from adaptive_ff.adaptive.faults.counts import spurious_torque
 from adaptive_ff.adaptive.faults.drive_limit import without_never_given
 from adaptive_ff.adaptive.faults.held_integral import HeldIntegral, hold_integral
 from adaptive_ff.adaptive.fed_shares import Shares
 from adaptive_ff.adaptive.learning.estimator import estimated_load
 from adaptive_ff.adaptive.learning.estimator_state import load_count
-from adaptive_ff.adaptive.learning.period import Fed
+from adaptive_ff.adaptive.learning.period import Fed, Period
 from adaptive_ff.adaptive.learning.unexplained import breakaway
 from adaptive_ff.adaptive.sensing import Sensed
+from adaptive_ff.adaptive.setting_out import begins_to_observe
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.supervision.observer_hand_over import hand_over_to_observer, observe_all, take_up
 from adaptive_ff.adaptive.supervision.observer_state import ObserverState
 from adaptive_ff.model.bounds import OFFSET
 from controllers import unwound_integral
+
+TAKEN_UP = 0.25
+"""Share of the time for which a joint must slide until learning begins, after which it surely moves."""
 
 
 class Passing(NamedTuple):
@@ -60,6 +65,47 @@ def standing_load(block: SupervisedParameters, fed: Fed) -> float:
     if estimate.size - load_count(block.estimator) > OFFSET:
         load += estimate[OFFSET]
     return float(load)
+
+
+@register_jitable
+def passing_torque(
+    block: SupervisedParameters,
+    state: SupervisedState,
+    sensed: Sensed,
+    period: Period,
+    fed: Fed,
+    shares: Shares,
+    standing: Standing,
+    share: float,
+    set_out: float,
+) -> tuple[float, Passing]:
+    """Return the torque that is fed forward beside the known one, N m, and what passes because of it.
+
+    Parameters
+    ----------
+    block, state, sensed : SupervisedParameters, SupervisedState, Sensed
+        Parameters, state before the sample, and the sample.
+    period, fed, shares, standing : Period, Fed, Shares, Standing
+        What has come of the sample so far.
+    share : float
+        Share of all that is fed while it is faded in or out.
+    set_out : float
+        Torque that was wound up at rest and becomes friction of the feedforward now, N m.
+    """
+    torque = fed_torque(fed, shares.friction)
+    change = share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
+    faded = 0.0
+    if share != state.command.share:
+        faded = (share - state.command.share) * standing_load(block, fed)
+    torque = sensed.given + share * (torque - sensed.given)  # what was given is not the controller's to fade
+    return torque, Passing(
+        change=change,
+        faded=faded,
+        fed=torque + sensed.inputs.feedforward,
+        wound=share * state.trust.trust * set_out,
+        moves=period.sliding > TAKEN_UP * block.hold,
+        begins=begins_to_observe(state, share, standing.rests),
+    )
 
 
 @register_jitable

@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.adaptive_state import initial_adaptive_state
 from adaptive_ff.adaptive.at_rest.held_friction import feedforward_at_rest, friction_shown, initial_held_friction
-from adaptive_ff.adaptive.at_rest.outer_loop import initial_outer_loop, note_correction, unseen_error, unseen_velocity
+from adaptive_ff.adaptive.at_rest.outer_loop import (
+    OuterLoop,
+    initial_outer_loop,
+    note_correction,
+    unseen_error,
+    unseen_velocity,
+)
 from adaptive_ff.adaptive.at_rest.wound_integral import (
     having_left,
     initial_standing,
@@ -30,8 +36,8 @@ from adaptive_ff.adaptive.learning.estimator_state import begin_anew_in_place
 from adaptive_ff.adaptive.learning.lag_tuning import note_friction
 from adaptive_ff.adaptive.learning.unexplained import breakaway, unexplained
 from adaptive_ff.adaptive.sensing import Sensed, sense
-from adaptive_ff.adaptive.setting_out import begins_to_observe, setting_out, stand
-from adaptive_ff.adaptive.share_out import Passing, fed_torque, share_out, standing_load
+from adaptive_ff.adaptive.setting_out import setting_out, stand
+from adaptive_ff.adaptive.share_out import passing_torque, share_out
 from adaptive_ff.adaptive.step import end_period_in_place, learn_and_feed_in_place, write_adaptive
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.supervision.balance import Balance, advance_balance, initial_balance
@@ -46,6 +52,7 @@ from controllers import (
     STEPS,
     Inputs,
     Output,
+    PIState,
     feed_back,
     hand_over,
     remember,
@@ -65,9 +72,6 @@ THROWN = 10.0
 
 What that takes over a second may be more than the friction of the whole memory of the balance.
 """
-
-TAKEN_UP = 0.25
-"""Share of the time for which a joint must slide until learning begins, after which it surely moves."""
 
 
 def initial_supervised_state(block: SupervisedParameters) -> SupervisedState:
@@ -102,12 +106,51 @@ def weigh(block: SupervisedParameters, state: SupervisedState, sensed: Sensed, p
 
 
 @register_jitable
+def close_loop(
+    block: SupervisedParameters,
+    state: SupervisedState,
+    sensed: Sensed,
+    outer: OuterLoop,
+    shown: float,
+    fed: float,
+    leaves: float,
+    rests: bool,
+) -> tuple[Output, PIState]:
+    """Return the output, and the state of the PI loop after its sample.
+
+    Parameters
+    ----------
+    block, state, sensed : SupervisedParameters, SupervisedState, Sensed
+        Parameters, state before the sample, and the sample.
+    outer : OuterLoop
+        What an outer loop can tell at rest, after the sample.
+    shown : float
+        Plan as the measured velocity would show it, rad/s.
+    fed : float
+        Torque of feedforward and observer, N m.
+    leaves : float
+        Torque that leaves the integral, N m.
+    rests : bool
+        Whether the plan has rested over the period.
+    """
+    inputs, checked = sensed.inputs, sensed.checked
+    if math.isfinite(inputs.velocity):
+        leaves += block.feedback.integral * inputs.dt * unseen_error(outer, rests)
+    feedback = hand_over(block.feedback, state.feedback, leaves)
+    unseen = unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests)
+    # a plan that leaps may be true: the feedback follows it, what is fed and learnt does not
+    compared = with_reference(checked, (checked.reference if sensed.doubt.doubted else shown) + unseen)
+    fed_in_all = with_feedforward(compared, fed)
+    return feed_back(block.feedback, feedback, fed_in_all, sensed.guard)
+
+
+@register_jitable
 def step_supervised(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs
 ) -> tuple[Output, SupervisedState]:
     """Do one sample: observe, learn, feed forward what is trusted and what is observed; then feedback."""
     sensed = sense(block, state, inputs)
-    inputs, checked, given, doubt, drive = sensed.inputs, sensed.checked, sensed.given, sensed.doubt, sensed.drive
+    inputs, doubt, drive = sensed.inputs, sensed.doubt, sensed.drive
     clear = doubt.left <= 0.0 and not drive.unproven
     command = fade(state.command, inputs.dt)
     unfit = misfit(state.observer.noise, block.feedback, unexplained(block.estimator, state.estimator))
@@ -125,34 +168,16 @@ def step_supervised(
     changing = left_over(state.observer.noise, state.estimator, left, unfit)
     note_one_way_in_place(block.estimator, state.estimator, fed.estimator, changing * inputs.dt)
     shares = fed_shares(block, state, sensed, observer, trust, balance, fed, unfit, command.share)
-    torque = fed_torque(fed, shares.friction)
-    change = command.share * (torque - (fed.old_torque - (1.0 - state.trust.trust) * fed.old_friction))
-    faded = 0.0
-    if command.share != state.command.share:
-        faded = (command.share - state.command.share) * standing_load(block, fed)
-    torque = given + command.share * (torque - given)  # what was given is not the controller's to fade
-    passing = Passing(
-        change=change,
-        faded=faded,
-        fed=torque + inputs.feedforward,
-        wound=command.share * state.trust.trust * set_out,
-        moves=period.sliding > TAKEN_UP * block.hold,
-        begins=begins_to_observe(state, command.share, standing.rests),
-    )
+    torque, passing = passing_torque(block, state, sensed, period, fed, shares, standing, command.share, set_out)
     observer, held, leaves = share_out(block, state, sensed, observer, shares, passing)
-    rests = plan_rests(state, checked.reference)
+    rests = plan_rests(state, sensed.checked.reference)
     outer = note_correction(state.outer, inputs.correction, inputs.velocity, rests, inputs.dt)
     held_friction = state.held_friction
-    if math.isfinite(inputs.velocity):
-        if state.enabled:
-            held_friction = friction_shown(block, state, inputs, rests)
-        leaves += block.feedback.integral * inputs.dt * unseen_error(outer, rests)
-    feedback = hand_over(block.feedback, state.feedback, leaves)
-    unseen = unseen_velocity(state.outer, inputs.correction, inputs.velocity, rests)
-    # a plan that leaps may be true: the feedback follows it, what is fed and learnt does not
-    compared = with_reference(checked, (checked.reference if doubt.doubted else shown) + unseen)
-    fed_in_all = with_feedforward(compared, torque + shares.gain * observer.disturbance)
-    output, feedback = feed_back(block.feedback, feedback, fed_in_all, sensed.guard)
+    if state.enabled and math.isfinite(inputs.velocity):
+        held_friction = friction_shown(block, state, inputs, rests)
+    output, feedback = close_loop(
+        block, state, sensed, outer, shown, torque + shares.gain * observer.disturbance, leaves, rests
+    )
     tuned, learnt = max(shares.friction, LEAST_TRUST), fed.estimator
     if state.enabled and (drive.anew or is_impossible(state.drive, drive, breakaway(state.estimator))):
         learnt = begin_anew_in_place(block.estimator, learnt)
