@@ -68,7 +68,7 @@ def test_a_joint_that_follows_with_a_larger_one_is_not_doubted_meanwhile():
     assert behind.doubt > 0.5
 
 
-def test_beside_a_limit_it_is_doubted_for_good_and_only_the_feedback_is_left():
+def test_at_a_limit_the_torque_is_doubted_for_good_and_only_the_feedback_is_left():
     state = pulled(following(), 900.0, seconds=5.0, plan=0.6)
     assert (state.unproven, believed_share(state, FRICTION)) == (True, 0.0)
     assert state.proven == pytest.approx(80.0, rel=1e-3)
@@ -117,7 +117,7 @@ def test_before_anything_is_proven_no_more_is_fed_than_the_feedback_has_asked_fo
     assert answered_share(initial_drive_limit(), 1e3) == 1.0
 
 
-def test_that_bound_loosens_while_nothing_is_doubted():
+def test_the_bound_before_a_proof_loosens_while_nothing_is_doubted():
     pulls = initial_drive_limit()._replace(torque=40.0, velocity=0.5)
     state = pulled(pulls, 40.0, seconds=PERIOD, plan=0.6, answer=40.0)
     later = pulled(state, 40.0, seconds=LOOSENS * TIME, plan=0.6, answer=40.0)
@@ -126,7 +126,7 @@ def test_that_bound_loosens_while_nothing_is_doubted():
     assert pulled(later, 40.0, seconds=5.0, plan=0.0, velocity=0.0).answered == later.answered
 
 
-def test_it_is_not_for_a_model_that_was_given_nor_for_a_drive_that_has_reported():
+def test_no_bound_before_a_proof_with_a_given_model_or_a_drive_that_has_reported():
     state = pulled(initial_drive_limit(), 40.0, seconds=PERIOD, plan=0.6, answer=40.0)
     assert answered_share(reassured(state, PARAMETERS, PERIOD), 1e3) == 1.0
     given = pulled(initial_drive_limit(model_given=True), 40.0, seconds=PERIOD, plan=0.6, answer=40.0)
@@ -159,7 +159,7 @@ def test_friction_far_beyond_what_is_proven_is_fed_as_far_as_it_can_be():
 
 
 @pytest.mark.parametrize(("friction", "impossible"), [(100.0, False), (500.0, True)])
-def test_it_is_forgotten_at_the_first_proof(friction, impossible):
+def test_impossible_friction_is_found_at_the_first_proof(friction, impossible):
     assert is_impossible(initial_drive_limit(), following(), friction) == impossible
     assert not is_impossible(following(), following(), friction)
 
@@ -232,14 +232,14 @@ def test_a_drive_that_is_known_is_not_watched(told):
     assert controller.state.drive == initial_drive_limit()._replace(bounded=False)
 
 
-def test_where_nothing_saturates_not_being_told_costs_nothing():
+def test_where_nothing_saturates_an_unreported_torque_costs_nothing():
     told = simulate(SCENARIO, "adaptive").metrics.rms_error
     untold = simulate(SCENARIO.modified(actuator={"reports_torque": False}), "adaptive").metrics.rms_error
     assert untold < 1.1 * told
 
 
 @pytest.mark.parametrize(("field", "value"), [("proven", -1.0), ("moved", math.nan), ("doubt", 3.0), ("given", NEVER)])
-def test_a_state_that_cannot_be_is_refused(field, value):
+def test_an_impossible_state_of_a_drive_is_refused(field, value):
     controller = make()
     state = controller.state
     with pytest.raises(ValueError, match=rf"state\.drive\.{field} = {value} is not allowed"):

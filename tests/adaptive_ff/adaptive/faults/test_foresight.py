@@ -38,7 +38,7 @@ def test_a_plan_that_is_computed_at_every_sample_is_continued(plan):
 
 
 @pytest.mark.parametrize("samples", [2, 3, 10])
-def test_one_that_is_held_is_not(samples):
+def test_a_plan_that_is_held_is_not_continued(samples):
     assert np.all(shares(held(SMOOTH, samples)) == 0.0)
 
 

@@ -59,7 +59,7 @@ def test_friction_that_rises_is_one_curve(friction):
     ],
     ids=["constant", "falls", "bent up", "winds up", "many values at one speed"],
 )
-def test_what_is_none_is_not(resistances):
+def test_resistances_that_are_no_rising_curve_are_not_accepted(resistances):
     assert not rises(after(SPEEDS, resistances))
 
 
@@ -77,7 +77,7 @@ def test_the_line_raises_what_is_proven_at_larger_speeds_only_and_so_far():
     assert risen(state, 5.0, 100.0, proven=True) == FURTHEST * 5.0
 
 
-def test_before_a_proof_it_does_so_once_it_is_judged_to_and_not_for_a_drive_that_winds_up():
+def test_before_a_proof_the_line_raises_once_it_is_accepted_and_not_for_a_drive_that_winds_up():
     state = after(SPEEDS, 3.0 + 8.0 * SPEEDS)
     assert risen(state, 5.0, 1.5, proven=False) == 5.0
     assert risen(judged(state), 5.0, 1.5, proven=False) > 10.0

@@ -38,7 +38,7 @@ def after(seconds, *, begin=None, error=LEFT, expected=LEFT, oscillates=True, le
     return state
 
 
-def test_it_is_tried_once_the_error_has_oscillated_for_long_enough_without_it():
+def test_a_trial_begins_once_the_error_has_oscillated_for_long_enough_without_the_observer():
     assert after(ENOUGH - 2.0 * PERIOD).stage == WAITS
     tried = after(ENOUGH + PERIOD, expected=2.0 * LEFT)
     assert tried.stage == TRIED
@@ -48,24 +48,24 @@ def test_it_is_tried_once_the_error_has_oscillated_for_long_enough_without_it():
 
 
 @pytest.mark.parametrize("other", [{"oscillates": False}, {"let_go": False}, {"gain": 2.0 * UNUSED}])
-def test_it_is_not_tried_where_nothing_speaks_for_it(other):
+def test_no_trial_begins_without_an_oscillation_or_with_the_observer_in_use(other):
     assert after(20.0, **other).stage == WAITS
 
 
 @pytest.mark.parametrize(("left", "stage"), [(0.3, ACQUITTED), (0.95, ACQUITTED), (1.05, GUILTY)])
-def test_at_the_end_of_the_trial_it_is_judged_by_what_it_leaves(left, stage):
+def test_at_the_end_of_the_trial_the_observer_is_acquitted_if_it_leaves_less(left, stage):
     tried = after(ENOUGH + PERIOD)
     meanwhile = after(LASTS - 2.0 * PERIOD, begin=tried, error=left * LEFT, gain=1.0)
     assert meanwhile.stage == TRIED
     assert after(4.0 * PERIOD, begin=meanwhile, error=left * LEFT, gain=1.0).stage == stage
 
 
-def test_it_is_guilty_as_soon_as_it_leaves_more():
+def test_the_trial_ends_as_soon_as_the_observer_leaves_a_tenth_more():
     tried = after(ENOUGH + PERIOD)
     assert after(1.0, begin=tried, error=2.0 * LEFT, gain=1.0).stage == GUILTY
 
 
-def test_a_motion_with_more_error_of_itself_is_no_reason():
+def test_a_motion_that_makes_more_error_itself_does_not_count_against_the_observer():
     tried = after(ENOUGH + PERIOD)
     assert after(LASTS + PERIOD, begin=tried, error=3.0 * LEFT, expected=6.0 * LEFT, gain=1.0).stage == ACQUITTED
 
@@ -96,14 +96,14 @@ def test_an_observer_that_helps_is_used_for_good(let_go):
     assert (effect.share, effect.ceiling, effect.ringing.blamed) == (1.0, 1.0, False)
 
 
-def test_one_that_does_not_help_stays_out_of_use(let_go):
+def test_an_observer_that_does_not_help_is_off_for_good_again_after_its_trial(let_go):
     assert let_go.ringing.blamed
     effect = oscillating(ENOUGH + LASTS + 30.0, let_go, share=-0.2)
     assert effect.acquittal.stage == GUILTY
     assert (effect.share, effect.ceiling, effect.ringing.blamed) == (0.0, 0.0, True)
 
 
-def test_one_that_was_not_out_of_use_for_good_is_so_again_for_a_while():
+def test_an_observer_that_was_off_for_a_while_is_so_again_after_its_trial():
     tried = after(ENOUGH + PERIOD, blamed=False)
     effect = initial_effect()._replace(acquittal=tried)
     for _ in range(500):
@@ -114,7 +114,7 @@ def test_one_that_was_not_out_of_use_for_good_is_so_again_for_a_while():
 
 
 @pytest.mark.parametrize("other", [{"believed": False}, {"variance": 0.02**2}, {"amplitude": 0.0}])
-def test_it_is_not_tried_beside_a_limit_for_noise_or_where_the_oscillation_has_died_out(let_go, other):
+def test_no_trial_begins_at_a_limit_for_noise_or_where_the_oscillation_has_died_out(let_go, other):
     assert oscillating(20.0, let_go, **other).acquittal.stage == WAITS
 
 
@@ -133,19 +133,19 @@ def test_a_joint_with_cogging_keeps_its_observer():
     assert "give it as ripple_periods" in " ".join(str(controller.diagnose()).split())
 
 
-def test_a_drive_that_is_late_does_not():
+def test_a_late_drive_gets_no_trial():
     controller, _ = run(lag=0.02)
     assert controller.state.observer.effect.ringing.blamed
     assert controller.state.observer.effect.acquittal.stage == WAITS
 
 
-def test_an_observer_that_is_guilty_is_said_to_take_nothing():
+def test_diagnosis_says_that_a_guilty_observer_does_not_lessen_the_oscillation():
     said = " ".join(str(with_effect("acquittal.stage", GUILTY).diagnose()).split())
     assert "takes nothing of an oscillation that is there without it as well, as with cogging" in said
 
 
 @pytest.mark.parametrize(("name", "value"), [("stage", 4), ("stage", -1), ("time", -1.0), ("squared", -1e-9)])
-def test_a_state_that_cannot_be_is_refused(name, value):
+def test_an_impossible_state_of_a_trial_is_refused(name, value):
     controller = with_effect(f"acquittal.{name}", value)
     with pytest.raises(ValueError, match=rf"^state\.observer\.effect\.acquittal\.{name} = {value} is not allowed"):
         controller.state_from_json(controller.state_to_json())

@@ -38,22 +38,22 @@ def test_an_observer_that_leaves_less_than_the_loop_would_is_used_in_full():
     assert after(3.0, 0.1 * np.sqrt(0.99 * WORSE)).share == 1.0
 
 
-def test_one_that_leaves_far_more_is_not_used():
+def test_an_observer_that_leaves_far_more_is_not_used():
     assert after(3.0, 0.1 * np.sqrt(1.01 * FAR_WORSE)).share <= PERIOD / RETURN  # a sample of its return
 
 
-def test_half_way_between_it_is_used_by_half():
+def test_an_observer_half_way_between_is_used_by_half():
     assert after(3.0, 0.1 * np.sqrt(0.5 * (WORSE + FAR_WORSE))).share == pytest.approx(0.5)
 
 
-def test_noise_and_what_an_outer_loop_asks_for_are_no_error_of_it():
+def test_noise_and_the_correction_of_an_outer_loop_do_not_count_against_the_observer():
     error = 0.1 * np.sqrt(1.5)
     assert after(3.0, error).share <= PERIOD / RETURN
     assert after(3.0, error, variance=0.006).share == 1.0
     assert after(3.0, error, correction=0.1).share == 1.0
 
 
-def test_an_observer_out_of_use_is_not_blamed():
+def test_an_observer_out_of_use_is_not_held_back():
     assert after(3.0, 0.3, gain=0.4).share == 1.0
 
 
@@ -82,7 +82,7 @@ def test_beside_coloured_noise_an_observer_must_help():
     assert helped(0.5 * (LITTLE + NOTHING)) == pytest.approx(0.5, rel=1e-3)
 
 
-def test_it_need_not_beside_other_noise_out_of_use_or_behind_an_outer_loop():
+def test_an_observer_need_not_help_beside_white_noise_out_of_use_or_behind_an_outer_loop():
     assert helped(1.0, coloured=False) == 1.0
     assert helped(1.0, gain=0.4) == 1.0
     assert helped(1.0, correction=0.05) == 1.0
@@ -101,12 +101,12 @@ TIME = PERIOD * np.arange(500)
 OSCILLATION = 0.05 * np.sin(2.0 * np.pi * 4.0 * TIME)
 
 
-def test_a_steady_oscillation_is_blamed_on_the_observer_whatever_is_predicted():
+def test_a_steady_oscillation_switches_the_observer_off_whatever_is_predicted():
     assert shaken(OSCILLATION[:200]).ceiling < 0.02
     assert shaken(OSCILLATION[:200]).share < 0.02
 
 
-def test_its_ceiling_rises_slowly():
+def test_the_ceiling_that_an_oscillation_leaves_rises_slowly():
     bad = shaken(OSCILLATION[:200])
     quiet = after(30.0, 0.001, gain=0.0, begin=bad)
     assert quiet.share == pytest.approx(bad.ceiling + 30.0 / FORGIVES, abs=0.01)
@@ -121,11 +121,11 @@ def test_its_ceiling_rises_slowly():
         0.2 * OSCILLATION,  # small beside the plan
     ],
 )
-def test_another_error_is_none(error):
+def test_errors_of_other_shapes_are_no_steady_oscillation(error):
     assert shaken(error).ceiling == 1.0
 
 
-def test_an_oscillation_without_the_observer_or_within_the_noise_is_none():
+def test_an_oscillation_without_the_observer_or_within_the_noise_does_not_count():
     assert shaken(OSCILLATION, gain=0.4).ceiling == 1.0
     assert shaken(OSCILLATION, variance=0.5 * 0.05**2).ceiling == 1.0
 
@@ -150,7 +150,7 @@ def test_a_sensor_that_ripples_as_the_joint_turns_is_not_followed(name):
     assert judge(case.scenario, draws=1).settled > 1.0
 
 
-def test_that_a_sensor_ripples_is_said():
+def test_diagnosis_says_that_a_sensor_ripples():
     (case,) = named_cases(["sensor_ripple_120"], 101, 1)
     controller = make_controller(case.scenario, "adaptive")
     simulate(case.scenario, controller)
@@ -165,7 +165,7 @@ def test_a_state_with_an_impossible_share_is_refused(name, value):
 
 
 @pytest.mark.parametrize("lag", [0.013, 0.02])
-def test_an_observer_lets_go_where_a_lag_of_the_drive_that_nobody_tells_makes_it_oscillate(lag):
+def test_an_observer_is_switched_off_where_an_unspecified_lag_of_the_drive_makes_it_oscillate(lag):
     late = load_scenario().modified(seed=101, actuator={"lag": lag, "reports_torque": False})
     assert judge(late, draws=1).settled > 1.5  # 0.45 and 0.33 where it stays
     controller = make_controller(late, "adaptive")

@@ -51,15 +51,15 @@ def test_a_loop_that_rings_is_noticed_after_three_half_cycles():
     assert first_rings(0.5 * PEAK * SINE) == pytest.approx(1.5 / 9.0, abs=PERIOD)
 
 
-def test_the_smaller_the_error_the_longer_it_takes():
+def test_the_smaller_the_error_the_later_ringing_is_noticed():
     assert first_rings(1.3 * TOGETHER / MOST * PEAK * SINE) > 6.0 * 0.5 / 9.0
 
 
-def test_one_whose_ringing_grows_too():
+def test_a_loop_whose_ringing_grows_is_noticed():
     assert first_rings(0.05 * PEAK * SINE * np.exp(5.0 * TIME)) is not None
 
 
-def test_so_is_one_whose_half_cycles_are_of_two_lengths():
+def test_ringing_with_half_cycles_of_two_lengths_is_noticed():
     assert first_rings(PEAK * np.repeat(np.tile([1.0, -1.0], 10), np.tile([3, 9], 10))) is not None
 
 
@@ -75,7 +75,7 @@ def test_so_is_one_whose_half_cycles_are_of_two_lengths():
         np.full(TIME.size, 1.0),
     ],
 )
-def test_another_error_is_none(error):
+def test_errors_of_other_shapes_are_no_ringing(error):
     assert first_rings(PEAK * error) is None
 
 
@@ -88,7 +88,7 @@ def test_longer_half_cycles_count_where_neither_friction_nor_a_load_makes_such_e
     assert first_rings(PEAK * np.sin(2.0 * np.pi * 1.0 * TIME), far=0.9 * PEAK) is None  # longer than it takes
 
 
-def test_how_far_friction_and_loads_bring_a_joint():
+def test_the_far_error_is_torque_over_gain_and_infinite_behind_an_outer_loop():
     assert far_error(100.0, 1000.0, 0.0) == pytest.approx(0.1)
     assert far_error(100.0, 1000.0, 1e-9) == math.inf  # where an outer loop asks for it, it may be that
 
@@ -101,14 +101,14 @@ def test_where_a_drive_has_seemed_to_saturate_far_errors_are_not_small_beside_th
     assert loudest(PEAK, 10.0 * PEAK) == PEAK
 
 
-def test_neither_is_noise_nor_what_is_within_it():
+def test_noise_and_errors_within_it_are_no_ringing():
     assert first_rings(0.5 * PEAK * SINE, variance=(0.1 * PEAK) ** 2) is None
     noise = np.random.default_rng(101).normal(0.0, PEAK, 100_000)
     assert first_rings(noise, variance=PEAK**2) is None
 
 
 @pytest.mark.parametrize(("correction", "left"), [(0.0, -0.3), (0.1, -0.1), (-0.1, -0.1), (0.2, 0.0), (-0.3, 0.0)])
-def test_an_error_that_an_outer_loop_asks_for_is_none_of_the_observer(correction, left):
+def test_twice_the_correction_of_an_outer_loop_is_left_out_of_the_error(correction, left):
     assert beside_correction(-0.3, correction) == pytest.approx(left)
 
 
@@ -121,21 +121,21 @@ def effect_after(error, *, gain=1.0, turns=False, falls=False, begin=None):
     return effect
 
 
-def test_an_observer_that_is_blamed_is_out_of_use_until_friction_is_found_to_fall():
+def test_ringing_switches_the_observer_off_until_friction_is_found_to_fall():
     blamed = effect_after(PEAK * SINE)
     assert (blamed.share, blamed.ceiling, blamed.ringing.blamed) == (0.0, 0.0, True)
     excused = effect_after(PEAK * SINE, falls=True, begin=blamed)
     assert (excused.share, excused.ceiling, excused.ringing.blamed) == (1.0, 1.0, False)
 
 
-def test_it_does_not_come_back_by_itself():
+def test_an_observer_that_was_off_for_ringing_does_not_come_back_by_itself():
     effect = effect_after(PEAK * SINE)
     for _ in range(10_000):
         effect = advance_effect(effect, 0.0, 0.1, 0.0, 0.0, PEAK, 0.0, True, PERIOD)
     assert (effect.share, effect.ceiling) == (0.0, 0.0)
 
 
-def test_an_observer_is_not_blamed_out_of_use_nor_for_half_cycles_of_several_motions_nor_for_friction():
+def test_an_observer_stays_on_if_unused_or_if_the_plan_reverses_between_half_cycles_or_friction_falls():
     assert effect_after(PEAK * SINE, gain=0.4).share == 1.0
     assert effect_after(PEAK * SINE, turns=True).share == 1.0
     assert effect_after(PEAK * SINE, falls=True).share == 1.0
@@ -144,7 +144,7 @@ def test_an_observer_is_not_blamed_out_of_use_nor_for_half_cycles_of_several_mot
 @pytest.mark.parametrize(
     ("late", "seed"), [({"lag": 0.013}, 104), ({"lag": 0.02}, 104), ({"lag": 0.03}, 103), ({"rate_limit": 2000.0}, 103)]
 )
-def test_a_drive_that_is_late_untold_makes_no_window_much_worse_than_pi(late, seed):
+def test_an_unspecified_lag_of_the_drive_makes_no_window_much_worse_than_pi(late, seed):
     """Without the rule the lags make windows 3.7, 16 and 6.9 times as bad, the limited rate 2.1 times."""
     late = load_scenario().modified(seed=seed, duration=20.0, actuator={**late, "reports_torque": False})
     judgement = judge(late, draws=1)
@@ -169,7 +169,7 @@ def test_a_joint_that_sticks_and_slips_by_itself_gets_its_observer_back():
 
 
 @pytest.mark.parametrize(("name", "value"), [("sign", 0.5), ("length", -1.0), ("sustained", -1)])
-def test_half_cycles_that_cannot_be_are_refused(name, value):
+def test_impossible_half_cycles_are_refused(name, value):
     controller = with_effect(f"ringing.{name}", value)
     with pytest.raises(ValueError, match=rf"state\.observer\.effect\.ringing\.{name} = {value} is not allowed"):
         controller.state_from_json(controller.state_to_json())

@@ -52,7 +52,7 @@ def test_a_gear_that_swings_is_noticed_within_a_few_half_cycles():
     assert first_rings(PEAK * SINE) <= (FEWEST + 3) * 0.5 / 60.0 / PERIOD
 
 
-def test_so_is_one_that_alternates_from_sample_to_sample_and_grows():
+def test_a_gear_whose_error_alternates_from_sample_to_sample_and_grows_is_noticed():
     assert first_rings(0.02 * PEAK * 1.3 ** np.arange(20) * np.tile([1.0, -1.0], 10)) is not None
 
 
@@ -66,22 +66,22 @@ def test_so_is_one_that_alternates_from_sample_to_sample_and_grows():
         np.full(TIME.size, 1.0),
     ],
 )
-def test_another_error_is_none(error):
+def test_errors_of_other_shapes_are_no_swift_ringing(error):
     assert first_rings(PEAK * error) is None
 
 
-def test_neither_is_what_is_little_beside_what_friction_makes_of_the_gain():
+def test_errors_far_smaller_than_friction_over_the_gain_are_no_swift_ringing():
     assert first_rings(PEAK * SINE, stuck_error=0.9 * PEAK / FELT) is not None
     assert first_rings(PEAK * SINE, stuck_error=1.1 * PEAK / FELT) is None
 
 
-def test_beside_noise_that_seems_coloured_only_what_goes_on_is():
+def test_beside_noise_that_seems_coloured_only_many_half_cycles_are_swift_ringing():
     noticed = first_rings(PEAK * SINE, coloured=True)
     assert noticed > (FEWEST_COLOURED - 1) * 0.5 / 60.0 / PERIOD
     assert noticed <= (FEWEST_COLOURED + 3) * 0.5 / 60.0 / PERIOD
 
 
-def test_nor_is_noise():
+def test_noise_is_no_swift_ringing():
     noise = np.random.default_rng(601).normal(0.0, PEAK, 100_000)
     assert first_rings(noise, variance=PEAK**2) is None
 
@@ -97,7 +97,7 @@ def rings_at_start(errors):
     return False
 
 
-def test_hardly_any_start_with_noise_is_either_although_its_variance_is_not_known():
+def test_hardly_any_start_with_noise_is_swift_ringing_although_its_variance_is_not_known():
     """Four times the least variance, instead of nine, took 8 of 1000; noise is as large as the plan here."""
     starts = np.random.default_rng(602).normal(0.0, PEAK, (300, TIME.size))
     assert sum(rings_at_start(errors) for errors in starts) <= 1
@@ -147,7 +147,7 @@ def looked_at(effect, error, beside=NO_NOISE):
     return effect
 
 
-def test_an_observer_that_shakes_a_gear_is_slowed_and_let_go_of_only_where_that_goes_on():
+def test_an_observer_that_shakes_a_gear_is_slowed_and_switched_off_only_where_that_goes_on():
     effect, begun = initial_effect(), 0
     while not effect.swift.blamed:
         effect, begun = looked_at(effect, PEAK * SINE[begun : begun + 1]), begun + 1
@@ -158,7 +158,7 @@ def test_an_observer_that_shakes_a_gear_is_slowed_and_let_go_of_only_where_that_
     assert (lasting.swift.blamed, lasting.share, lasting.ringing.blamed) == (True, 0.0, True)
 
 
-def test_beside_noise_that_seems_coloured_it_is_slowed_and_never_let_go_of():
+def test_beside_noise_that_seems_coloured_the_observer_is_slowed_and_never_switched_off():
     effect = looked_at(initial_effect(), PEAK * SINE, Background(0.0, True, 0.0))
     assert (effect.swift.blamed, effect.share, effect.ringing.blamed) == (True, 1.0, False)
 
