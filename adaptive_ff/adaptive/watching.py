@@ -1,7 +1,7 @@
-"""What observer and trust are told of a period that has ended, and what they make of it.
+"""Observer and trust after the period that has ended: their inputs from the state of the whole controller.
 
-Whether the joint may stick, how steeply its friction falls, whether the drive is believed and strains: what the
-observer goes by beside the motion itself, put together from the state of the whole controller.
+Beside the motion itself the observer needs to know whether the joint may stick, how steeply its friction falls, and
+whether the drive gives all torque, or far more than has ever moved the joint.
 """
 
 import math
@@ -31,30 +31,29 @@ from adaptive_ff.model.turning import is_held
 from controllers import Inputs, acting_torque, asked_torque, delayed
 
 STEEP = 5.0
-"""Fall of friction with the velocity, in gains of the feedback, from which the predicted error begins to mislead; at
+"""Fall of friction with the velocity, in proportional gains, from which on the predicted error begins to mislead; at
 twice that, it is not used."""
 
 RINGS = 2.0
-"""Fall, in gains of the feedback, from which on a joint sticks and slips by itself, whatever the drive's lag ...
+"""Fall of friction, in proportional gains, beyond which a joint sticks and slips by itself, with or without a lag ...
 
-With 1 a drive that lags by 50 ms keeps an observer that it cannot have.
+With 1 a drive that lags by 50 ms keeps an observer with which the loop rings.
 """
 
 KNOWN = 0.5
-"""... once so many memories of the estimator have been learnt.
+"""... and time that must have been learnt before, in memories of the estimator.
 
-With a whole one, one of 400 drawn joints has a window of 1.5 times PI's.
+With a whole one, one of 400 drawn joints has a window of 1.5 times PI's error.
 """
 
 FULL_TRUST = 0.95
-"""Trust from which on a model is blamed for the errors of a change only when the cause of the change is known."""
-
+"""Trust from which on errors after a change lower it only once the cause of the change is known."""
 
 FOLLOWS, FAST = 0.5, 0.1
-"""Error over the plan up to which a joint follows it, and least speed of a plan that tells, over its largest one."""
+"""Error over the plan up to which a joint follows it, and least speed of a plan that counts, over its largest one."""
 
 FADES = 60.0
-"""Time constant with which a torque with which the joint has followed is forgotten, s."""
+"""Time constant with which the largest torque with which the joint has followed is forgotten, s."""
 
 BRIDGED = 10.5
 """Longest time without a measurement that the observer bridges, in periods."""
@@ -93,7 +92,7 @@ def falls_by_itself(block: SupervisedParameters, state: SupervisedState) -> bool
 
 @register_jitable
 def holding_friction(state: SupervisedState) -> float:
-    """Return the friction at breakaway, N m: before it is learnt the integral tells how much holds a joint."""
+    """Return the friction at breakaway, N m, or the integral if larger: it shows what holds a joint before learning."""
     return max(breakaway(state.estimator), abs(state.feedback.integral))
 
 
@@ -101,7 +100,7 @@ def holding_friction(state: SupervisedState) -> float:
 def moved_torque(moved: float, torque: float, inputs: Inputs, peak: float, variance: float, duration: float) -> float:
     """Return the largest torque with which the joint has followed its plan, N m, after a period (s).
 
-    A plan that is slow beside its largest speed (rad/s) or the noise (rad^2/s^2) tells nothing.
+    A plan that is slow beside its largest speed (rad/s) or the noise (rad^2/s^2) does not count.
     """
     plan = abs(inputs.reference)
     if plan < FAST * peak or plan * plan < CLEAR * variance:
@@ -115,10 +114,18 @@ def moved_torque(moved: float, torque: float, inputs: Inputs, peak: float, varia
 def watch(
     block: SupervisedParameters, state: SupervisedState, inputs: Inputs, clear: bool, unfit: float, missing: bool
 ) -> tuple[ObserverState, TrustState, Bridge, float]:
-    """Return observer, trust, what is bridged and what has moved the joint (N m) after the period that has ended.
+    """Return observer, trust, bridge and the largest torque that has moved the joint (N m) after a period.
 
-    ``unfit`` is the share to which the model is, ``clear`` tells whether it may be learnt from, ``missing`` whether the
-    velocity is taken for not measured.
+    Parameters
+    ----------
+    block, state, inputs : SupervisedParameters, SupervisedState, Inputs
+        Parameters, state before the sample, and its inputs without what is doubted.
+    clear : bool
+        Whether the period may be learnt from.
+    unfit : float
+        Share to which the model does not fit (:func:`adaptive_ff.adaptive.supervision.observer.misfit`).
+    missing : bool
+        Whether the velocity counts as not measured.
     """
     feedback, observer, levels = block.feedback, state.observer, state.estimator.levels
     valid = math.isfinite(inputs.velocity) and not missing
@@ -188,9 +195,9 @@ def unobserved_error(
 ) -> float:
     """Return the error (rad/s) that there would be without the observer, from the one that there is.
 
-    What the observer takes away would else be missing where the lag is tuned by the error: a share of the error as
-    large as its gain is replaced by the predicted one. That leaves out how friction depends on the velocity, and
-    is no guide where friction falls more steeply than the feedback holds it.
+    The lag is tuned by the error, and what the observer takes away would be missing from it. So a share of the error as
+    large as the observer's gain is replaced by the predicted one. The prediction leaves out how friction depends on the
+    velocity, so it is not used where friction falls more steeply than the feedback can hold.
     """
     share = saturated(2.0 - identified_fall(state) / (STEEP * block.feedback.proportional))
     return error + share * state.observer.gain * (observer.response.velocity - error)

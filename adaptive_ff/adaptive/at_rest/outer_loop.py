@@ -1,22 +1,22 @@
-"""What an outer loop can tell of a joint at rest: no less than a count of its encoder.
+"""A joint at rest behind a position loop: errors within a count of the encoder are no errors.
 
-The planned position at rest is hardly ever a reading of the encoder, so the correction ``c`` is never zero, and the
-integral winds up on it until the joint moves by a count; the feedback kicks it back, and it begins again. How often,
-is left to the bristles: each kick is as large as that of the PI loop, but where the joint came to rest with less
-torque there are up to three times as many of them.
+**The integral.** The planned position at rest is hardly ever a reading of the encoder, so the correction ``c`` is never
+zero. The integral winds up on it until the joint moves by a count, the feedback kicks it back, and it begins again.
+Each kick is as large as that of the PI loop, but their number depends on the bristles: where the joint came to rest
+with less torque there are up to three times as many.
 
-At rest the correction changes by counts alone. The least change ``h`` (rad/s) that comes again and again, against a
-measured motion, is one count of the encoder. An error that is not larger is none that the encoder has seen: while the
-plan rests, the integral leaves ``max(-h, min(c, h))`` out. The joint then rests within a count and a half of the plan.
-A correction that changes by ever smaller steps, as one of a noisy position does, is left as it is, and so is one that
-the joint did not make: a joystick's.
+At rest the correction changes by counts alone. So the least change ``h`` (rad/s) that comes again and again, against a
+measured motion, is one count of the encoder, and the encoder cannot have seen a smaller error. While the plan rests,
+the integral leaves out ``max(-h, min(c, h))``. The joint then rests within a count and a half of the plan. A correction
+that changes by ever smaller steps, as one of a noisy position does, is left as it is; so is one that the joint did not
+make, such as a joystick's.
 
-A joint at rest on the edge between two readings goes to and fro between them. Made of the encoder, the measured
-velocity is a count in a period each time, however little the joint has moved, and the gain of the feedback makes a kick
-of it that throws the joint back over the edge; on bristles such kicks hold it there although the integral draws it
-away, for minutes. So a play as wide as ``h`` follows the correction at rest, and of a measured motion the feedback is
-shown what leaves it: nothing of a count there and back, all of a motion that goes on. For the first second at rest,
-while the joint settles and its bristles relax, the feedback is shown all of it.
+**The proportional part.** A joint at rest on the edge between two readings goes to and fro between them. A velocity
+made of the encoder is then a count in a period each time, however little the joint has moved. The proportional gain
+makes a kick of it that throws the joint back over the edge; on bristles such kicks hold it there for minutes, although
+the integral draws it away. So a play as wide as ``h`` follows the correction at rest, and the feedback sees only that
+part of a measured motion that leaves the play: nothing of a count there and back, all of a motion that goes on. For the
+first second at rest, while the joint settles and its bristles relax, the feedback sees all of it.
 """
 
 from typing import NamedTuple
@@ -35,12 +35,12 @@ SAME = 0.01
 SETTLED = 1.0
 """Time at rest from which on a count there and back is hidden, s.
 
-With none, a joint of 20 kg m^2 on bristles of 1e5 N m/rad that rests for 0.5 s between its moves tracked 1.2 to 1.6
+With 0 s a joint of 20 kg m^2 on bristles of 1e5 N m/rad that rests for 0.5 s between its moves would track 1.2 to 1.6
 times worse at 1 kHz (seeds 101 to 108, 1 to 5).
 """
 
 TINY = 1e-9
-"""A smaller change is one of the arithmetic, rad/s."""
+"""Change of the correction below which it is rounding, rad/s."""
 
 
 class OuterLoop(NamedTuple):

@@ -1,24 +1,24 @@
-"""What the integral winds up while the joint stands: it is friction, and is the feedforward's when the plan sets out.
+"""Wound-up integral of a joint at rest: it becomes friction of the feedforward when the plan sets out.
 
-At rest behind a position loop the integral winds up on what is left of the position, ``w = sum Ki c dt`` with the
-correction ``c``: until the joint breaks away, or up to there, ``+-Fs`` about the load, whichever way. A joint that
-stands holds all of it, so it tells nothing of the load. With the friction of the new direction on top of it when the
-plan sets out, the joint stays behind until the integral has unwound, where that has the wrong sign, and is thrown where
-it has the right one. PI alone keeps what it has wound up, which is breakaway in the direction of the next move where
-that is the other one and the joint has overshot its stop: of moves to and fro between rests of seconds the velocity
-error is then 1.5 to 3 times PI's.
-
-So what has been wound up goes on as friction ``f`` of the feedforward, to the share ``gamma`` to which that is fed,
+Behind a position loop the integral winds up at rest on what is left of the position error, ``w = sum Ki c dt`` with the
+correction ``c``: until the joint breaks away, or up to there, ``+-Fs`` about the load, in either direction. A joint
+that stands holds all of it, so ``w`` is friction and no load. When the plan sets out, it goes on as friction ``f`` of
+the feedforward, to the share ``gamma`` to which friction is fed:
 
     f <- min(max(f + w, -F), F),        I <- I - gamma (change of f)        when the plan sets out,
 
-and turns with it: the torque does not jump. Bent bristles are as far bent as that is of the friction at breakaway
-``F``. What integral and observer hold beyond ``w`` is the load. A load that comes at rest is one that the joint shows:
-while it stands with the torque ``U``, the load is within ``F`` of that, so ``w`` is never larger than this allows.
+with the friction ``F`` at breakaway. From then on it turns with the friction, and the torque does not jump. Bristles
+are bent by the share ``f/F`` then.
 
-To the loop what leaves the integral is a torque that is fed, with the other sign, so the trust in the friction is told
-(:mod:`adaptive_ff.adaptive.supervision.trust`); else it blames the friction where the integral has wound up the right
-way.
+- *Why*: friction of the new direction would be fed on top of ``w``. Where ``w`` has the wrong sign the joint would stay
+  behind until the integral has unwound; where it has the right one the joint would be thrown. PI alone keeps ``w``,
+  which is the breakaway torque of the next move if that goes the other way and the joint has overshot its stop. On
+  moves to and fro between rests of seconds the velocity error would be 1.5 to 3 times PI's.
+- *What integral and observer hold beyond* ``w`` is the load. A load that comes at rest shows as well: while the joint
+  stands with the torque ``U``, the load is within ``F`` of ``U``, so ``w`` is never larger than that allows.
+- *Trust*: for the loop, what leaves the integral is a fed torque of the other sign, and
+  :mod:`adaptive_ff.adaptive.supervision.trust` takes it into account. Otherwise trust would count it against the
+  friction where the integral has wound up in the right direction.
 """
 
 import math

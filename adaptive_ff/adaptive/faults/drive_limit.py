@@ -22,10 +22,11 @@ that is larger):
 - *Before anything is proven* the mean of ``R`` stands for ``R_p``, and half as much again is believed while the joint
   does not lag. Unless a model was given, friction and observed torque are each fed up to 1.25 times what the feedback
   has asked for itself. Where doubt grows full all the same, everything learnt is forgotten once the joint follows.
-- *Another chance.* After a long time of doubt the drive is believed again, after twice that time the next time, and so
-  on: what was proven may have been little, and the feedback alone never follows closely enough to prove more. With
-  friction fed again the joint follows, and is not doubted while it does. Otherwise no chance would last long enough to
-  prove anything; one of five hinges in MuJoCo (100 Hz, moves) would stay without compensation.
+- *Another chance.* After 60 integral times of motion with a drive that has seemed to saturate, the drive is believed
+  again; the next time after twice as long, and so on. For what was proven may have been little, and the feedback alone
+  never follows closely enough to prove more. With friction fed again the joint follows, and is not doubted while it
+  does. Otherwise no chance would last long enough to prove anything; one of five hinges in MuJoCo (100 Hz, moves) would
+  stay without compensation.
 - *After a long rest* a joint takes more torque to break loose. That proves nothing, but it is believed for a while.
 - *Friction that rises with the speed* raises ``R_p`` accordingly (``rising_resistance.py``).
 """

@@ -1,15 +1,17 @@
-"""Noise that a filter has made slow: what stays of it in means over a few samples.
+"""Coloured noise: noise of the measured velocity that a filter has made slow, found from means over a few samples.
 
-Of white noise of variance ``s^2`` a mean over ``n`` samples keeps ``s^2/n``; a Kalman filter behind an encoder makes
-noise that changes little from one sample to the next, and its means keep nearly all. So beside the noise from sample to
-sample (:mod:`adaptive_ff.adaptive.supervision.noise_level`) that of means is told, in the same way: by their second
-differences, and the slowly rising minimum of a short mean of these; before there is one, the mean so far. They are
-taken over a quarter of the time constant of the observer, which is what the observer sees. Noise is **coloured** where
+Of white noise of variance ``s^2`` a mean over ``n`` samples keeps ``s^2/n``. A Kalman filter behind an encoder makes
+noise that changes little from one sample to the next, and means keep nearly all of it. So the standard deviation ``v``
+of the noise of means is compared with ``s``, that of samples. The noise is **coloured** where
 
     n v^2 > (1.5 s)^2,    Kp v > 0.02 F
 
-with ``v`` the standard deviation of the means, ``s`` that of samples, and ``F`` the friction: motion changes slowly,
-too, but on joints whose sensor is good it is less than that when it is least.
+with the friction ``F`` at breakaway. The second condition leaves out joints with a good sensor, whose motion changes
+slowly as well, but less than that at its slowest.
+
+``v^2`` is found as ``s^2`` is in :mod:`adaptive_ff.adaptive.supervision.noise_level`: from the second differences of
+the means, as the slowly rising minimum of a short mean of their squares, or before there is one, as the mean so far.
+The means are over a quarter of the time constant of the observer, since that is what the observer sees.
 """
 
 from typing import NamedTuple
@@ -30,20 +32,20 @@ SPAN = 0.25
 """Length of the means, in time constants of the observer."""
 
 SLOW = 1.5
-"""How many times the standard deviation of samples that of means must be, as if each were of one sample of white noise.
+"""``sqrt(n) v/s`` beyond which noise is coloured.
 
 Sensors whose noise is white have 0.5 to 1, an encoder behind a Kalman filter 1.5 to 13.
 """
 
 FELT = 0.02
-"""What the feedback makes of the noise of means, over the friction, from which on it counts.
+"""Proportional torque of the noise of means, over the friction, beyond which it counts.
 
 Machines with sensors of little noise, whose motion alone changes slowly, have at most 0.008 (nine, and three behind a
 position loop, of seed 401).
 """
 
 EARLY = 0.05
-"""Time measured from which on it is told, s."""
+"""Time of measurement from which on noise may be coloured, s."""
 
 
 class Colour(NamedTuple):
@@ -54,19 +56,19 @@ class Colour(NamedTuple):
     total : float
         Sum of the errors since the last mean, rad/s.
     samples : int
-        How many these are.
+        Number of these errors.
     time : float
-        How long they lasted, s.
+        Time over which they came, s.
     last, before : float
         The last mean and the one before, rad/s.
     means : int
-        How many there have been, up to two.
+        Number of means so far, up to two.
     measured : float
-        For how long there have been second differences, s.
+        Time for which there have been second differences, s.
     squared : float
-        Short mean of their squares over six, rad^2/s^2.
+        Short mean of the squared second differences over six, rad^2/s^2.
     variance : float
-        Its slowly rising minimum, rad^2/s^2.
+        Slowly rising minimum of that, ``v^2``, rad^2/s^2.
     """
 
     total: float
@@ -89,13 +91,13 @@ def initial_colour() -> Colour:
 
 @register_jitable
 def mean_length(pole: float, period: float) -> int:
-    """Return over how many samples means are taken, for an observer's pole (rad/s) and a period (s)."""
+    """Return the number of samples of a mean, for an observer's pole (rad/s) and a period (s)."""
     return max(1, int(SPAN / (pole * period)))
 
 
 @register_jitable
 def advance_colour(state: Colour, error: float, tells: bool, length: int, duration: float) -> Colour:
-    """Take an error into account.
+    """Return the state after an error.
 
     Parameters
     ----------
@@ -104,26 +106,16 @@ def advance_colour(state: Colour, error: float, tells: bool, length: int, durati
     error : float
         Plan less measured velocity, rad/s.
     tells : bool
-        Whether the sample tells of noise, see :func:`adaptive_ff.adaptive.supervision.noise_level.advance_noise`; where
-        it does not the means begin anew.
+        Whether the sample shows noise, see :func:`adaptive_ff.adaptive.supervision.noise_level.advance_noise`; where it
+        does not the means begin anew.
     length : int
-        Over how many samples means are taken.
+        Number of samples of a mean.
     duration : float
         Length of the period, s.
     """
-    measured, squared, variance = state.measured, state.squared, state.variance
     if not tells:
-        return Colour(
-            total=0.0,
-            samples=0,
-            time=0.0,
-            last=0.0,
-            before=0.0,
-            means=0,
-            measured=measured,
-            squared=squared,
-            variance=variance,
-        )
+        return state._replace(total=0.0, samples=0, time=0.0, last=0.0, before=0.0, means=0)
+    measured, squared, variance = state.measured, state.squared, state.variance
     total, samples, time = state.total + error, state.samples + 1, state.time + duration
     last, before, means = state.last, state.before, state.means
     if samples >= length:

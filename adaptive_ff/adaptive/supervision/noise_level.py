@@ -6,7 +6,8 @@ to it now and then (reversals, jumps of friction), noise always: so the level is
 slowly to follow noise that grows (minimum statistics, R. Martin, "Noise power spectral density estimation based on
 optimal smoothing and minimum statistics", IEEE Trans. Speech and Audio Processing 9, 2001).
 
-What suddenly is 25 times that, and more than the plan itself, is no noise: a loop hunts from sample to sample.
+Where the short mean is suddenly 25 times that level, and more than the square of the plan's largest speed, it is no
+noise: the loop hunts from sample to sample.
 """
 
 import math
@@ -18,7 +19,7 @@ WINDOW = 0.3
 """Length of the short means, s."""
 
 SETTLING = 3.0
-"""Time for which must have been measured before the level is known, in lengths of the short means."""
+"""Time of measurement after which the level is known, in lengths of the short means."""
 
 RISE = 20.0
 """Time constant with which the minimum rises, s."""
@@ -27,20 +28,20 @@ SECOND_DIFFERENCE = 6.0
 """Variance of the second difference of white noise, in variances of the noise."""
 
 FIRST = 5.0
-"""Samples from which on the short mean tells of the noise at all; what is the least then is no lower for chance."""
+"""Number of samples from which on the short mean is used at all: with fewer its minimum would be too low by chance."""
 
 LUCK = 9.0
-"""Variance of the noise over the least of its means that chance is allowed before it is known.
+"""Variance that stands for that of the noise before it is known, over the least of its means so far.
 
-With four times the least, 3 to 8 of 1000 starts on nothing but noise were taken for swift ringing; with nine times it
-is one, and 13 where the loop is forty samples slow.
+With four times the least, 3 to 8 of 1000 starts on nothing but noise would be taken for swift ringing; with nine times
+it is one, and 13 where the loop is forty samples slow.
 """
 
 HUNTS = 25.0
-"""How many times the level of the noise the short mean is where a loop hunts.
+"""Short mean over the level of the noise, beyond which a loop hunts.
 
-It must be more than the plan's largest speed as well: with 0.3 of that joints on steep curves, which leap, are not
-tracked differently in the mean, with 0.1 worse.
+It must exceed the square of the plan's largest speed as well. With 0.3 of that speed joints on steep curves, which
+leap, are not tracked differently in the mean, with 0.1 worse.
 """
 
 
@@ -54,13 +55,13 @@ class NoiseState(NamedTuple):
     mean : float
         Short mean of the squared second difference over six, rad^2/s^2.
     measured : float
-        For how long there has been something to measure, s.
+        Time for which samples have shown noise, s.
     variance : float
         Variance of the measured velocity, rad^2/s^2: the slowly rising minimum.
     least : float
-        The least of the short mean so far, which begins at zero, over the share of it that is filled, rad^2/s^2.
+        Least value of the short mean so far, corrected for its beginning at zero (:func:`filled_mean`), rad^2/s^2.
     usual : float
-        Mean of the squared second difference over six, of all of the time and then of 20 s, rad^2/s^2.
+        Mean of the squared second difference over six, over all of the time and later over 20 s, rad^2/s^2.
     """
 
     last: float
@@ -79,13 +80,13 @@ def initial_noise() -> NoiseState:
 
 @register_jitable
 def noise_known(state: NoiseState) -> bool:
-    """Tell whether there has been enough to measure."""
+    """Tell whether the level of the noise is known: enough samples have shown it."""
     return state.measured > SETTLING * WINDOW
 
 
 @register_jitable
 def advance_noise(state: NoiseState, error: float, counts: bool, duration: float) -> NoiseState:
-    """Take an error (rad/s) into account.
+    """Return the state after an error.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def advance_noise(state: NoiseState, error: float, counts: bool, duration: float
     error : float
         Reference less measured velocity, rad/s.
     counts : bool
-        Whether the sample tells of noise: a joint at rest, or a sensor that repeats a value, does not.
+        Whether the sample shows noise: a joint at rest, or a sensor that repeats a value, does not.
     duration : float
         Time since the last sample, s.
     """
@@ -119,13 +120,13 @@ def advance_noise(state: NoiseState, error: float, counts: bool, duration: float
 
 @register_jitable
 def filled_mean(mean: float, measured: float) -> float:
-    """Return a short mean (rad^2/s^2) that began at zero a time ago (s) over the share of it that is filled."""
+    """Return a short mean (rad^2/s^2) that began at zero a time ago (s), corrected for that beginning."""
     return mean / -math.expm1(-measured / WINDOW)
 
 
 @register_jitable
 def likely_variance(state: NoiseState) -> float:
-    """Return the variance (rad^2/s^2) of the noise, or before it is known what there has been so far on average."""
+    """Return the variance (rad^2/s^2) of the noise, or the mean so far before it is known."""
     if noise_known(state):
         return state.variance
     return filled_mean(state.mean, state.measured) if state.measured > 0.0 else 0.0
@@ -133,13 +134,13 @@ def likely_variance(state: NoiseState) -> float:
 
 @register_jitable
 def sure_variance(state: NoiseState) -> float:
-    """Return the variance (rad^2/s^2) of the noise, or before it is known a multiple of the least there has been."""
+    """Return the variance (rad^2/s^2) of the noise, or nine times the least so far before it is known."""
     return state.variance if noise_known(state) else LUCK * state.least
 
 
 @register_jitable
 def least_deviation(state: NoiseState) -> float:
-    """Return the standard deviation (rad/s) of the noise, or before it is known of the least there has been so far."""
+    """Return the standard deviation (rad/s) of the noise, or that of the least so far before it is known."""
     return math.sqrt(state.variance if noise_known(state) else state.least)
 
 
@@ -151,7 +152,7 @@ def usual_deviation(state: NoiseState) -> float:
 
 @register_jitable
 def hunts(state: NoiseState, peak: float) -> bool:
-    """Tell whether what changes from sample to sample is no noise, but more than the largest speed of the plan (rad/s).
+    """Tell whether the loop hunts: changes from sample to sample exceed noise and the plan's largest speed (rad/s).
 
     Before the noise is known its least so far stands for it.
     """

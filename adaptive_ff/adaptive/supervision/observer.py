@@ -1,45 +1,49 @@
-"""Noise-gated observer of the torque that the feedforward leaves.
+"""Noise-gated disturbance observer: the torque that the feedforward lacks, fed back while it stands out of the noise.
 
-What moved the joint beyond what was fed forward, less what the change of the error took, is what the model misses:
+**The observer.** The residual is what moved the joint beyond what was fed forward, less what the change of the error
+took; a low-pass of it is the observed torque ``d``:
 
     res = u_act - u_fed - J_o ((w - w-) - (r - r-))/dt
     d(k) = d(k-1) + (1 - exp(-p dt)) (res - d(k-1))
 
 with the fed torque behind the drive's delay, torque and reference behind the low-pass of the measured velocity. Fed
-back with a gain, ``u = u_ff + g d + PI``, it is a disturbance observer around the feedforward (K. Ohnishi, M. Shibata,
-T. Murakami, "Motion control for advanced mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers within
-``1/p`` to what no identification can know yet: a start, a jump of friction, a load, a bristle that bends.
+back with a gain ``g``, ``u = u_ff + g d + PI``, it is a disturbance observer around the feedforward (K. Ohnishi,
+M. Shibata, T. Murakami, "Motion control for advanced mechatronics", IEEE/ASME Trans. Mechatronics 1, 1996). It answers
+within ``1/p`` to what no identification can know yet: a start, a jump of friction, a load, a bristle that bends.
 
-Its inertia ``J_o`` is the one ``J_n`` that the feedback was designed for, or the identified one ``J`` where that is
-smaller and the model fits, which the mean square ``<eps^2>`` (N^2 m^2) of what it leaves of the torque tells:
+**Its inertia** ``J_o`` is the one ``J_n`` that the feedback was designed for, or the identified one ``J`` where that is
+smaller and the model fits. How badly the model fits is ``q``, from the mean squared torque ``<eps^2>`` (N^2 m^2) that
+it leaves:
 
     J_o = J + q (J_n - J),    q = sat(<eps^2> / (4 (Kp s)^2) - 1)
 
-With half the load and the old inertia it would oscillate. But a Stribeck curve that falls steeply looks like a smaller
-inertia than there is, and with that the observer feeds back what accelerates the joint, which hunts. Where an inertia
-is given for the present configuration, ``J_o`` is in proportion to it: with that of the design a joint of six times as
-much oscillates behind a position loop, where PI alone does not.
+- With half the load and the old inertia the observer would oscillate.
+- But a Stribeck curve that falls steeply looks like a smaller inertia than there is. With that one the observer feeds
+  back what accelerates the joint, which hunts.
+- Where an inertia is given for the present configuration, ``J_o`` is in proportion to it. With that of the design, a
+  joint of six times as much oscillates behind a position loop, where PI alone does not.
 
-Where the feedforward leaves nothing, an observer feeds back noise. So ``g = min(g_d, max(g_r, g_e))``, gates that are
-open while the noise is not known:
+**Its gain.** Where the feedforward leaves nothing, an observer feeds back noise. So ``g = min(g_d, max(g_r, g_e))``,
+gates that are open while the noise is not known:
 
     g_d = sat(<d^2> / (4 * 2 s_d^2) - 1),   s_d^2 = a^2 2/(2 - a) (J s/T)^2,  a = 1 - exp(-p T)   (d against its noise)
     g_r = sat(<ehat^2> / (4 s_T^2) - 1),    s_T^2 = s^2 2 b/(2 - b),          b = Kp T/J          (error to come)
     g_e = sat(<e_f^2> / (4 s_e^2) - 1),     s_e^2 = s^2 a/(2 - a)                                 (error that there is)
 
-A velocity out of a filter has noise of another colour, of which ``s_T`` tells too little: in a fast loop behind a
-Kalman filter its square is a fifth of what the noise makes. So it is raised to the slowly rising minimum of
-``<ehat^2>``, at most to 2.5 times, and as far as the model fits, ``1 - q``; where it does not, the least of the error
-is not noise.
+- ``s`` is the standard deviation of the noise of the measured velocity, ``ehat = G(res)`` the error that the loop would
+  make of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which is held where ``d`` is. The
+  two errors differ while the estimates move, since what a new estimate feeds is taken out of the integral.
+- ``<.>`` is a mean over 0.3 s. Those of ``d`` and ``e_f`` are at once no less than a quarter of the present square
+  where ``d`` is a sudden change (:func:`tells_at_once`).
+- A velocity out of a filter has noise of another colour, and ``s_T`` is too small for it: in a fast loop behind a
+  Kalman filter its square is a fifth of what the noise makes. So its square is raised to the slowly rising minimum of
+  ``<ehat^2>``, at most to 2.5 times, and as far as the model fits, ``1 - q``. Where the model does not fit, the least
+  of the error is not noise.
+- Neither time nor age enters: the gate is open while there is something to gain.
 
-``<.>`` is a short mean; those of ``d`` and ``e_f`` are at once no less than a quarter of the present square where
-``d`` tells of a sudden change (:func:`tells_at_once`). ``s`` is the noise of the measured velocity, ``ehat = G(res)``
-the error that the loop would make of the residual, ``e_f`` the error behind a low-pass with the observer's pole, which
-is held where ``d`` is. The two errors differ while the estimates move, since what a new estimate feeds is taken out of
-the integral. No time and no age enters: the gate is open while there is something to gain.
-
-The pole is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the gains of
-the PI loop respect and the observer would not. By default it is at most 65 rad/s: a fast loop has no margin to spare.
+**Its pole** is at most ``Kp/J``: a faster observer destabilises joints with an elastic gear or backlash, which the
+gains of the PI loop respect and the observer would not. By default it is at most 65 rad/s, since a fast loop has no
+margin to spare.
 """
 
 import math
@@ -77,39 +81,39 @@ WINDOW = 0.3
 """Length of the short means, s."""
 
 LOUDER = 4.0
-"""How many times what noise explains a mean square must be for its gate to begin to open."""
+"""Mean square over what noise explains of it, from which on a gate begins to open; at twice that it is open."""
 
 STUCK = 0.2
-"""Velocity along the plan, as a share of it, below which a joint sticks or has not turned yet ..."""
+"""Velocity along the plan, over the plan, below which a joint sticks or has not turned yet ..."""
 
 CLEAR = 9.0
-"""... where the error is clear: its square, over the variance of the noise; before that is known, any error is."""
+"""... if the square of its error also exceeds this many variances of the noise (any error before that is known)."""
 
 OBSERVED_NOISE = 2.0
 """Factor on the variance that noise gives the observed torque: two measurements make a difference."""
 
 COLOURED = 2.5
-"""How many times that of white noise the level of the error to come may be: velocities come out of filters."""
+"""Largest factor on the noise level of the error to come: velocities come out of filters."""
 
 EXPLAINED = 2.0
 """Mean squared error that is taken for noise, over what noise explains of it."""
 
 
 MUCH, AT_ONCE = 0.3, 0.25
-"""Share of the friction from which on what is observed is used even where the observer does not help, and share of a
+"""Observed torque over the friction, from which on the observer is used even where it does not help; and share of a
 present square that counts beside a short mean.
 
-Of 112 joints behind Kalman filters 15 to 18 have a window above 1.2 times PI's error with any threshold of noise beside
-these; with 0 as the first (and such a threshold) 39, with 1 as the second 25. With 0 as the second a load that comes
-costs 0.8 of PI's error in its first second, not 0.5.
+Of 112 joints behind Kalman filters 15 to 18 have a window above 1.2 times PI's error, whatever threshold of noise is
+set beside these two. With 0 as the first (and such a threshold) it is 39, with 1 as the second 25. With 0 as the second
+a load that comes leaves 0.8 of PI's error in its first second, not 0.5.
 """
 
 
 SUDDEN = 0.15
-"""Share of the friction from which on what is observed may be a sudden change.
+"""Observed torque over the friction, beyond which it may be a sudden change.
 
-With 0.3 the first 5 s after a drop of friction have 0.303 of PI's error, with 0.15 0.283, without the rule 0.306 (seeds
-101 to 130).
+With 0.15 the first 5 s after a drop of friction leave 0.283 of PI's error, with 0.3 0.303, without the rule 0.306
+(seeds 101 to 130).
 """
 
 
@@ -179,7 +183,7 @@ def effect_after(
     known: Circumstances,
     duration: float,
 ) -> ObserverEffect:
-    """Return what is known of the effect of the observer after a period (s); nothing new while it is held."""
+    """Return the effect of the observer after a period (s); it is as before while the observed torque is held."""
     effect, gain = state.effect, state.gain
     if known.held:
         return effect
@@ -208,12 +212,12 @@ def short_mean(mean: float, square: float, weight: float, at_once: float) -> flo
 
 @register_jitable
 def tells_at_once(disturbance: float, one_way: float, coloured: bool, known: Circumstances) -> bool:
-    """Tell whether what is observed (N m) may be a sudden change: a gate opens within two samples then, not in five.
+    """Tell whether the observed torque may be a sudden change: then a gate opens within two samples, not in five.
 
-    Friction that turns too early or too late is observed as well, and only the error after a reversal tells by how much
-    (:mod:`adaptive_ff.adaptive.learning.lag_tuning`); an observer that takes it over leaves nothing to learn from. So
-    the plan has moved one way for longer than the short mean, and what is observed is much of a friction that is known.
-    With noise that changes slowly a large torque may be noise.
+    The plan must have moved one way for 0.3 s, and the torque must be more than 0.15 of a friction that is known. For
+    friction that is reversed too early or too late is observed as well, only the error after a reversal shows by how
+    much (:mod:`adaptive_ff.adaptive.learning.lag_tuning`), and an observer that takes it over leaves nothing to learn
+    from. Beside coloured noise a large torque may be noise.
 
     Parameters
     ----------
@@ -435,10 +439,10 @@ def observer_gain(
 
 @register_jitable
 def helping_share(state: ObserverState, friction: float) -> float:
-    """Return the share of its gain that the observer is used with beside slow noise or a steady oscillation.
+    """Return the share of its gain that the observer is used with beside coloured noise or in a steady oscillation.
 
-    Where it does not help that is less than one, unless what it observes is much of the friction (N m): a load. Of an
-    oscillation it may be what a sensor that ripples feigns.
+    Where it does not help the share is less than one, unless the observed torque is much of the friction (N m), as a
+    load is. In a steady oscillation even that does not count, since a sensor that ripples feigns any torque.
     """
     if state.effect.help >= 1.0 or steadily_oscillates(state.effect, state.noise.variance):
         return state.effect.help

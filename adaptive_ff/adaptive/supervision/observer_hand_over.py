@@ -9,11 +9,11 @@ from controllers import remember
 
 @register_jitable
 def take_up(state: ObserverState, integral: float, moves: bool) -> tuple[ObserverState, float]:
-    """Return the state, and what leaves the integral (N m), once a joint moves that the observer had let go of.
+    """Return the state, and what leaves the integral (N m), once a joint moves for which the observer was off.
 
-    Meanwhile the integral alone has grown to what sets the joint free. Friction that is learnt now would come on top of
-    it, for as long as the integral takes to unwind. The observer takes it instead, and gives back what is not needed
-    within its time constant; the torque does not jump.
+    While it was off, the integral alone has grown to the torque that sets the joint free. Friction that is learnt now
+    would come on top of it, for as long as the integral takes to unwind. So the observer takes that torque over, and
+    gives back what is not needed within its time constant. The torque does not jump.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class ObserverState(NamedTuple):
     away : float
         For how much longer it has been far away from its plan than near to it, s; zero at least.
     let_go : bool
-        Whether the observer has let go of the joint, and it has not been seen moving since.
+        Whether the observer was off because the joint did not answer to it, and the joint has not moved since.
     effect : ObserverEffect
         Whether the observer helps.
     colour : Colour
