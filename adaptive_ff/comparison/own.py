@@ -24,6 +24,9 @@ MODULE = "own_controller_"
 FOLDERS: set[Path] = set()
 """Folders that own controllers were loaded from."""
 
+NO_NAME = '/\\:*?"<>|'
+"""Characters that the name of a file cannot have on one system or another."""
+
 OFFERED = ("scenario", "proportional", "integral", "period", "inertia")
 """Arguments that a factory may take, by name; a single one of another name is given the scenario."""
 
@@ -289,7 +292,7 @@ def load_own(place: str) -> Any:
     sys.path.insert(0, str(folder))  # so that it may import what lies beside it
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a program that ends itself must not end this one without a word
         raise InputError(f"{path}: cannot be loaded: {type(error).__name__}: {error}") from error
     finally:
         sys.path.remove(str(folder))
@@ -323,19 +326,25 @@ def named_own(places: list[str]) -> dict[str, Own]:
 
 
 def check_own_names(own: Mapping[str, Own], taken: Mapping[str, Any]) -> None:
-    """Refuse an own controller that has the name of one of the package.
+    """Refuse an own controller whose name is one of the package, or cannot begin the name of a file.
 
     Raises
     ------
     InputError
-        A name is taken or empty.
+        A name is taken, or none of a file.
     TypeError
         They are not given by name.
     """
     check_kind("own", own, Mapping, "controllers by name, such as {'mine': Mine}")
     for name in own:
-        if name in taken or not name:
+        check_kind("own: a name", name, str, "a text")
+        if name in taken:
             raise InputError(f"own = {name!r} is not allowed: that is the name of a controller of this package")
+        if not name.strip(" .") or not name.isprintable() or any(mark in name for mark in NO_NAME):
+            raise InputError(
+                f"own = {name!r} is not allowed: it names files, so it must be printable, without any of "
+                f"{' '.join(NO_NAME)}, and not empty"
+            )
 
 
 def can_be_sent(own: Mapping[str, Own | None]) -> bool:

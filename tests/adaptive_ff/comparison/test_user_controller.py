@@ -296,6 +296,11 @@ def test_controller_is_loaded_from_a_file_on_the_command_line(source, tmp_path, 
         ("{}:Other", "there is no Other; there are Mine, make"),
         ("pi={}:Mine", "own = 'pi' is not allowed: that is the name of a controller of this package"),
         ("{}", "must be FILE.py:NAME"),
+        (
+            "../mine={}:Mine",
+            "own = '../mine' is not allowed: it names files, so it must be printable, without any of / ",
+        ),
+        ("={}:Mine", "own = '' is not allowed: it names files, so it must be "),
     ],
 )
 def test_bad_file_or_name_is_refused_on_the_command_line(source, tmp_path, place, said):
@@ -304,6 +309,16 @@ def test_bad_file_or_name_is_refused_on_the_command_line(source, tmp_path, place
     broken.write_text("import nowhere_to_be_found", encoding="utf-8")
     line = refusal("compare", "--own", f"{broken}:Mine", "--out", tmp_path / "out")
     assert "broken.py: cannot be loaded: ModuleNotFoundError: No module named 'nowhere_to_be_found'" in line
+    broken.write_text("raise SystemExit(3)", encoding="utf-8")
+    assert "broken.py: cannot be loaded: SystemExit: 3" in refusal("compare", "--own", f"{broken}:Mine")
+
+
+@pytest.mark.parametrize("name", ["..", "a/b", "a\\b", "a:b", "line\n", " "])
+def test_name_that_no_file_can_have_is_refused_before_anything_runs(name):
+    with pytest.raises(InputError, match=r"^own = .* is not allowed: it names files"):
+        compare(SHORT, own={name: lambda scenario: pytest.fail("it ran")})
+    with pytest.raises(TypeError, match=r"^own: a name = 3 is not allowed: it must be a text"):
+        compare(SHORT, own={3: None})
 
 
 def test_own_controllers_import_what_lies_beside_them_whatever_else_has_that_name(tmp_path):
