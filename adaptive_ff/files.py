@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from errno import ENOTDIR
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,14 @@ def _replace_whole(stage: Path, folder: Path) -> None:
         raise
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder where it is missing; an ``OSError`` says what stands in its way."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:  # true, but no help
+        raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), str(folder)) from error
+
+
 @contextmanager
 def staged(folder: Path, name: Path | None = None) -> Iterator[Path]:
     """Collect files in a temporary folder; move them to their place when all are there.
@@ -103,7 +112,7 @@ def staged(folder: Path, name: Path | None = None) -> Iterator[Path]:
     stage, made = None, []
     try:
         made = [part for part in (folder, *folder.parents) if not part.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         clear_left_behind(folder)
         stage = Path(tempfile.mkdtemp(prefix=f"{UNFINISHED}{_owner()}", dir=folder))
         yield stage

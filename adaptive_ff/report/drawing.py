@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from adaptive_ff import __version__
 from adaptive_ff.errors import InputError, checked_path
+from adaptive_ff.files import make_folder
 
 Series = NDArray[np.float64]
 Look = Mapping[str, Any]
@@ -152,7 +153,7 @@ def _plain(text: str) -> str:
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a picture, whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.unfinished")
     engine = figure.get_layout_engine()
     assert engine is not None

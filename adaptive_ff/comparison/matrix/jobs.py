@@ -92,7 +92,6 @@ def run_matrix(
     for count, (job, found) in enumerate(_run(missing, own, executor), start=len(jobs) - len(missing) + 1):
         results[job] |= found
         file = job.file(folder)
-        file.parent.mkdir(parents=True, exist_ok=True)
         fresh = {name: {"mark": marks[job][name], "figures": figures} for name, figures in found.items()}
         write_result(file, {"controllers": {**_read(file), **fresh}})
         if progress is not None:

@@ -157,6 +157,12 @@ def test_folder_that_cannot_be_written(scenario, refused, out):
     assert refused("compare", scenario, "--out", out).startswith(f"{out}: cannot be written: ")
 
 
+def test_file_in_the_place_of_a_folder_is_said_to_be_none(scenario, refused):
+    assert refused("compare", scenario, "--out", "out/pi.csv") == "out/pi.csv: cannot be written: Not a directory"
+    line = refused("compare", scenario, "--out", "new", "--json", "out/pi.csv/copy.json")
+    assert line == "out/pi.csv/copy.json: cannot be written: Not a directory"
+
+
 @pytest.mark.parametrize(
     ("json", "named"),
     [("out", "out"), ("new", "new"), (".", "."), ("scenario.toml/copy.json", "scenario.toml/copy.json")],

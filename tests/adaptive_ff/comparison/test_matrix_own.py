@@ -94,3 +94,9 @@ def test_command_line(short):
         assert (short / "out" / name).stat().st_size > 100
     assert "'nothing' is not known; there are paper_100hz" in refusal("matrix", "--only", "nothing")
     assert "--controller: 'nothing' is not known" in refusal("matrix", "--controller", "nothing")
+
+
+def test_file_in_the_place_of_the_folder_is_named(short):
+    asked = ("--controller", "pi", "--seeds", "1", "--own", f"{short / 'mine.py'}:Mine")
+    line = refusal("matrix", *asked, "--out", short / "mine.py")
+    assert line == f"adaptive-ff: {short / 'mine.py'}/runs/paper_100hz/own-1.json: cannot be written: Not a directory"
