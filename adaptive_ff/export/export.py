@@ -12,7 +12,7 @@ from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.functions import Function
 from adaptive_ff.export.leaves import Leaf, leaves
 from adaptive_ff.export.literals import DOUBLE, SINGLE
-from adaptive_ff.export.names import RESERVED
+from adaptive_ff.export.names import FILES, RESERVED
 from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
 from adaptive_ff.export.types import REAL, Array, Record, type_of
 from adaptive_ff.export.unit import Unit
@@ -56,6 +56,8 @@ class Export:
                 f"prefix = {prefix!r} is not allowed: it must be a C name of at most 31 lower-case letters, digits, _ "
                 "that begins with a letter and is no word of C or Python"
             )
+        if prefix in FILES:
+            raise NotExportable(f"prefix = {prefix!r} is not allowed: {prefix}.c or {prefix}.h is another file already")
         self.controller = controller
         self.prefix = prefix
         self.upper = prefix.upper()

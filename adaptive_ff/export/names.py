@@ -80,6 +80,41 @@ RESERVED = frozenset(
 )
 """Names that are taken in C, or in C++, which reads the header."""
 
+FILES = frozenset(
+    [
+        "main",
+        "assert",
+        "complex",
+        "ctype",
+        "errno",
+        "fenv",
+        "inttypes",
+        "iso646",
+        "limits",
+        "locale",
+        "math",
+        "setjmp",
+        "signal",
+        "stdalign",
+        "stdarg",
+        "stdatomic",
+        "stdbool",
+        "stddef",
+        "stdint",
+        "stdio",
+        "stdlib",
+        "stdnoreturn",
+        "string",
+        "tgmath",
+        "threads",
+        "time",
+        "uchar",
+        "wchar",
+        "wctype",
+    ]
+)
+"""Files that are there already: the example, and headers of C, in whose place a header of that name would be read."""
+
 
 def c_name(name: str) -> str:
     """Return a name that neither C nor C++ takes for something else."""

@@ -205,3 +205,11 @@ def test_only_controllers_with_kernels_can_be_exported():
 def test_a_prefix_must_be_a_name(prefix):
     with pytest.raises(NotExportable, match=r"prefix = .* begins with a letter and is no word of C"):
         Export(made("pi", SCENARIO), prefix)
+
+
+@pytest.mark.parametrize("prefix", ["main", "math", "stdint", "string"])
+def test_a_prefix_must_not_be_that_of_another_file(prefix):
+    with pytest.raises(
+        NotExportable, match=rf"^prefix = '{prefix}' is not allowed: {prefix}\.c or {prefix}\.h is anot"
+    ):
+        Export(made("pi", SCENARIO), prefix)
