@@ -14,6 +14,7 @@ from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.fixed import MOST
 from adaptive_ff.replay.following import motion_lead
 from adaptive_ff.replay.further_torque import FurtherTorque
+from adaptive_ff.replay.parts import has_reference
 from adaptive_ff.replay.settings import ReplaySettings
 from controllers import low_pass_lag
 
@@ -81,11 +82,12 @@ def usual_settings(
     Raises
     ------
     InputError
-        The reference stands still, the inertia is not known, or a setting is out of range.
+        Reference or joint stands still, the inertia is not known, or a setting is out of range.
     """
     log, period, largest = recorded.log, recorded.period, recorded.largest
     if largest == 0.0:
-        raise InputError(f"{log.name}: the reference stands still; it must move")
+        what = "reference" if has_reference(log) else "joint"
+        raise InputError(f"{log.name}: the {what} stands still; it must move")
     noise, is_position = recorded.noise(), log.position is not None
     usual: dict[str, Any] = {
         "inertia": 0.0 if model is None else model.inertia,

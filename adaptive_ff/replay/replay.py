@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.errors import InputError, sentence
+from adaptive_ff.errors import InputError, counted, sentence
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.logs.missing_values import lacking_column
@@ -104,6 +104,9 @@ def replay_log(
     check_log("log", log)
     check_names(given)
     _check_arguments(log, band, given.get("motion_lead"))
+    if log.time.size < SHORTEST:
+        few = counted(log.time.size, "sample")
+        raise InputError(f"{log.name}: the log has {few}; there must be at least {SHORTEST}")
     given_log = log
     log, said, jumps = look_through(given_log, linear=linear)
     pieces, skipped = usable_pieces(log, SHORTEST, jumps)

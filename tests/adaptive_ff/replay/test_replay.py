@@ -326,10 +326,16 @@ def test_log_without_a_joint_needs_an_inertia():
     found = replay_log(log, inertia=1.0)
     assert "fixed" not in found.left
     assert found.to_dict()["fixed"] is None
-    with pytest.raises(InputError, match="stands still"):
+    extra = {"reference_velocity": np.zeros(2000)}
+    with pytest.raises(InputError, match="late: the reference stands still; it must move"):
+        replay_log(replace(log, extra=extra), inertia=1.0)
+    with pytest.raises(InputError, match="still: the joint stands still; it must move"):
         replay_log(Log("still", time, log.torque, velocity=np.zeros(2000)), inertia=1.0)
     with pytest.raises(InputError, match="no piece of 10 samples"):
-        replay_log(Log("short", time[:9], time[:9], velocity=time[:9]), inertia=1.0)
+        replay_log(Log("torn", time[:99], np.where(np.arange(99) % 9, time[:99], np.nan), velocity=np.full(99, np.nan)))
+    for count in (0, 1, 9):
+        with pytest.raises(InputError, match=rf"short: the log has {count} samples?; there must be at least 10"):
+            replay_log(Log("short", time[:count], time[:count], velocity=time[:count]), inertia=1.0)
 
 
 def weighted(duration=40.0):
