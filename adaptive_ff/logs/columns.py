@@ -60,9 +60,9 @@ def column_names(path: Path) -> list[str]:
 
 
 def _listed(path: Path, names: Sequence[str]) -> str:
-    """Return names of columns, with shapes of arrays that hold several."""
+    """Return names of columns, with shapes of arrays that hold several; ``none`` where there are none."""
     shapes = read_content(path, ()).shapes
-    return ", ".join(name + (f" {shapes[name]}" if len(shapes.get(name, ())) > 1 else "") for name in names)
+    return ", ".join(name + (f" {shapes[name]}" if len(shapes.get(name, ())) > 1 else "") for name in names) or "none"
 
 
 def with_units(path: Path, columns: Mapping[str, str]) -> dict[str, str]:

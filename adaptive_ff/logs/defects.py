@@ -163,4 +163,4 @@ def check_varies(name: str, values: Array, pieces: Sequence[Piece], meaning: str
     low = min(float(values[start:stop].min()) for start, stop in pieces)
     high = max(float(values[start:stop].max()) for start, stop in pieces)
     if low == high:
-        raise InputError(f"{name} is {low:g} all over; {meaning}")
+        raise InputError(f"{name} is {low + 0.0:g} all over; {meaning}")  # -0 is 0

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.errors import InputError, check_kind, checked_path
+from adaptive_ff.errors import InputError, check_kind, checked_path, counted
 from adaptive_ff.logs.formats import Content, read_content
 from controllers.arrays import NDArray
 from controllers.checks import check_numbers
@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 
 PICKED = re.compile(r"(?P<name>.+)\[(?P<place>\d+)\]")
 """``NAME[3]``."""
+
+KINDS = {"U": "text", "S": "text", "c": "complex numbers"}
+"""What an array holds that numpy says of which kind; of others its own word for it."""
 
 KNOWN = "known torque"
 """Role of the column of a torque that is subtracted."""
@@ -245,7 +248,8 @@ def _common_size(file: Path, series: Mapping[str, Array], columns: Mapping[str, 
     for role, values in series.items():
         if values.size != size:
             raise InputError(
-                f"{file}: {columns[role]} has {values.size} samples, {columns['torque']} has {size}; they must be alike"
+                f"{file}: {columns[role]} has {counted(values.size, 'sample')}, {columns['torque']} has {size}; they "
+                "must be alike"
             )
     return int(size)
 
@@ -257,7 +261,8 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
         array = np.atleast_1d(np.squeeze(content.arrays[column]))
         if array.ndim != 1:
             raise InputError(
-                f"{file}: {column} has shape {content.shapes[column]}; to pick a series of it write {column}[0]"
+                f"{file}: {column} has shape {content.shapes[column]}; "
+                + (f"to pick a series of it write {column}[0]" if array.ndim == 2 else "it must have one axis or two")
             )
     elif match and match["name"] in content.arrays:
         table = content.arrays[match["name"]]
@@ -276,7 +281,8 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
             raise InputError(f"{file}: {column} holds months or years, which are no time in seconds")
         array = _seconds(array)
     if array.dtype.kind not in "iufb":
-        raise InputError(f"{file}: {column} holds {array.dtype}; it must hold numbers")
+        kind = KINDS.get(array.dtype.kind, str(array.dtype))
+        raise InputError(f"{file}: {column} holds {kind}; it must hold real numbers")
     values: Array = np.ascontiguousarray(array, dtype=np.float64)
     if values.size and not np.any(np.isfinite(values)):
         raise InputError(f"{file}: {column} holds no finite number")
@@ -294,5 +300,6 @@ def _seconds(array: NDArray[Any]) -> Array:
 
 
 def _listed(content: Content) -> str:
-    """Return the names of all columns, with shapes of arrays that hold several."""
-    return ", ".join(name + (f" {shape}" if len(shape) > 1 else "") for name, shape in content.shapes.items())
+    """Return the names of all columns, with shapes of arrays that hold several; ``none`` where there are none."""
+    listed = (name + (f" {shape}" if len(shape) > 1 else "") for name, shape in content.shapes.items())
+    return ", ".join(listed) or "none"

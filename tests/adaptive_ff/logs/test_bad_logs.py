@@ -73,6 +73,7 @@ def test_pieces_that_are_too_short_are_skipped_and_said():
             "log: the position scatters by 9.96e-07 rad (rms), no more than from one sample to the next: that is "
             "noise; it must move to be identified",
         ),
+        ({"position": np.full(15000, -0.0)}, "log: the position is 0 all over; it must move to be identified"),
         ({"torque": np.zeros(15000)}, "log: the torque is 0 all over; it must be that of the drive"),
         (
             {"torque": np.full(15000, np.nan)},

@@ -217,12 +217,16 @@ def test_series_of_floats_is_not_copied_but_taken(tmp_path, monkeypatch):
 GOOD = {"time": "t", "position": "q", "torque": "u"}
 
 REFUSED = [
-    ({**GOOD, "torque": "tau"}, "there is no column tau; there are t, q, u, all (7, 3), short, text"),
+    ({**GOOD, "torque": "tau"}, "there is no column tau; there are t, q, u, all (7, 3), short, text, phasor"),
     ({**GOOD, "torque": "all"}, "all has shape (7, 3); to pick a series of it write all[0]"),
     ({**GOOD, "torque": "all[3]"}, "all has shape (7, 3); all[3] must count one of its 3 series from 0"),
     ({**GOOD, "torque": "u[0]"}, "u is a single series: write u, not u[0]"),
     ({**GOOD, "torque": "short"}, "t has 7 samples, short has 3; they must be alike"),
-    ({**GOOD, "torque": "text"}, "text holds <U1; it must hold numbers"),
+    ({**GOOD, "torque": "text"}, "text holds text; it must hold real numbers"),
+    ({**GOOD, "torque": "phasor"}, "phasor holds complex numbers; it must hold real numbers"),
+    ({**GOOD, "torque": "one"}, "t has 7 samples, one has 1; they must be alike"),
+    ({**GOOD, "time": "one"}, "one has 1 sample, u has 7; they must be alike"),
+    ({**GOOD, "torque": "cube"}, "cube has shape (7, 2, 2); it must have one axis or two"),
     ({**GOOD, "velocity": "q"}, "a position or a velocity must be named, one of them"),
     ({**GOOD, "position": None}, "a position or a velocity must be named, one of them"),
     ({**GOOD, "period": 0.1}, "a column of time or a period must be given, one of them"),
@@ -237,7 +241,8 @@ REFUSED = [
 def test_wrong_choice_of_columns_is_refused_with_what_there_is(arguments, message, tmp_path):
     path = tmp_path / "log.npz"
     text = np.array(["a"] * 7)
-    np.savez(path, t=TIME, q=POSITION, u=TORQUE, all=TABLE, short=TORQUE[:3], text=text)
+    odd = {"phasor": 1j * TORQUE, "one": TORQUE[:1], "cube": np.zeros((7, 2, 2))}
+    np.savez(path, t=TIME, q=POSITION, u=TORQUE, all=TABLE, short=TORQUE[:3], text=text, **odd)
     with pytest.raises(InputError) as refused:
         read_log(path, **arguments)
     assert str(refused.value).startswith(f"{path}: ")

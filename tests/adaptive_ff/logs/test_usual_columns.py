@@ -1,8 +1,9 @@
 """Columns that are found by their usual names."""
 
+import numpy as np
 import pytest
 
-from adaptive_ff import InputError
+from adaptive_ff import InputError, read_log
 from adaptive_ff.logs.columns import usual_column
 
 
@@ -24,3 +25,11 @@ def test_usual_names_may_be_written_with_capitals_where_they_are_words(tmp_path,
     else:
         with pytest.raises(InputError, match="none is called time or t or timestamp"):
             usual_column(path, names, ["time"])
+
+
+def test_file_without_a_column_is_said_to_have_none(tmp_path):
+    np.savez(tmp_path / "log.npz")
+    with pytest.raises(InputError, match=r"--time must name a column, .*; there are none$"):
+        usual_column(tmp_path / "log.npz", [], ["time"])
+    with pytest.raises(InputError, match=r"there is no column u; there are none$"):
+        read_log(tmp_path / "log.npz", time="t", position="q", torque="u")
