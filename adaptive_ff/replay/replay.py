@@ -5,6 +5,8 @@ from typing import Any
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError, counted, sentence
+from adaptive_ff.identify.identification import check_delay
+from adaptive_ff.logs.bandwidth import check_bandwidth
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.logs.missing_values import lacking_column
@@ -113,6 +115,8 @@ def replay_log(
     if not pieces:
         raise InputError(f"{log.name}: no piece of {SHORTEST} samples is without defect{lacking_column(given_log)}")
     period = _sample_time(log)
+    _check_bands(band, bandwidth, period, log.time.size)
+    check_delay(given.get("torque_delay") or 0.0)
     saved = None
     if state is not None:
         settings, saved = state_from_json(state)
@@ -183,6 +187,15 @@ def _sample_time(log: Log) -> float:
         allowed = f"it must be from {SHORTEST_PERIOD:g} to {1.0 / SHORTEST_PERIOD:g}"
         raise InputError(f"{log.name}: the sample time is {period:.3g} s; {allowed}")
     return period
+
+
+def _check_bands(band: float, bandwidth: float | None, period: float, samples: int) -> None:
+    """Raise ``InputError`` for a band of which a log holds no cycle to judge, and for one that is none to fit in."""
+    if band * period * samples < 1.0:
+        least = f"it must be at least that of one cycle in the log, {1.0 / (period * samples):.3g} Hz"
+        raise InputError(f"band = {band:g} Hz is not allowed: {least}")
+    if bandwidth is not None:
+        check_bandwidth(bandwidth, period)
 
 
 def _run_tape(tape: Tape, parts: Iterable[Part], used: int, progress: Callable[[float], None] | None) -> None:

@@ -24,6 +24,9 @@ HOLD = 0.75
 101 on): with 3, as in a loop, lags stay near the first guess. Where a joint sticks for a tenth of the time, inertia and
 friction then are up to 1.2 % off."""
 
+NYQUIST = 0.5
+"""Largest corner of a loop or a filter, over the sampling frequency."""
+
 FARTHEST = 0.5
 """Longest time that the motion may be ahead of the reference, or behind it, s."""
 
@@ -87,10 +90,15 @@ class ReplaySettings:
     def __post_init__(self) -> None:
         for name, value in self.to_dict().items():
             check_setting(name, value)
-        for name in ("period", "inertia", "stribeck_velocity", "loop_bandwidth", "memory"):
+        for name in ("period", "inertia", "stribeck_velocity", "memory"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(f"{name} = {value:g} is not allowed: it must be positive")
+        for name in ("loop_bandwidth", "velocity_cutoff"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value * self.period <= NYQUIST:
+                most = f"half the sampling frequency, {NYQUIST / self.period:.4g} Hz"
+                raise InputError(f"{name} = {value:g} Hz is not allowed: it must be positive and at most {most}")
         for name in ("rest_speed", "start_path", "velocity_lag"):
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:
@@ -103,8 +111,6 @@ class ReplaySettings:
         if not abs(self.motion_lead) <= FARTHEST:
             allowed = f"it must be from {-FARTHEST:g} to {FARTHEST:g} s"
             raise InputError(f"motion_lead = {self.motion_lead:g} s is not allowed: {allowed}")
-        if self.velocity_cutoff is not None and not 0.0 < self.velocity_cutoff < math.inf:
-            raise InputError(f"velocity_cutoff = {self.velocity_cutoff:g} is not allowed: it must be positive")
         if self.identify not in IDENTIFIED:
             raise InputError(f"identify = {self.identify!r} is not allowed: it must be one of {', '.join(IDENTIFIED)}")
 
@@ -114,18 +120,21 @@ class ReplaySettings:
         return pi_gains(self.inertia, self.loop_bandwidth)
 
     def controller(self) -> UnsupervisedController:
-        """Return the controller, which knows nothing yet."""
-        controller = UnsupervisedController(
-            *self.gains,
-            self.period,
-            inertia=self.inertia,
-            stribeck_velocity=self.stribeck_velocity,
-            memory=self.memory,
-            parameters=IDENTIFIED[self.identify],
-            ripple_periods=self.ripple_periods,
-            velocity_lag=self.velocity_lag,
-            tunes_lag=False,
-        )
+        """Return the controller, which knows nothing yet; one that cannot work with the settings is refused."""
+        try:
+            controller = UnsupervisedController(
+                *self.gains,
+                self.period,
+                inertia=self.inertia,
+                stribeck_velocity=self.stribeck_velocity,
+                memory=self.memory,
+                parameters=IDENTIFIED[self.identify],
+                ripple_periods=self.ripple_periods,
+                velocity_lag=self.velocity_lag,
+                tunes_lag=False,
+            )
+        except ValueError as error:
+            raise InputError(str(error)) from error
         controller.parameters = of_watcher(controller.parameters)
         controller.reset()
         # A joint much faster than its plan ever was counts as a fault. One that feels its way into its first motion is

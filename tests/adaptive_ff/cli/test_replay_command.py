@@ -40,6 +40,15 @@ def result(tmp_path_factory):
     return folder, outcome
 
 
+@pytest.mark.parametrize(
+    ("option", "value"), [("--loop-bandwidth", "1e9"), ("--stribeck-velocity", "1e9"), ("--band", "1e-300")]
+)
+def test_values_that_no_machine_has_are_refused_in_a_line(tmp_path, option, value):
+    line = refusal("replay", write_log(tmp_path / "log.csv"), *OPTIONS, option, value, "--out", tmp_path / "out")
+    assert line.startswith(f"adaptive-ff: {option.removeprefix('--').replace('-', '_')} = ")
+    assert not (tmp_path / "out").exists()
+
+
 def test_degrees_of_a_reference_are_pointed_out(tmp_path):
     log = write_log(tmp_path / "log.csv")
     columns = ("--position", "q_deg", "--scale", "q_deg=pi/180", "--reference-position", "wanted_deg")
