@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adaptive_ff.errors import InputError
+
 Array = NDArray[np.float64]
 
 NAMES = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
@@ -99,9 +101,20 @@ def information(joint: AssumedJoint, velocity: Array, step: float) -> Array:
 
 
 def interval_sizes(found: Array) -> Array:
-    """Return the sizes of the intervals of the parameters, shape (m, 5), from information matrices, shape (m, 5, 5)."""
+    """Return the sizes of the intervals of the parameters, shape (m, 5), from information matrices, shape (m, 5, 5).
+
+    Raises
+    ------
+    InputError
+        One of them is nothing but zero.
+    """
     trace = np.trace(found, axis1=-2, axis2=-1)[..., None, None]
-    inverse = np.linalg.inv(found + SMALLEST * trace * np.eye(len(NAMES)))
+    try:
+        inverse = np.linalg.inv(found + SMALLEST * trace * np.eye(len(NAMES)))
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            "the motion is too small to show anything of the joint; allow a larger position, velocity or acceleration"
+        ) from error
     sizes: Array = np.sqrt(np.diagonal(inverse, axis1=-2, axis2=-1))
     return sizes
 

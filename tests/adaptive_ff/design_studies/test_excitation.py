@@ -176,6 +176,11 @@ def test_wrong_limits_are_refused(limits, arguments, said):
     assert said in str(refused.value)
 
 
+def test_motion_that_shows_nothing_is_refused():
+    with pytest.raises(InputError, match="the motion is too small to show anything of the joint"):
+        interval_sizes(np.zeros((1, len(NAMES), len(NAMES))))
+
+
 def test_wrong_series_are_refused():
     table = {"kind": "fourier", "period": 2.0, "cosines": [1.0], "sines": [1.0, 2.0]}
     with pytest.raises(InputError, match="sines has 2 values, cosines has 1; there must be as many"):
