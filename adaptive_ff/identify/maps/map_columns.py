@@ -132,7 +132,7 @@ def check_asked(asked: MapAsked, log: Log) -> None:
     if (asked.periods or asked.hats) and log.position is None:
         raise InputError(f"{log.name}: friction over position takes a position; the log is read with a velocity")
     if asked.load and KNOWN not in log.extra:
-        raise InputError(f"{log.name}: friction over load takes a known torque; name its column")
+        raise InputError(f"{log.name}: friction over load takes a known torque; name its column with --known-torque")
 
 
 def check_periods(asked: MapAsked, name: str, lowest: float, highest: float) -> None:

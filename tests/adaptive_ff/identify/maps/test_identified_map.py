@@ -129,7 +129,7 @@ def test_nothing_is_chosen_where_friction_depends_on_nothing(seed):
         ({"position_periods": (0.0,)}, "position_periods"),
         ({"position_hats": 1}, "position_hats = 1"),
         ({"position_hats": 41}, "at most 40"),
-        ({"load_friction": True}, "takes a known torque"),
+        ({"load_friction": True}, "takes a known torque; name its column with --known-torque"),
     ],
 )
 def test_what_cannot_be_is_refused(asked, message):
