@@ -60,6 +60,21 @@ def check_positive(**values: float) -> None:
             raise ValueError(f"{name} = {value} is not allowed: it must be positive and finite")
 
 
+MOST_PERIODS = 1000.0
+"""Longest lag of a measured velocity that is accepted, sampling periods: longer ones are milliseconds."""
+
+
+def check_velocity_lag(velocity_lag: float, period: float) -> None:
+    """Raise ``ValueError`` for a lag (s) not from 0 to ``MOST_PERIODS`` periods, ``TypeError`` for no number."""
+    check_numbers(velocity_lag=velocity_lag)
+    longest = MOST_PERIODS * period
+    if not 0.0 <= velocity_lag <= longest:
+        raise ValueError(
+            f"velocity_lag = {velocity_lag} s is not allowed: it must be from 0 to {longest:g} s, "
+            f"{MOST_PERIODS:g} sampling periods"
+        )
+
+
 def check_period(period: float) -> None:
     """Raise ``ValueError`` for a sampling period that is not positive and finite, ``TypeError`` for no number."""
     check_numbers(period=period)

@@ -21,7 +21,7 @@ from adaptive_ff.model.friction import FURTHER, TorqueModel, ripple_names
 from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity
 from adaptive_ff.regression.torque_form import TorqueForm
 from controllers import check_gains, check_positive
-from controllers.checks import check_numbers, checked_switch
+from controllers.checks import check_numbers, check_velocity_lag, checked_switch
 from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds
 
 GATE_SHARE = 0.2
@@ -139,10 +139,9 @@ def check_settings(given: Settings) -> None:
     check_positive(stribeck_shape=given.stribeck_shape, period=given.period)
     check_positive(filter_pole=filter_pole(given))
     check_positive(memory=estimator_memory(given))
-    velocity_lag, gear_ratio, torque_limit = given.velocity_lag, given.gear_ratio, given.torque_limit
-    check_numbers(velocity_lag=velocity_lag, gear_ratio=gear_ratio, torque_limit=torque_limit)
-    if not 0.0 <= velocity_lag < math.inf:
-        raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
+    check_velocity_lag(given.velocity_lag, given.period)
+    gear_ratio, torque_limit = given.gear_ratio, given.torque_limit
+    check_numbers(gear_ratio=gear_ratio, torque_limit=torque_limit)
     if not (math.isfinite(gear_ratio) and gear_ratio != 0.0):
         raise ValueError(f"gear_ratio = {gear_ratio} is not allowed: it must be finite and not zero")
     if not torque_limit > 0.0:

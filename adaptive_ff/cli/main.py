@@ -98,7 +98,10 @@ def main() -> None:
 
 
 def _explained(error: Exception) -> str | None:
-    """Return one line about a usage error (empty after help) or an own controller that fails; None for a defect."""
+    """Return one line about an error that is no defect of the program; None for a defect.
+
+    It is one of usage (empty after help), an own controller that fails, or numbers with which no equations are solved.
+    """
     message = getattr(error, "format_message", None)
     if message is not None:
         wrong_value = _wrong_value(error)
@@ -113,6 +116,8 @@ def _explained(error: Exception) -> str | None:
         if frame.f_globals.get("__name__", "").startswith(MODULE):
             place = f"{frame.f_code.co_filename}, line {line}, in {frame.f_code.co_name}"
             return f"{place}: {type(error).__name__}: {error}"
+    if type(error).__name__ == "LinAlgError":
+        return f"numbers are too large, too small or too much alike to compute with ({error})"
     return None
 
 

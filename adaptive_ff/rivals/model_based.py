@@ -39,7 +39,7 @@ from controllers import (
     with_reference,
     without_estimates,
 )
-from controllers.checks import check_numbers
+from controllers.checks import check_numbers, check_velocity_lag
 
 FIELDS = len(TorqueModel._fields)
 
@@ -229,9 +229,8 @@ class ModelBased(Controller):
     ) -> None:
         if not 0.0 <= held <= 1.0:
             raise ValueError(f"held = {held} is not allowed: it must be from 0 to 1")
-        if not 0.0 <= velocity_lag < math.inf:
-            raise ValueError(f"velocity_lag = {velocity_lag} s is not allowed: it must be zero or more and finite")
         feedback, assumed = check_gains(proportional, integral, period, delay), checked_model("model", model)
+        check_velocity_lag(velocity_lag, period)
         for place, (time, changed) in enumerate(changes):
             check_numbers(**{f"changes[{place}] time": time})
             checked_model(f"changes[{place}]", changed)

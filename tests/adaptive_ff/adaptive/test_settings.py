@@ -41,3 +41,11 @@ def test_a_constructor_hands_on_what_it_is_given(controller):
 
 def test_parameters_may_be_named_by_what_can_be_gone_through_once():
     assert UnsupervisedController(**NEEDED, parameters=iter(ESTIMATED)).estimate_names == ESTIMATED
+
+
+@pytest.mark.parametrize("lag", [-0.001, 20.0, float("inf"), float("nan")])
+def test_a_velocity_lag_in_milliseconds_is_refused(lag):
+    with pytest.raises(
+        ValueError, match=r"velocity_lag = .* s is not allowed: it must be from 0 to 10 s, 1000 sampling"
+    ):
+        UnsupervisedController(**NEEDED, velocity_lag=lag)

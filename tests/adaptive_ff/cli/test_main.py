@@ -187,6 +187,13 @@ def test_interrupt_ends_with_its_own_status_and_leaves_nothing(tmp_path, scenari
     assert content_of(tmp_path) == before
 
 
+def test_equations_that_have_no_solution_are_refused_in_one_line(tmp_path, scenario):
+    with patch("adaptive_ff.comparison.comparison.compare", lambda *_, **__: np.linalg.inv(np.zeros((2, 2)))):
+        line = refusal("compare", scenario, "--out", tmp_path / "out")
+    assert "numbers are too large, too small or too much alike to compute with (Singular matrix)" in line
+    assert not (tmp_path / "out").exists()
+
+
 def test_defect_of_the_program_is_not_taken_for_bad_input(tmp_path, scenario):
     with patch("adaptive_ff.comparison.comparison.compare", lambda *_, **__: 1 + None), pytest.raises(TypeError):
         run_command_line("compare", scenario, "--out", tmp_path / "out")
