@@ -137,6 +137,7 @@ class Expressions:
         assert kind is not None
         constant = "" if isinstance(kind, Array) else "const "
         self.scope.emit(f"{constant}{self.unit.declaration(kind, name)} = {value.content};")
+        self.scope.note_declaration(name)  # what it is passed to may be known at translation
         return name
 
     def _constant(self, node: ast.Constant) -> Value:
@@ -187,7 +188,10 @@ class Expressions:
             raise self.kernel.refusal(node, f"{ast.unparse(node.value)} has no field {node.attr}") from error
 
     def _subscript(self, node: ast.Subscript) -> Value:
-        owner = self.translate(node.value)
+        return self.element_of(node, self.translate(node.value))
+
+    def element_of(self, node: ast.Subscript, owner: Value) -> Value:
+        """Return the element that a subscript takes out of what stands before it."""
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         if any(isinstance(index, ast.Slice) for index in indices):
             raise self.kernel.refusal(node, f"{ast.unparse(node)} is a slice; write a loop over a range")

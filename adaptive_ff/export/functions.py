@@ -72,7 +72,8 @@ def translate_function(
         scope.declare(argument.arg)
     statements = Statements(Expressions(unit, scope), ResultNames(name))
     statements.body()
-    texts = [item for _, item in scope.lines if isinstance(item, str)] + [text for _, text in opening]
+    code = [item for _, item in scope.lines if isinstance(item, str) and not item.startswith("/*")]
+    texts = code + [text for _, text in opening]
     for argument in [*arguments.args, *arguments.kwonlyargs]:
         if not _uses(texts, c_name(argument.arg)):
             opening.append((1, f"(void){c_name(argument.arg)};"))

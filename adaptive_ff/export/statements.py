@@ -183,8 +183,8 @@ class Statements:
         """Assign to an element of an array."""
         if not isinstance(target, ast.Subscript):
             raise self.kernel.refusal(target, f"{ast.unparse(target)} cannot be assigned to; make a new NamedTuple")
-        place = self.expressions.translate(target)
         base = self.expressions.translate(target.value)
+        place = self.expressions.element_of(target, base)
         if not isinstance(base.type, Array):
             raise self.kernel.refusal(
                 target, f"{ast.unparse(target)} cannot be assigned to; only arrays change in place"
@@ -267,15 +267,15 @@ class Statements:
             if self._overlap(target, node):
                 values = [self._kept(item, value) for item, value in zip(node.elts, values, strict=True)]
         else:
-            values = self._items(node, len(target.elts))
+            values = self._items(node, self.expressions.translate(node), len(target.elts))
         for item, value in zip(target.elts, values, strict=True):
             if isinstance(item, ast.Name):
                 self._bind(item, value)
             else:
                 self._store(item, value)
 
-    def _items(self, node: ast.expr, count: int) -> list[Value]:
-        value = self.expressions.translate(node)
+    def _items(self, node: ast.expr, value: Value, count: int) -> list[Value]:
+        """Return the items of a value, of which there must be so many."""
         length = len(value.type.fields) if isinstance(value.type, Record) else 0
         length = value.type.length if isinstance(value.type, Line) else length
         if length != count:
@@ -316,17 +316,14 @@ class Statements:
         self.scope.emit(f"{place.text} {operator}= {value.text};")
 
     def _augmented_place(self, target: ast.expr) -> Value:
-        load = ast.parse(ast.unparse(target), mode="eval").body
-        for node in ast.walk(load):
-            ast.copy_location(node, target)
-        place = self.expressions.translate(load)
+        if isinstance(target, ast.Name):
+            return self.expressions.translate(target)
         if isinstance(target, ast.Subscript):
             base = self.expressions.translate(target.value)
+            place = self.expressions.element_of(target, base)
             if isinstance(base.type, Array):
                 self.scope.writes = True
                 return place
-        elif isinstance(target, ast.Name):
-            return place
         raise self.kernel.refusal(target, f"{ast.unparse(target)} cannot be assigned to; make a new NamedTuple")
 
     def _return(self, statement: ast.Return) -> None:
@@ -340,7 +337,7 @@ class Statements:
             return
         value = self.expressions.translate(node)
         if isinstance(value.type, Record) and value.type.origin is None:  # what another function returned
-            self._return_several(statement, self._items(node, len(value.type.fields)))
+            self._return_several(statement, self._items(node, value, len(value.type.fields)))
             return
         if value.type is None:
             raise self.kernel.refusal(statement, "a shape or a tuple of constants cannot be returned")

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from closed_loops import NAMES
-from exports import DELAYED, SCENARIO, SIZES, adaptive, adaptive_variants, made
+from exports import DELAYED, SCENARIO, SIZES, WARNINGS, adaptive, adaptive_variants, compiled, made, needs_gcc
 
 from adaptive_ff.comparison.own import Foreign
 from adaptive_ff.export.errors import NotExportable
@@ -19,8 +19,8 @@ from adaptive_ff.export.unit import Unit
 from controllers import STEPS
 
 
-def translated(text, tmp_path, monkeypatch, *arguments, name="kernel"):
-    """Translate a function of a module with the given text."""
+def translated(text, tmp_path, monkeypatch, *arguments, name="kernel", with_structs=False):
+    """Translate a function of a module with the given text; where asked for, after the structs that it needs."""
     module = f"made_{abs(hash(text))}"
     (tmp_path / f"{module}.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
@@ -29,7 +29,11 @@ def translated(text, tmp_path, monkeypatch, *arguments, name="kernel"):
     try:
         kinds = tuple(type_of(argument, "argument") for argument in arguments)
         unit = Unit(DOUBLE, "x")
-        return "\n".join(made.text for made in (unit.function(function, kinds), *unit.functions.values()))
+        whole = unit.function(function, kinds)
+        parts = (
+            (*unit.structs.values(), *unit.functions.values()) if with_structs else (whole, *unit.functions.values())
+        )
+        return "\n".join(part.text for part in parts)
     finally:
         sys.modules.pop(module)
 
@@ -162,6 +166,61 @@ def kernel(a, b):
     assert "{pair.y, pair.x}" in made.replace(".x = ", "").replace(".y = ", "")
     with pytest.raises(NotExportable, match="x is no named tuple"):
         translated("def kernel(x):\n    return x._replace(y=1.0)\n", tmp_path, monkeypatch, 0.5)
+
+
+PASSED_ON = """from typing import NamedTuple
+
+class Pair(NamedTuple):
+    x: float
+    y: float
+    shift: float
+    factor: float
+    rest: float
+
+def pair_of(x, y):
+    return Pair(x, y, 0.0, 1.0, 0.0)
+
+def swapped(pair):
+    return pair_of(pair.y, pair.x)
+
+def parts(pair, factor):
+    return factor * pair.x, pair
+
+def count(pair):
+    return 2
+
+def place(pair):
+    return 1 if pair.x > pair.y else 0
+
+"""
+
+
+@needs_gcc
+@pytest.mark.parametrize(
+    "body",
+    [
+        "    return parts(swapped(pair_of(a, rows[0, 0])), a)",
+        "    first, second = parts(swapped(pair_of(a, a)), a)\n    return first + second.y",
+        "    return a * count(swapped(pair_of(a, a)))",
+        "    if count(pair_of(a, a)) > 1:\n        a += 1.0\n    return a",
+        "    # the pair decides nothing\n    if count(pair_of(a, a)) > 1:\n        a += 1.0\n    return a",
+        "    rows[place(swapped(pair_of(a, 1.0)))][1] = a\n    return a",
+        "    rows[place(swapped(pair_of(a, 1.0)))][1] += a\n    return a",
+        "    rows[place(swapped(pair_of(a, 1.0)))][:] = a\n    return a",
+    ],
+)
+def test_a_record_that_is_passed_on_leaves_no_unused_variable(body, tmp_path, monkeypatch):
+    text = f"{PASSED_ON}def kernel(a, rows):\n{body}\n"
+    made = translated(text, tmp_path, monkeypatch, 0.5, np.zeros((2, 2)), with_structs=True)
+    (tmp_path / "kernel.c").write_text(f"#include <stdbool.h>\n#include <stdint.h>\n\n{made}")
+    compiled(tmp_path, ["kernel.c"], "-c", *WARNINGS, out="kernel.o")
+
+
+def test_each_call_of_a_kernel_is_made_once(tmp_path, monkeypatch):
+    for body in ("return parts(swapped(pair_of(a, a)), a)", "rows[place(swapped(pair_of(a, 1.0)))][1] = a"):
+        text = f"{PASSED_ON}def kernel(a, rows):\n    {body}\n"
+        made = translated(text, tmp_path, monkeypatch, 0.5, np.zeros((2, 2)), with_structs=True)
+        assert made.count("= swapped(") == 1
 
 
 def test_an_index_outside_of_an_array_is_refused(tmp_path, monkeypatch):
