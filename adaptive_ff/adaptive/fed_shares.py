@@ -15,7 +15,7 @@ from adaptive_ff.adaptive.learning.unexplained import breakaway
 from adaptive_ff.adaptive.sensing import Sensed
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.supervision.balance import Balance, balanced_share
-from adaptive_ff.adaptive.supervision.observer import helping_share, observer_gain
+from adaptive_ff.adaptive.supervision.observer_gates import helping_share, observer_gain
 from adaptive_ff.adaptive.supervision.observer_state import ObserverState
 from adaptive_ff.adaptive.supervision.trust import TrustState, caution, soft_bound
 from adaptive_ff.adaptive.watching import holding_friction

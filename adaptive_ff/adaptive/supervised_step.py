@@ -41,7 +41,7 @@ from adaptive_ff.adaptive.share_out import passing_torque, share_out
 from adaptive_ff.adaptive.step import end_period_in_place, learn_and_feed_in_place, write_adaptive
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.supervision.balance import Balance, advance_balance, initial_balance
-from adaptive_ff.adaptive.supervision.observer import misfit
+from adaptive_ff.adaptive.supervision.observer_gates import misfit
 from adaptive_ff.adaptive.supervision.observer_state import initial_observer
 from adaptive_ff.adaptive.supervision.one_way import left_over, note_one_way_in_place
 from adaptive_ff.adaptive.supervision.trust import initial_trust, with_friction

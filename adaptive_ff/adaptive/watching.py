@@ -16,13 +16,8 @@ from adaptive_ff.adaptive.learning.unexplained import breakaway
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.supervision.circumstances import Circumstances, strains
 from adaptive_ff.adaptive.supervision.noise_level import likely_variance
-from adaptive_ff.adaptive.supervision.observer import (
-    CLEAR,
-    bridged_torque,
-    error_beyond_noise,
-    observe,
-    observed_inertia,
-)
+from adaptive_ff.adaptive.supervision.observer import CLEAR, bridged_torque, observe
+from adaptive_ff.adaptive.supervision.observer_gates import error_beyond_noise, observed_inertia
 from adaptive_ff.adaptive.supervision.observer_state import ObserverState, start_observer
 from adaptive_ff.adaptive.supervision.trust import TrustState, advance_trust
 from adaptive_ff.estimation.shares import saturated
@@ -123,7 +118,7 @@ def watch(
     clear : bool
         Whether the period may be learnt from.
     unfit : float
-        Share to which the model does not fit (:func:`adaptive_ff.adaptive.supervision.observer.misfit`).
+        Share to which the model does not fit (:func:`adaptive_ff.adaptive.supervision.observer_gates.misfit`).
     missing : bool
         Whether the velocity counts as not measured.
     """

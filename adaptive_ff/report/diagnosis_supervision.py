@@ -9,8 +9,8 @@ from adaptive_ff.adaptive.learning.change_detection import EITHER, FRICTION, LOA
 from adaptive_ff.adaptive.learning.unexplained import breakaway
 from adaptive_ff.adaptive.supervision.acquittal import ACQUITTED, GUILTY, TRIED
 from adaptive_ff.adaptive.supervision.noise_level import noise_known
-from adaptive_ff.adaptive.supervision.observer import helping_share
 from adaptive_ff.adaptive.supervision.observer_effect import steadily_oscillates
+from adaptive_ff.adaptive.supervision.observer_gates import helping_share
 from adaptive_ff.adaptive.supervision.swift_ringing import SLOWED
 from adaptive_ff.adaptive.supervision.trust import MEMORY, MISSED, caution, soft_bound, trust_by_error
 from adaptive_ff.adaptive.watching import holding_friction

@@ -26,7 +26,7 @@ hunts, and the actual error is more than predicted:
     gamma <= sat(2 - S(gamma m)/(0.16^2 Sxx))
 
 with ``m`` the mean square of the actual error beyond what noise explains, times the misfit of the model
-(:mod:`adaptive_ff.adaptive.supervision.observer`). It is summed while the plan moves and no outer loop asks for a
+(:mod:`adaptive_ff.adaptive.supervision.observer_gates`). It is summed while the plan moves and no outer loop asks for a
 correction, once a memory of the estimator has been learnt. Where the friction that is fed leaves more than 0.16 of the
 error that all friction would make, the observer does better without it. The sum fades while little friction is fed, so
 that more of it is tried again.

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.supervision.observer import helping_share
 from adaptive_ff.adaptive.supervision.observer_effect import (
     FAR_WORSE,
     FORGIVES,
@@ -16,6 +15,7 @@ from adaptive_ff.adaptive.supervision.observer_effect import (
     demand_help,
     initial_effect,
 )
+from adaptive_ff.adaptive.supervision.observer_gates import helping_share
 from adaptive_ff.adaptive.supervision.observer_state import initial_observer
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
