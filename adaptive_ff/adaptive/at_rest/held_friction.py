@@ -1,18 +1,20 @@
-"""How much friction a joint at rest holds, as it shows by what the feedback asks for meanwhile.
+"""Friction fed forward at rest: the share of it that the joint holds, from the torque that the feedback adds meanwhile.
 
-Where the plan comes to rest most of the Coulomb friction ``Fc`` of the last direction stays fed forward, ``h``. A joint
-on bristles needs that: they stay bent. Other joints do not hold it. A constraint of a simulator, or a film of grease,
-lets a joint creep on along ``h``; behind a position loop the feedback then takes back what the feedforward holds, by
-``i``, and the next move starts from there. At rest the torque balances friction, so the joint has shown ``h + i``:
+Where the plan comes to rest most of the Coulomb friction ``Fc`` of the last direction would stay fed forward. The share
+``s`` of that does, ``h``. It follows from the torque ``i`` that the integral of the feedback has asked for since the
+plan came to rest:
 
     rho = <(h + i) h> / <h^2>                                         over a rest
-    s <- min(1, s sat(rho + 0.05, 0.7, 1.3))                          after it
+    s <- max(0.03, min(1, s sat(rho + 0.05, 0.7, 1.3)))               after it, for the next one
 
-``s`` is the share of what would be held that is held from the next rest on, at least 0.03. Without an outer loop, and
-on a joint that stands still, the feedback asks for nothing but noise, ``rho`` is about one, and all of it is held.
-
-On the roll axis of an arm in MuJoCo, whose Coulomb friction creeps, three quarters of the velocity error between moves
-was made by what was held.
+- *Why*: a joint on bristles needs ``h``, by which they stay bent. Other joints do not hold it. A constraint of a
+  simulator, or a film of grease, lets a joint creep on along ``h``; behind a position loop the feedback then takes back
+  what the feedforward holds, by ``i``, and the next move starts from there. At rest the torque balances friction, so
+  the friction that the joint holds is ``h + i``.
+- *Where all of it is held*: without an outer loop, and on a joint that stands still, the feedback asks for nothing but
+  noise, and ``rho`` is about one.
+- *Evidence*: on the roll axis of an arm in MuJoCo, whose Coulomb friction creeps, three quarters of the velocity error
+  between moves was made by what was held.
 """
 
 from typing import NamedTuple
@@ -25,17 +27,17 @@ from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest, rel
 from controllers import Inputs
 
 SPARE = 0.05
-"""Added to what a joint has shown: noise alone must not make less and less of it."""
+"""Added to ``rho``: noise alone must not make the share less and less."""
 
 LEAST_CHANGE, LARGEST_CHANGE = 0.7, 1.3
-"""Factors on the share by a single rest: a load that comes at rest is none of the joint's friction."""
+"""Range of the factor on the share after a single rest: a load that comes at rest is none of the joint's friction."""
 
 LEAST_SHARE = 0.03
-"""Share that is always held, so that a joint can show that it holds more."""
+"""Least share: with none held, a joint could not show that it holds more."""
 
 
 class HeldFriction(NamedTuple):
-    """What a joint at rest has shown.
+    """Share of the friction that is held at rest, and the sums of the present rest.
 
     Attributes
     ----------
@@ -54,7 +56,7 @@ class HeldFriction(NamedTuple):
 
 
 def initial_held_friction() -> HeldFriction:
-    """Return the state of a joint that is taken to hold its friction."""
+    """Return the state before the first rest, with the whole share."""
     return HeldFriction(1.0, 0.0, 0.0, 0.0)
 
 
@@ -62,7 +64,7 @@ def initial_held_friction() -> HeldFriction:
 def advance_held_friction(
     state: HeldFriction, friction: float, asked: float, rests: bool, duration: float
 ) -> HeldFriction:
-    """Take a period into account.
+    """Return the state after a period: at rest the sums grow, after a rest the share follows from them.
 
     Parameters
     ----------
@@ -90,7 +92,7 @@ def advance_held_friction(
 
 @register_jitable
 def friction_shown(block: Block, state: Block, inputs: Inputs, rests: bool) -> HeldFriction:
-    """Return what the joint has shown after a period of rest or not, with a measured velocity."""
+    """Return the share and the sums after a period, at rest or not, whose velocity was measured."""
     asked = block.feedback.integral * inputs.dt * (inputs.correction - inputs.velocity)
     friction = state.command.share * state.trust.trust * state.feedforward.friction
     return advance_held_friction(state.held_friction, friction, asked, rests, inputs.dt)
@@ -98,7 +100,7 @@ def friction_shown(block: Block, state: Block, inputs: Inputs, rests: bool) -> H
 
 @register_jitable
 def feedforward_at_rest(block: Block, state: Block, fed: Fed, inputs: Inputs) -> FeedforwardState:
-    """Return the state of the feedforward, which holds no more friction at rest than the joint has shown to hold."""
+    """Return the state of the feedforward, which at rest holds the share ``s`` of the friction."""
     share = state.held_friction.share
     if share >= 1.0 or not is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
         return fed.feedforward

@@ -16,10 +16,10 @@ from adaptive_ff.regression.torque_form import TorqueForm
 from controllers.arrays import MutableArray
 
 PRIOR = 6e-4
-"""Information at the start, in the same units."""
+"""Information on a parameter at the start, if its standard deviation is its unit; it goes with the inverse variance."""
 
 LAG_PRIOR = 20.0
-"""The same of the friction lag, times that of the others: without reversals it is not identifiable, and stays."""
+"""Factor on that of the friction lag: without reversals it is not identifiable, and stays."""
 
 
 class EstimatorParameters(NamedTuple):
@@ -50,7 +50,7 @@ class EstimatorParameters(NamedTuple):
     deviation : ndarray, shape (n,)
         Standard deviation of the first estimate.
     given : bool
-        Whether that is the estimate of a model, which no guess replaces.
+        Whether the first estimate is that of a model, which no guess replaces.
     candidates : ndarray, shape (v,)
         Stribeck velocities that are tried, rad/s, in ascending order; see ``adaptive.candidates``.
     presliding : ndarray, shape (d,)
@@ -58,12 +58,12 @@ class EstimatorParameters(NamedTuple):
     fit_scale : ndarray, shape (k + 1,)
         Units of the parameters of friction, and of the micro-damping, which the candidates alone fit.
     begin : float
-        The one to begin with, rad/s; that of the regression where there are none.
+        Stribeck velocity to begin with, rad/s; that of the regression where there are no candidates.
     friction_map : MapParameters
         Map of friction over position and load.
     rises : bool
-        Whether friction that rises from standstill on is taken for that at once, and whatever reversals there are: by
-        one that only watches.
+        Whether friction that rises from standstill on is taken for that at once, whatever reversals there are: in a
+        controller that only watches.
     """
 
     form: TorqueForm
@@ -119,7 +119,7 @@ class Scratch(NamedTuple):
     model_gradient, measured_gradient : ndarray, shape (n,)
         Scaled gradients of the predicted torque.
     ranges : ndarray, shape (n, 2)
-        Least and largest possible value of each parameter, with what the data say of friction.
+        Least and largest possible value of each parameter, those of friction narrowed by the data.
     """
 
     row: MutableArray
@@ -140,9 +140,9 @@ class EstimatorState(NamedTuple):
     levels : Levels
         Levels of error, torque and speed.
     surprise : Surprise
-        Short means that a change of friction is noticed from.
+        Means over the short window, by which a change of friction is detected.
     alarm : Alarm
-        Change that was noticed and has not been attributed yet.
+        Change that was noticed, and what it is attributed to.
     loads : ndarray, shape (m, 3)
         Filters of the regressors of known loads; see ``known_loads``.
     regressors : ndarray
@@ -184,14 +184,17 @@ def carries_loads(estimator: EstimatorParameters, state: "EstimatorState") -> bo
 
 
 def known_torque(first: NDArray[np.float64], loads: int) -> float:
-    """Return the torque (N m) that a model knows of: what is found must be able to be as large."""
+    """Return the torque of a given model, N m: ``max(Fc, Fs) + |offset|`` and the sum of the sizes of its known loads.
+
+    The largest torque so far, from which the ranges of the estimates follow, begins with it: it must not cut the model.
+    """
     size = first.size - loads
     constant = abs(first[OFFSET]) if size > OFFSET else 0.0
     return float(max(first[COULOMB], first[STICTION]) + constant + np.sum(np.abs(first[size:])))
 
 
 def initial_estimator_state(estimator: EstimatorParameters) -> EstimatorState:
-    """Return the state of an estimator that has seen nothing."""
+    """Return the state of an estimator before its first sample."""
     size, loads = estimator.first.size, load_count(estimator)
     friction = estimator.first[: size - loads]
     information = PRIOR * np.diag((estimator.scale / estimator.deviation) ** 2)
@@ -219,7 +222,7 @@ def with_levels(state: EstimatorState, levels: Levels, surprise: Surprise, alarm
 
 @register_jitable
 def lose_evidence_in_place(estimator: EstimatorParameters, state: EstimatorState) -> None:
-    """Leave nothing of the information but the prior's."""
+    """Set the information to the prior's, without the factor on that of the friction lag, and the agreement to zero."""
     information = state.recursion.information
     for i in range(information.shape[0]):
         state.agreement[i, 0] = 0.0
@@ -232,7 +235,10 @@ def lose_evidence_in_place(estimator: EstimatorParameters, state: EstimatorState
 
 @register_jitable
 def begin_anew_in_place(estimator: EstimatorParameters, state: EstimatorState) -> EstimatorState:
-    """Return the state with the first estimate, after motion that has told nothing of the joint; changed in place."""
+    """Return the state with the first estimate and its information, where the data so far are not those of the joint.
+
+    Levels but for the speed, short means and alarm begin anew as well; candidates and map stay. Changed in place.
+    """
     recursion = state.recursion
     for i in range(recursion.estimate.size):
         recursion.estimate[i] = estimator.first[i]
@@ -279,10 +285,11 @@ def form_in_use(estimator: EstimatorParameters, state: EstimatorState) -> Torque
 
 @register_jitable
 def lag_is_hidden(estimator: EstimatorParameters, state: EstimatorState, period: float) -> bool:
-    """Return whether the data tell nothing of the friction lag, as noise in a fast loop lets them.
+    """Return whether the data hold no information about the friction lag: ``<eps^2> T >= 2 m <z^2>``.
 
-    Its standard deviation is its unit or more then, were the other parameters known
-    (:mod:`adaptive_ff.adaptive.learning.uncertainty`).
+    ``<eps^2>`` is the mean squared prediction error, ``<z^2>`` that of the gradient of the lag, ``m`` the memory and
+    ``T`` the period. With the other parameters known, the standard deviation of the lag would then be its unit or more
+    (:mod:`adaptive_ff.adaptive.learning.uncertainty`). Noise in a fast loop hides the lag like that.
     """
     data = 2.0 * estimator.memory * state.agreement[FRICTION_LAG, 0]
     return state.levels.squared_error * period >= data  # type: ignore[no-any-return]

@@ -1,6 +1,18 @@
-"""What a change that was attributed makes the estimator forget, and take over at once.
+"""What the estimator forgets, and corrects at once, after a change that was attributed to friction or to a load.
 
-What is forgotten, and how, is told in :mod:`adaptive_ff.adaptive.learning.change_detection`.
+Along a direction ``d`` of the parameters the information ``M`` is reduced to ``known``, what the short window holds:
+
+    M  ->  M - (1 - known / d'M d) M d d'M / (d'M d)        where d'M d > known
+
+with ``m`` the length of the short window as a share of the memory:
+
+- *Friction*: ``d`` is the friction of the estimate, ``known = m <f^2>``. Friction is multiplied at once by the factor
+  ``1 + <e f>/<f^2>``, from 0.2 to 5. Where no offset is estimated every change is one of friction, without the factor.
+- *A load*: ``d`` is the offset, ``known = 0.01 m`` times the square of its unit over the torque scale. The mean error
+  ``<e>`` of the short window is corrected at once, and while the load settles offset and known loads alone are learnt.
+- *Either*: both are forgotten, the offset to ``m`` times that square.
+
+Why a change needs that, and how it is attributed, is in :mod:`adaptive_ff.adaptive.learning.change_detection`.
 """
 
 import math
@@ -16,13 +28,13 @@ from adaptive_ff.estimation.resetting import ResettingState
 from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET
 
 LEAST_FACTOR, LARGEST_FACTOR = 0.2, 5.0
-"""Range of the factor by which friction is taken to have changed at once."""
+"""Range of the factor by which friction is multiplied at once."""
 
 FIRST_ERRORS = 5.0
-"""Largest error, times the usual one, that is learnt from before a change is noticed."""
+"""Largest prediction error that is learnt from while no change is noticed, over the usual one."""
 
 SUDDEN = 0.01
-"""What is left of the information of the offset when a change was a load, times that of the short window.
+"""Information on the offset that is left after a load, over that of the short window.
 
 Gravity changes with the position, and not at once: with little left the offset takes all of a sudden load, so that
 nothing of a push that ends stays in gravity.
@@ -54,7 +66,7 @@ def release_in_place(
 
 @register_jitable
 def scale_estimate_in_place(estimate: NDArray[np.float64], factor: float, loads: int) -> None:
-    """Multiply all friction of an estimate by a factor, but for so many loads at the end."""
+    """Multiply all friction of an estimate by a factor; so many known loads at the end stay."""
     for i in range(estimate.size - loads):
         if COULOMB <= i < FRICTION_LAG or i > OFFSET:
             estimate[i] *= factor
@@ -62,7 +74,7 @@ def scale_estimate_in_place(estimate: NDArray[np.float64], factor: float, loads:
 
 @register_jitable
 def follow_friction_in_place(estimate: NDArray[np.float64], product: float, squared: float, loads: int) -> None:
-    """Scale friction, in place, by the factor that ``<e f>`` and ``<f^2>`` say, but for so many loads at the end."""
+    """Multiply friction by ``1 + <e f>/<f^2>``, from 0.2 to 5; so many known loads at the end stay."""
     if squared > 0.0:
         factor = min(max(1.0 + product / squared, LEAST_FACTOR), LARGEST_FACTOR)
         scale_estimate_in_place(estimate, factor, loads)
@@ -70,7 +82,7 @@ def follow_friction_in_place(estimate: NDArray[np.float64], product: float, squa
 
 @register_jitable
 def leave_to_loads_in_place(correction: NDArray[np.float64], loads: int) -> None:
-    """Keep of a correction that of the offset and of known loads, while a change that was a load settles.
+    """Set a correction to zero but for that of the offset and of known loads, while a load settles.
 
     What is left of the error is the load's then; inertia and friction would be made to explain its transients.
     """
@@ -94,8 +106,10 @@ def explain_in_place(correction: NDArray[np.float64], gradient: NDArray[np.float
 def error_to_learn(alarm: Alarm, followed: bool, surprise: Surprise, error: float, usual: float) -> float:
     """Return the prediction error that is learnt from, in units of the torque scale.
 
-    A load that has just been told is followed by all of it. The first errors of a change, before it is noticed, are cut
-    off; what they did to the estimates would stay.
+    - Where a change has just been attributed to a load it is the mean error ``<e>`` of the short window.
+    - While no change is noticed it is the error of the sample, limited to 5 times the usual one. It may be the first of
+      a change that will be noticed, and what such errors did to the estimates would stay.
+    - Otherwise it is the error of the sample.
 
     Parameters
     ----------
@@ -128,7 +142,7 @@ def forget_friction_in_place(
     work: NDArray[np.float64],
     loads: int = 0,
 ) -> None:
-    """Forget how large friction is, but for what the short window holds.
+    """Reduce the information on the size of friction to what the short window holds.
 
     Parameters
     ----------
@@ -160,7 +174,7 @@ def forget_offset_in_place(
     work: NDArray[np.float64],
     loads: int = 0,
 ) -> None:
-    """Forget the offset, but for what the short window holds.
+    """Reduce the information on the offset to what the short window holds.
 
     Arguments are those of :func:`forget_friction_in_place`, beside them the torque scale ``unit``, N m.
     """
@@ -175,7 +189,7 @@ def forget_offset_in_place(
 def forget_in_place(
     estimator: EstimatorParameters, recursion: ResettingState, mean: float, alarm: Alarm, share: float
 ) -> None:
-    """Forget, but for what the short window holds, what a sudden change is attributed to.
+    """Reduce the information on what a sudden change is attributed to: friction, the offset, or both.
 
     Parameters
     ----------

@@ -1,30 +1,34 @@
-"""Timing of the feedforward at reversals, tuned by the tracking error that they leave.
+"""Lag of the feedforward, tuned by the tracking error that reversals leave.
 
-At a reversal friction changes its sign, and what the feedforward misses of it is nearly all that is left of the error.
-The torque of a drive is held over a period, noise shakes the joint while it turns, a gear gives way: with the true
-friction lag the feedforward is a few milliseconds early or late. So the feedforward has a lag of its own, the one that
-leaves the least error. The identified one stays as it is.
-
-Near the best lag ``L`` the tracking error is ``e = s (L - lag) + noise`` with the slope
+The feedforward has a lag of its own beside the identified friction lag ``L_i``, which stays as it is. Near the lag
+``L`` that leaves the least tracking error, the error is ``e = s (L - lag) + noise`` with the slope
 
     s = G(z) du/dlag,    lag d(du/dlag)/dt + du/dlag = -df_ref/dt
 
 where ``df_ref/dt`` is the rate of the friction fed forward and ``G`` is what the loop of joint and PI makes of a
-torque, with the assumed inertia, held torques, the computation delay and the lag of the measured velocity. The slope
-comes from the reference alone, so noise does not bias the fit. Friction that depends on the velocity is left out of
-``G``, which makes the slope some 20 % too small and leaves the zero of the mean of ``s e`` where it is. Where an
-observer takes part of the error away, ``e`` is the error without it (``watching.unobserved_error``).
+torque, with the assumed inertia, held torques, the computation delay and the lag of the measured velocity. ``L`` is the
+least-squares fit over a fading memory, with the identified lag as prior, of the standard deviation ``d``:
 
-``L`` is the least-squares fit over a fading memory, an equation counting the more, the smaller the errors are around
-it, with the identified lag as prior, whose standard deviation is a share of the period. In a fast loop noise may hide
-the lag from the identification, which then wanders off, in minutes to 0.1 s on a joint without a lag; while the data
-tell nothing of it, the standard deviation is 3 ms.
+    L = (S(v s (e + s lag)) + L_i/d^2) / (S(v s^2) + 1/d^2),    lag = L + late
+    late = min(L_i, 10 ms) / (1 + N L_i^2/10)
 
-Until the errors have told something, the feedforward is late on purpose, by 10 ms at most. Before the first reversals
-the identified lag is a guess, and a joint whose friction is turned ``dt`` too early is thrown by ``2 Fc dt/J``; too
-late it sticks, and only the plan runs away, by ``dt`` times its acceleration.
+``S`` is a fading sum over the samples. The weight ``v`` of an equation is the larger, the smaller the errors are around
+it. ``N`` is the information about the lag so far, ``S(v s^2)`` without fading and with that of the first guess.
 
-It presumes that the torque of this controller moves the joint; a controller that only watches must not do it.
+- *Why a lag of its own*: at a reversal friction changes its sign, and what the feedforward misses of it is nearly all
+  that is left of the error. The torque of a drive is held over a period, noise shakes the joint while it turns, a gear
+  gives way: with the true friction lag the feedforward is a few milliseconds early or late.
+- *Bias*: the slope comes from the reference alone, so noise does not bias the fit. Friction that depends on the
+  velocity is left out of ``G``, which makes the slope some 20 % too small and leaves the zero of the mean of ``s e``
+  where it is. Where an observer takes part of the error away, ``e`` is the error without it
+  (``watching.unobserved_error``).
+- *Prior*: ``d`` is a share of the period. In a fast loop noise may hide the lag from the identification, which then
+  drifts, in minutes to 0.1 s on a joint without a lag. While the data hold no information about the lag, ``d`` is at
+  least 3 ms.
+- *Late on purpose*: until the errors hold information about the lag, the feedforward is late by up to 10 ms. Before the
+  first reversals the identified lag is a guess, and a joint whose friction is turned ``dt`` too early is thrown by
+  ``2 Fc dt/J``; too late it sticks, and only the plan runs away, by ``dt`` times its acceleration.
+- *Condition*: the torque of this controller moves the joint. A controller that only watches must not tune the lag.
 
 The idea of tuning by the error behind the loop's own response follows the sensitivity approach to adaptive
 feedforward, B. Widrow and E. Walach, "Adaptive Inverse Control" (Wiley, 2008), there as filtered-x.
@@ -39,29 +43,29 @@ from adaptive_ff.model.loop_response import LoopResponse, advance_loop_response
 from controllers import PIParameters, delay_line, delayed, remember
 
 PRIOR_DEVIATION = 0.3
-"""How far the best lag is expected from a lag that is known, in sampling periods, as a standard deviation."""
+"""Standard deviation ``d`` of the best lag from an identified one that the data hold information about, in periods."""
 
 HIDDEN_DEVIATION = 0.003
-"""The same, s, where the data tell nothing of the lag and the identified one is any: that of a loop of 100 Hz.
+"""Least value of ``d``, s, where the data hold no information about the lag: that of a loop of 100 Hz.
 
-With the standard deviation of the identified lag at every time, encoders of 4096 counts at 100 Hz and machines in
-cascades tracked better in the median, but on single references worse than PI.
+The identified lag may have any value then. With the standard deviation of the identified lag at every time, encoders of
+4096 counts at 100 Hz and machines in cascades tracked better in the median, but on single references worse than PI.
 """
 
 LATE = 0.010
-"""Time by which the feedforward is late on purpose at most, while no error has told of the lag, s ..."""
+"""Largest time by which the feedforward is late on purpose, before the errors hold information about the lag, s ..."""
 
-TOLD = 10.0
+HALVES = 10.0
 """... and the information about the lag that halves it, times the square of the identified lag."""
 
 LONGEST = 10.0
 """Longest memory of the fit, in memories of the estimator ..."""
 
 GROWTH = 0.5
-"""... and its length as a share of the time for which has been learnt: what was fitted to a bad model must go."""
+"""... and its length as a share of the time learnt: what was fitted to a bad model must go."""
 
 FIRST = 0.5
-"""Time for which must have been learnt before the fit begins, in memories of the estimator."""
+"""Time that must have been learnt before the fit begins, in memories of the estimator."""
 
 CLIP = 3.0
 """Errors are clipped at this many times their root mean square around reversals."""
@@ -116,11 +120,12 @@ class TimingState(NamedTuple):
         Mean sensitivity over a period, and torque of the feedback to it, the newest first, as far back as the drive
         may still apply them.
     evidence : Evidence
-        What the errors so far say of the lag.
+        Fading sums over the errors so far.
     lag : float
         Lag of the feedforward, s.
     seen : float
-        Information about the lag so far, 1/s^2: of the first guess, and of all errors, also of what was dropped since.
+        Information ``N`` about the lag so far, 1/s^2: of the first guess, and of all errors, also of what was dropped
+        since.
     """
 
     sensitivity: float
@@ -204,7 +209,11 @@ def advance_response(
 
 @register_jitable
 def learn_timing(state: TimingState, error: float, learnt: float, memory: float, duration: float) -> TimingState:
-    """Return the state with the tracking error at one sample taken into account.
+    """Return the state after the tracking error of a sample, which is added to the fading sums.
+
+    The weight of an equation is ``v = S(s^2) / max(S(s^2 e^2) - S(s^3 e)^2/S(s^4), S(s^2 e^2)/4)``, with sums that fade
+    with the memory of the estimator: the inverse of the mean squared error around reversals that the lag which suits
+    these errors best leaves, at least a quarter of theirs. An error is limited to 3 times its root mean square there.
 
     Parameters
     ----------
@@ -242,9 +251,11 @@ def learn_timing(state: TimingState, error: float, learnt: float, memory: float,
 
 @register_jitable
 def drop_stale_evidence(state: TimingState, identified: float, period: float, young: bool) -> TimingState:
-    """Return the state without what was fitted around an identified lag that has moved much since.
+    """Return the state with the sums begun anew, if the identified lag has moved much since they began.
 
-    Far from the best lag the error is not linear in it, so what was fitted there is misleading.
+    It has where ``|L_i - L_0| > 0.3 L_0 + T``, with the identified lag ``L_0`` when the sums began and the period
+    ``T``, while the estimator is young. Far from the best lag the error is not linear in it, so what was fitted there
+    is misleading. Until an error has been added, the sums begin anew at every sample.
 
     Parameters
     ----------
@@ -266,7 +277,7 @@ def drop_stale_evidence(state: TimingState, identified: float, period: float, yo
 
 @register_jitable
 def best_lag(state: TimingState, identified: float, largest: float, period: float, *, hidden: bool) -> float:
-    """Return the lag of the feedforward that the errors so far ask for, s.
+    """Return the least-squares lag ``L`` of the feedforward after the errors so far, from zero to the largest, s.
 
     Parameters
     ----------
@@ -277,7 +288,7 @@ def best_lag(state: TimingState, identified: float, largest: float, period: floa
     period : float
         Sampling period, s.
     hidden : bool
-        Whether the data tell nothing of the lag.
+        Whether the data hold no information about the lag.
     """
     deviation = max(PRIOR_DEVIATION * period, HIDDEN_DEVIATION if hidden else 0.0)
     prior = 1.0 / (deviation * deviation)
@@ -290,8 +301,11 @@ def best_lag(state: TimingState, identified: float, largest: float, period: floa
 
 @register_jitable
 def lateness(state: TimingState, identified: float) -> float:
-    """Return by how much the feedforward is late on purpose, s, while little tells of the identified lag, s."""
-    return min(identified, LATE) / (1.0 + state.seen * identified * identified / TOLD)
+    """Return by how much the feedforward is late on purpose, s: the less, the more is known of the lag.
+
+    It is ``min(L_i, 10 ms) / (1 + N L_i^2/10)`` for the identified lag ``L_i`` (s).
+    """
+    return min(identified, LATE) / (1.0 + state.seen * identified * identified / HALVES)
 
 
 @register_jitable
