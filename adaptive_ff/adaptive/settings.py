@@ -235,9 +235,11 @@ def observer_poles(block: AdaptiveParameters, inertia: float, bandwidth: float |
 
     The first is that of a joint that moves. By default it is the crossover, less where the drive is late, and at most
     :data:`FASTEST`. The second is that of a joint that stands before anything is learnt. It answers to no torque, so
-    a late drive costs that loop no phase: it is given back, and once more for what a torque that acts late loses.
-    With a delay of a period the first 5 s leave 0.41 of the error of PI without that, 0.32 where it is given back, and
-    0.26 as it is (scenario ``delay``, seeds 201 to 230).
+    a late drive costs that loop no phase: what it has taken of the pole is given back, and once more for what a torque
+    that acts late loses. With a delay of a period the first 5 s leave 0.41 of the error of PI without that, 0.32 where
+    it is given back once, and 0.26 as it is (scenario ``delay``, seeds 201 to 230). A pole at the crossover has lost
+    nothing and stays. If it were raised as well, of 1000 machines 23 and not 20 would have a window above 1.2 times the
+    error of PI.
     """
     crossover = block.feedback.proportional / inertia
     # a delay of d samples costs the observer's loop the phase that it costs the feedback once more
@@ -247,4 +249,5 @@ def observer_poles(block: AdaptiveParameters, inertia: float, bandwidth: float |
     else:
         check_positive(observer_bandwidth=bandwidth)
         pole = min(2.0 * math.pi * float(bandwidth), crossover)
-    return pole, min(pole * late * late, crossover * late, max(pole, FASTEST))
+    taken = min(late, crossover / pole)
+    return pole, min(pole * taken * taken, max(pole, FASTEST))
