@@ -11,6 +11,7 @@ from numba.extending import register_jitable
 from adaptive_ff.adaptive.faults.drive_limit import is_believed
 from adaptive_ff.adaptive.learning.candidate_state import slides
 from adaptive_ff.adaptive.learning.change_detection import UNDECIDED
+from adaptive_ff.adaptive.learning.estimator_state import may_guess
 from adaptive_ff.adaptive.learning.fed_model import inertia_ratio
 from adaptive_ff.adaptive.learning.unexplained import breakaway
 from adaptive_ff.adaptive.supervised_state import Bridge, SupervisedParameters, SupervisedState
@@ -133,7 +134,7 @@ def watch(
         if valid:
             asked = torque - delayed(state.known_torques, feedback.delay)
             # before anything is known, and with adaptation off, a new load is not among what was learnt
-            learnt = levels.learnt > 0.0 or block.estimator.given
+            learnt = not may_guess(block.estimator, state.estimator)
             strained = learnt and strains(asked, max(levels.torque, moved))
             moved = moved_torque(moved, asked, inputs, state.trust.peak, likely_variance(observer.noise), gap)
             known = Circumstances(

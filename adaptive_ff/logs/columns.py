@@ -49,20 +49,13 @@ def usual_column(path: Path, names: Sequence[str], roles: Sequence[str], ending:
                 return role, name if name in written else written[0]
     options = " or ".join(f"--{role}{ending}" for role in roles)
     usual = " or ".join(name for role in roles for name in USUAL[role])
-    raise InputError(
-        f"{path}: {options} must name a column, as none is called {usual}; there are {_listed(path, names)}"
-    )
+    there = read_content(path, ()).listed(names)
+    raise InputError(f"{path}: {options} must name a column, as none is called {usual}; there are {there}")
 
 
 def column_names(path: Path) -> list[str]:
     """Return the names of all arrays of a file."""
     return list(read_content(path, ()).shapes)
-
-
-def _listed(path: Path, names: Sequence[str]) -> str:
-    """Return names of columns, with shapes of arrays that hold several; ``none`` where there are none."""
-    shapes = read_content(path, ()).shapes
-    return ", ".join(name + (f" {shapes[name]}" if len(shapes.get(name, ())) > 1 else "") for name in names) or "none"
 
 
 def with_units(path: Path, columns: Mapping[str, str]) -> dict[str, str]:

@@ -33,6 +33,12 @@ class Content(NamedTuple):
     shapes: dict[str, tuple[int, ...]]
     arrays: dict[str, NDArray[Any]]
 
+    def listed(self, names: Collection[str] | None = None) -> str:
+        """Return names, by default of all arrays, with shapes of those that hold several; ``none`` for no names."""
+        chosen = self.shapes if names is None else names
+        shapes = {name: self.shapes.get(name, ()) for name in chosen}
+        return ", ".join(name + (f" {shape}" if len(shape) > 1 else "") for name, shape in shapes.items()) or "none"
+
 
 def read_content(path: Path, wanted: Collection[str]) -> Content:
     """Read named arrays from a file; its ending tells the format.

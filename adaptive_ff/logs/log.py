@@ -275,7 +275,7 @@ def _series(file: Path, content: Content, column: str, factor: float) -> Array:
             )
         array = table[:, place] if table.shape[1] == count else table[place]
     else:
-        raise InputError(f"{file}: there is no column {column}; there are {_listed(content)}")
+        raise InputError(f"{file}: there is no column {column}; there are {content.listed()}")
     if array.dtype.kind in "Mm":
         if array.dtype.kind == "m" and np.datetime_data(array.dtype)[0] in "YM":
             raise InputError(f"{file}: {column} holds months or years, which are no time in seconds")
@@ -297,9 +297,3 @@ def _seconds(array: NDArray[Any]) -> Array:
         begin = array[known][0] if array.dtype.kind == "M" else np.zeros((), array.dtype)
         seconds[known] = (array[known] - begin) / np.timedelta64(1, "s")
     return seconds
-
-
-def _listed(content: Content) -> str:
-    """Return the names of all columns, with shapes of arrays that hold several; ``none`` where there are none."""
-    listed = (name + (f" {shape}" if len(shape) > 1 else "") for name, shape in content.shapes.items())
-    return ", ".join(listed) or "none"

@@ -14,6 +14,19 @@ FEEDBACK = check_gains(*SCENARIO.feedback.gains, 0.01)
 INERTIA = SCENARIO.feedback.inertia
 OBSERVER = ObserverParameters(20.0, 20.0, INERTIA, 0.0, PERIOD)
 
+NOTHING_SPECIAL = Circumstances(
+    held=False,
+    peak=1.0,
+    strained=False,
+    falls=False,
+    believed=True,
+    saturates=False,
+    friction=0.0,
+    unforeseen=0.0,
+    learnt=True,
+)
+"""A joint that moves freely, of which something has been learnt."""
+
 
 def after(
     observer,
@@ -31,17 +44,7 @@ def after(
 ):
     """State after a period over which the drive gave a torque."""
     lacking = torque - state.fed[0]
-    known = Circumstances(
-        held,
-        peak,
-        strained,
-        falls=False,
-        believed=True,
-        saturates=False,
-        friction=0.0,
-        unforeseen=unforeseen,
-        learnt=learnt,
-    )
+    known = NOTHING_SPECIAL._replace(held=held, peak=peak, strained=strained, unforeseen=unforeseen, learnt=learnt)
     return observe(observer, state, FEEDBACK, lacking, INERTIA, reference, correction, velocity, duration, known)
 
 

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, begin, course_along, make, run_compiled
-from observed_joint import FEEDBACK, INERTIA, OBSERVER, PERIOD, after, observed
+from observed_joint import FEEDBACK, INERTIA, NOTHING_SPECIAL, OBSERVER, PERIOD, after, observed
 
-from adaptive_ff.adaptive.supervision.circumstances import Circumstances
 from adaptive_ff.adaptive.supervision.observer import observe
 from adaptive_ff.adaptive.supervision.observer_gates import (
     misfit,
@@ -73,10 +72,9 @@ def test_noise_out_of_a_filter_opens_no_gate_where_the_model_fits():
     )
     white, noise = 0.002 * np.random.default_rng(5).standard_normal(20000), 0.0
     state, gains = start_observer(initial_observer(feedback), 0.1, 0.1), []
-    known = Circumstances(False, 1.0, False, False, True, False, 0.0, 0.0, True)
     for value in white:
         noise += 0.8 * (value - noise)
-        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, 0.001, known)
+        state = observe(observer, state, feedback, 60.0, INERTIA, 0.1, 0.0, 0.1 + noise, 0.001, NOTHING_SPECIAL)
         gains.append([observer_gain(observer, state, feedback, INERTIA, unfit) for unfit in (0.0, 1.0)])
     fit, unfit = np.mean(gains[10000:], axis=0)
     assert unfit > 0.1
@@ -122,7 +120,7 @@ def test_a_load_step_opens_the_gates_within_three_samples(loaded):
 
 
 def known_friction(friction, held=False):
-    return Circumstances(held, 1.0, False, False, True, False, friction, 0.0, True)
+    return NOTHING_SPECIAL._replace(held=held, friction=friction)
 
 
 def test_what_is_large_beside_the_friction_tells_of_a_sudden_change():

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from observed_joint import NOTHING_SPECIAL
 
 from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.supervision.circumstances import Circumstances
 from adaptive_ff.adaptive.supervision.noise_level import (
     advance_noise,
     initial_noise,
@@ -169,17 +169,7 @@ def test_a_slower_observer_answers_later():
     paces = {}
     for blamed in (False, True):
         began = observer._replace(effect=observer.effect._replace(swift=without_half_cycles(blamed)))
-        known = Circumstances(
-            held=False,
-            peak=PEAK,
-            strained=False,
-            falls=False,
-            believed=True,
-            saturates=False,
-            friction=0.0,
-            unforeseen=0.0,
-            learnt=True,
-        )
+        known = NOTHING_SPECIAL._replace(peak=PEAK)
         after = observe(block.observer, began, block.feedback, 10.0, block.observer.inertia, 0.0, 0.0, 0.0, 0.01, known)
         paces[blamed] = after.disturbance
     assert paces[False] == pytest.approx(10.0 * -math.expm1(-0.01 * block.observer.pole))
