@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Scenario, export_controller
+from adaptive_ff.baselines.model_based import ModelBasedParameters
 from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.rivals.model_based import ModelBasedParameters
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_controller, start_position
 from controllers import Controller, PIParameters

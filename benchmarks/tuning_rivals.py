@@ -7,10 +7,10 @@ share of the crossover ``Kp/J``, and the friction lags of its features, in time 
 
 from typing import Any
 
+from adaptive_ff.baselines.canudas import CanudasController, CanudasMeasuredController
+from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
+from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.comparison.registry import Maker
-from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
-from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
-from adaptive_ff.rivals.paper import PaperController
 from adaptive_ff.scenario.scenario import Scenario
 
 MEMORIES = (0.3, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 20.0, 50.0, 100.0)

@@ -49,7 +49,7 @@ def test_adaptive_controller_loads_nothing_of_the_desk():
 
 def test_all_that_would_run_on_a_robot_loads_nothing_of_the_desk():
     modules = [name for room in contracts()["robot"]["source_modules"] for name in modules_in(room)]
-    assert "adaptive_ff.rivals.canudas" in modules
+    assert "adaptive_ff.baselines.canudas" in modules
     assert "controllers.observers.kalman_disturbance" in modules
     assert loaded_by(f"import {', '.join(modules)}", DESK) == []
 

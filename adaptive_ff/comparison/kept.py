@@ -9,7 +9,7 @@ from adaptive_ff.comparison.own import Own
 ROOT = Path(__file__).resolve().parent.parent.parent
 """Folder that the packages lie in."""
 
-ROOMS = ("model", "estimation", "regression", "adaptive", "rivals", "scenario", "simulation", "comparison")
+ROOMS = ("model", "estimation", "regression", "adaptive", "baselines", "scenario", "simulation", "comparison")
 SOURCES = (*(f"adaptive_ff/{room}/**/*.py" for room in ROOMS), "plant/**/*.py", "controllers/**/*.py")
 """Sources that results depend on."""
 

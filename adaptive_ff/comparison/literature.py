@@ -9,14 +9,14 @@ import math
 
 import numpy as np
 
+from adaptive_ff.baselines.friction_observer import FrictionObserver
+from adaptive_ff.baselines.learnt_feedforward import LearntFeedforward
+from adaptive_ff.baselines.lee_tomizuka import LeeTomizuka
+from adaptive_ff.baselines.lugre_gradient import LuGreGradient
+from adaptive_ff.baselines.lugre_observer import LuGreObserver
+from adaptive_ff.baselines.repetitive import Repetitive
 from adaptive_ff.comparison.fixed_models import SPREAD, STREAM, fixed_model
 from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
-from adaptive_ff.rivals.friction_observer import FrictionObserver
-from adaptive_ff.rivals.learnt_feedforward import LearntFeedforward
-from adaptive_ff.rivals.lee_tomizuka import LeeTomizuka
-from adaptive_ff.rivals.lugre_gradient import LuGreGradient
-from adaptive_ff.rivals.lugre_observer import LuGreObserver
-from adaptive_ff.rivals.repetitive import Repetitive
 from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model

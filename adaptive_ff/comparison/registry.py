@@ -6,6 +6,11 @@ from typing import Any
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.settings import FASTEST
+from adaptive_ff.baselines.canudas import CanudasController, CanudasMeasuredController
+from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
+from adaptive_ff.baselines.model_based import ModelBased
+from adaptive_ff.baselines.observed_model import ObservedModel
+from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
 from adaptive_ff.comparison.literature import (
     make_friction_observer,
@@ -23,11 +28,6 @@ from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.comparison.own_bandwidth import in_own_loop
 from adaptive_ff.errors import InputError
 from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, TorqueModel
-from adaptive_ff.rivals.canudas import CanudasController, CanudasMeasuredController
-from adaptive_ff.rivals.feedback_error import FeedbackErrorLearning
-from adaptive_ff.rivals.model_based import ModelBased
-from adaptive_ff.rivals.observed_model import ObservedModel
-from adaptive_ff.rivals.paper import PaperController
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
 from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
+from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.errors import InputError, counted, sentence
 from adaptive_ff.identify.identification import check_delay
 from adaptive_ff.logs.bandwidth import check_bandwidth
@@ -31,7 +32,6 @@ from adaptive_ff.replay.result import COLD, FIXED, NONE, SAVED, Replay
 from adaptive_ff.replay.runs import Runner, Tape
 from adaptive_ff.replay.settings import ReplaySettings, check_names
 from adaptive_ff.replay.state import carry_over, state_from_json
-from adaptive_ff.rivals.model_based import ModelBased
 from controllers import Controller
 
 BAND = 20.0

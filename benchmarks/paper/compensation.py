@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
+from adaptive_ff.baselines.model_based import ModelBased
+from adaptive_ff.baselines.paper import PaperController
 from adaptive_ff.identify.batch import Array
 from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.rivals.model_based import ModelBased
-from adaptive_ff.rivals.paper import PaperController
 from benchmarks.paper.experiment import Row
 from benchmarks.paper.identification_data import TRUE
 from benchmarks.paper.prediction import rms

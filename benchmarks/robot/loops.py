@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import JointGroup, TorqueModel
-from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.baselines.model_based import ModelBased
 from benchmarks.robot.machines import PHYSICS, STICTION, STRIBECK, Machine, gravity_of
 from benchmarks.robot.plans import Plan
 from controllers import PI, PositionLoop

@@ -21,10 +21,10 @@ from exports import (
 )
 
 from adaptive_ff import AdaptiveController, run_in_c
+from adaptive_ff.baselines.repetitive import Repetitive
 from adaptive_ff.errors import InputError
 from adaptive_ff.export import compiler as c_compiler
 from adaptive_ff.export.buffer import HEADER, state_from_bytes, state_to_bytes
-from adaptive_ff.rivals.repetitive import Repetitive
 from controllers import PI
 
 pytest.importorskip("cffi", reason="cffi is not installed")

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
+from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.model.feedforward import (
     BENT_FADING,
     FADING,
@@ -21,7 +22,6 @@ from adaptive_ff.model.feedforward import (
 )
 from adaptive_ff.model.friction import TorqueModel, directed_friction, model_friction
 from adaptive_ff.model.turning import STEEP, TOUCHED, TURNED, Turning, is_held, turning_of
-from adaptive_ff.rivals.model_based import ModelBased
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction
 

@@ -10,7 +10,7 @@ Two rivals, by their features along the plan; each has inertia, viscous friction
   by the same rule. Each bell is lagged, since friction follows the velocity late.
 
 Rule: normalised gradient on the feedback torque (M. Kawato's feedback-error learning, as in
-:mod:`adaptive_ff.rivals.feedback_error`). The feedback torque of a sample answers the features of the period before.
+:mod:`adaptive_ff.baselines.feedback_error`). The feedback torque of a sample answers the features of the period before.
 
     dw_i/dt = rate scale_i^2 phi_i u_fb / sum (scale_j phi_j)^2
 """
@@ -24,8 +24,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from adaptive_ff.baselines.refusal import was_refused
 from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
-from adaptive_ff.rivals.refusal import was_refused
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -26,9 +26,9 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.baselines.observed_model import ObservedModelState, aware_observer, initial_observed_model_state
 from adaptive_ff.model.feedforward import step_feedforward
 from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.rivals.observed_model import ObservedModelState, aware_observer, initial_observed_model_state
 from controllers import (
     ESTIMATES,
     STEPS,

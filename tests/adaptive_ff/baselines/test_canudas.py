@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from closed_loops import SCENARIO, course_along, drive, lay_course, make
 
+from adaptive_ff.baselines.canudas import (
+    INITIAL_COVARIANCE,
+    CanudasController,
+    CanudasMeasuredController,
+    friction_along,
+)
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.rivals.canudas import INITIAL_COVARIANCE, CanudasController, CanudasMeasuredController, friction_along
 
 GAINS = SCENARIO.feedback.gains
 PERIOD = 0.01

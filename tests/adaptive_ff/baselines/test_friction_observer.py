@@ -7,9 +7,9 @@ import pytest
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
+from adaptive_ff.baselines.friction_observer import FrictionObserver, PreslidingState, mobilised_share, step_presliding
 from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.rivals.friction_observer import FrictionObserver, PreslidingState, mobilised_share, step_presliding
 from controllers import PI
 from plant import ElastoPlasticJoint, Joint
 

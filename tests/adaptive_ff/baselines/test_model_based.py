@@ -5,7 +5,7 @@ import math
 import pytest
 
 from adaptive_ff import TorqueModel
-from adaptive_ff.rivals.model_based import ModelBased
+from adaptive_ff.baselines.model_based import ModelBased
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.rivals.lugre_gradient import COULOMB, NAMES, STICTION, STIFFNESS, LuGreGradient, bend_in_place
+from adaptive_ff.baselines.lugre_gradient import COULOMB, NAMES, STICTION, STIFFNESS, LuGreGradient, bend_in_place
 from controllers import PI
 from plant import Joint, LuGreJoint
 
