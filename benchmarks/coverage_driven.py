@@ -1,7 +1,7 @@
 """How honest the intervals of ``identify`` are where PI alone drives a joint: ``python -m benchmarks.coverage_driven``.
 
-Logs as a laboratory would record them, of the joints, sensors and loops of :mod:`benchmarks.other_joints`: nothing of
-the package's plant. Friction has a stiction that falls with the square of the speed, which the identified models have
+Logs as a laboratory would record them, of the joints, sensors and loops of ``other_joints``: nothing of the
+package's plant. Friction has a stiction that falls with the square of the speed, which the identified models have
 in another shape; the joint sticks at its reversals, for moments or for seconds; motion is not designed to identify
 anything. Recorded are the encoder's position, or the velocity of a tachometer, and the torque with noise of 0.5 to 5 %
 of the Coulomb friction. Friction has no lag in any.
@@ -16,9 +16,9 @@ import typer
 
 from adaptive_ff.files import write_json
 from adaptive_ff.logs.log import Log
+from benchmarks.cases.other_joints import draw, drive, loop_gains
 from benchmarks.coverage import SLOW, Case, coverage_table, examine
-from benchmarks.other_joints import draw, drive, loop_gains
-from benchmarks.robot.in_turn import CORES, Workers, run_seeds
+from benchmarks.in_turn import CORES, Workers, run_seeds
 from benchmarks.wide import wide_console
 from controllers import PI
 

@@ -7,8 +7,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from benchmarks.cases.other_joints import draw
 from benchmarks.coverage_driven import driven_case, examine_seed, main
-from benchmarks.other_joints import draw
 
 
 @pytest.mark.parametrize("seed", [101, 102, 103, 104, 105, 106])

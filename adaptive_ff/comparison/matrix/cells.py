@@ -12,10 +12,10 @@ from adaptive_ff.comparison.own import Own
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import Run, simulate
-from adaptive_ff.comparison.windows import WINDOW, window_slices
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
+from adaptive_ff.simulation.tracking_errors import WINDOW, window_slices
 from controllers import fastest_bandwidth
 
 SCENARIOS = Path(__file__).resolve().parent / "scenarios"

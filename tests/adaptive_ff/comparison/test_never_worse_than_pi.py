@@ -1,28 +1,25 @@
-"""On a small fixed sample the adaptive controller is never worse than its own PI loop.
-
-``python -m benchmarks.never_worse`` judges many more joints, references and draws; bounds and definitions are its own.
-"""
+"""On a small fixed sample the adaptive controller is never worse than its own PI loop."""
 
 import pytest
 
 from adaptive_ff import load_scenario
-from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
-from adaptive_ff.comparison.windows import judge
-from benchmarks.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
-from benchmarks.never_worse.rows import row_of
-from benchmarks.never_worse.situations import named_scenario
+from adaptive_ff.comparison.drawn_joints import draw_scenario, fall_over_gain
+from benchmarks.cases.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
+from benchmarks.cases.situations import named_scenario
+from tests.helpers.judged import judge
 
 SEED, DRAWS = 101, 5
 
 
-def missed(name, scenario):
-    return row_of(name, [judge(scenario, draws=DRAWS)])["missed"]
+def is_never_worse(scenario, window=1.2):
+    judged = judge(scenario, draws=DRAWS)
+    return judged.settled >= 1.0 and judged.worst_window <= window and judged.start <= 1.0
 
 
 @pytest.mark.parametrize("draw", range(4))
 def test_on_drawn_joints(draw):
     scenario = draw_scenario(load_scenario(), SEED, draw)
-    assert missed(class_of(fall_over_gain(scenario)), scenario) == []
+    assert is_never_worse(scenario, window=1.2 if fall_over_gain(scenario) < 10.0 else float("inf"))
 
 
 @pytest.mark.parametrize("draw", [314, 842])
@@ -36,12 +33,12 @@ def test_settled_on_joints_that_hunt(draw):
 @pytest.mark.parametrize("draw", range(8))
 def test_on_machines_of_other_sizes_speeds_and_rates(draw):
     scenario = draw_machine(SEED, draw)
-    assert missed("machine", scenario) == []
+    assert is_never_worse(scenario)
 
 
 @pytest.mark.parametrize("draw", range(8))
 def test_on_the_same_machines_with_a_weight_behind_a_position_loop(draw):
-    assert missed("cascade", draw_cascade(SEED, draw)) == []
+    assert is_never_worse(draw_cascade(SEED, draw))
 
 
 @pytest.mark.parametrize("draw", range(8))
@@ -117,4 +114,4 @@ def test_on_machines_that_were_worse(seed, draw, settled, window, was):
     ["payload_half", "gravity_40", "slow_025", "steep_5", "friction_drops", "map_short_hats", "map_no_need_load"],
 )
 def test_in_situations_outside_its_model_and_with_maps(name):
-    assert missed(name, named_scenario(name, SEED)) == []
+    assert is_never_worse(named_scenario(name, SEED))

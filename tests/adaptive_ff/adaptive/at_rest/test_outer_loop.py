@@ -15,7 +15,7 @@ from adaptive_ff.adaptive.at_rest.outer_loop import (
     unseen_error,
     unseen_velocity,
 )
-from benchmarks.holding import cases, scenario_of
+from benchmarks.cases.holding import held_joints, scenario_of
 
 COUNT, PERIOD, GAIN = 6e-6, 0.01, 10.0
 STEP = GAIN * COUNT
@@ -118,7 +118,7 @@ def test_play_is_in_its_middle_after_a_motion():
 @pytest.mark.parametrize("seed", [105, 119])
 def test_joint_with_stiff_bristles_rests(seed):
     """Where the integral winds up on a fraction of a count, PI kicks the joint all the time."""
-    case = next(case for case in cases() if case.name == "LuGre 1e+05, 20 kg m^2, 500 Hz")
+    case = next(case for case in held_joints() if case.name == "LuGre 1e+05, 20 kg m^2, 500 Hz")
     steps, rest = {}, {}
     for name in ("pi", "adaptive"):
         run = simulate(scenario_of(case, seed), name)

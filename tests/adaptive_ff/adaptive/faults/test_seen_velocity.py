@@ -18,8 +18,8 @@ from adaptive_ff.adaptive.faults.seen_velocity import (
     seen_inputs,
 )
 from adaptive_ff.adaptive.supervision.noise_level import initial_noise
-from adaptive_ff.comparison.windows import judge
 from controllers import Inputs
+from tests.helpers.judged import judge
 
 PERIOD, GAIN, INERTIA, LARGEST, SPEED, NOISE = 0.01, 1000.0, 20.0, 100.0, 0.4, 0.002
 KNOWN = initial_noise()._replace(measured=10.0, variance=NOISE**2)

@@ -18,8 +18,8 @@ from adaptive_ff.adaptive.supervision.observer_state import initial_observer
 from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.comparison.windows import judge
 from controllers import check_gains
+from tests.helpers.judged import judge
 
 PERIOD, LENGTH, GAIN = 0.001, 8, 100.0
 

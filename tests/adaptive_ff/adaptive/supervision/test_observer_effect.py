@@ -19,10 +19,10 @@ from adaptive_ff.adaptive.supervision.observer_gates import helping_share
 from adaptive_ff.adaptive.supervision.observer_state import initial_observer
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.comparison.windows import judge
-from benchmarks.never_worse.cases import named_cases
+from benchmarks.cases.situations import named_scenario
 from controllers import check_gains
 from tests.helpers.changed_effect import with_effect
+from tests.helpers.judged import judge
 
 PERIOD = 0.01
 
@@ -146,14 +146,13 @@ def test_beside_a_small_steady_oscillation_an_observer_must_help_whatever_it_obs
 
 @pytest.mark.parametrize("name", ["sensor_ripple_60", "sensor_ripple_120"])
 def test_a_sensor_that_ripples_as_the_joint_turns_is_not_followed(name):
-    (case,) = named_cases([name], 101, 1)
-    assert judge(case.scenario, draws=1).settled > 1.0
+    assert judge(named_scenario(name, 101), draws=1).settled > 1.0
 
 
 def test_diagnosis_says_that_a_sensor_ripples():
-    (case,) = named_cases(["sensor_ripple_120"], 101, 1)
-    controller = make_controller(case.scenario, "adaptive")
-    simulate(case.scenario, controller)
+    scenario = named_scenario("sensor_ripple_120", 101)
+    controller = make_controller(scenario, "adaptive")
+    simulate(scenario, controller)
     assert "ripples as the joint turns" in " ".join(controller.diagnose().supervision)
 
 

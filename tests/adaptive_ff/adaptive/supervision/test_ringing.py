@@ -26,8 +26,8 @@ from adaptive_ff.adaptive.supervision.swift_ringing import Background
 from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.comparison.windows import judge
 from tests.helpers.changed_effect import with_effect
+from tests.helpers.judged import judge
 
 PERIOD = 0.01
 TIME_CONSTANT = 1.0 / (2.0 * np.pi * 10.0)

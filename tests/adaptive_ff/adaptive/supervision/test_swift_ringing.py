@@ -28,7 +28,7 @@ from adaptive_ff.adaptive.supervision.swift_ringing import (
 )
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.comparison.windows import judge
+from tests.helpers.judged import judge
 
 PERIOD = 0.005
 TIME_CONSTANT = 1.0 / (2.0 * np.pi * 12.0)

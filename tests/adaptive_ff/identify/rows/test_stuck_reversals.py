@@ -9,7 +9,7 @@ from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.rows.standing import STOP_CYCLES, at_rest
 from adaptive_ff.identify.terms import BASE, LAG, SATURATION, STICTION, jumps_at_reversal
 from adaptive_ff.logs.log import Log
-from benchmarks.never_worse.situations import named_scenario
+from benchmarks.cases.situations import named_scenario
 
 SIGNS = {
     "reverses": ([1.0] * 10 + [-1.0] * 10, False),

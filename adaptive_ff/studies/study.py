@@ -1,0 +1,151 @@
+"""The engine of every study: a function over cases x controllers, on all cores or a cluster, kept as it goes."""
+
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping
+from concurrent.futures import Executor, as_completed
+from pathlib import Path
+from typing import Any
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.workers import pool_of_workers
+
+Found = dict[str, Any]
+"""Result of a case by controller, as JSON holds it."""
+
+Function = Callable[[Any, list[str]], Found]
+"""Runs some controllers on a case; what it returns under further names belongs to the case as a whole."""
+
+
+def run_study(
+    function: Function,
+    cases: Mapping[str, Any],
+    controllers: Collection[str],
+    *,
+    store: "Store | None" = None,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Found]:
+    """Run controllers on cases.
+
+    Parameters
+    ----------
+    function : callable
+        Runs some of the controllers on a case. It and the cases must be picklable unless one process does all.
+    cases : mapping
+        Cases by a key that is unique and stays the same from one call to the next.
+    controllers : collection of str
+        Names of the controllers.
+    store : Store, optional
+        Where results are kept as they come; what it holds is not run again.
+    executor : concurrent.futures.Executor, optional
+        Where the runs go, such as that of a cluster; by default processes here.
+    workers : int, optional
+        Number of processes, by default one a core; with one, all runs are done in this process.
+    progress : callable, optional
+        Is called with the fraction done, from 0 to 1.
+
+    Returns
+    -------
+    dict of dict
+        Results by case, in the order of the cases, and by controller.
+    """
+    results: dict[str, Found] = {key: {} if store is None else store.read(key, controllers) for key in cases}
+    missing = {key: [name for name in controllers if name not in found] for key, found in results.items()}
+    missing = {key: names for key, names in missing.items() if names}
+    done = len(cases) - len(missing)
+    for key, found in _run(function, cases, missing, executor, workers):
+        results[key] |= found
+        if store is not None:
+            store.add(key, found)
+        done += 1
+        if progress is not None:
+            progress(done / len(cases))
+    return results
+
+
+def _run(
+    function: Function,
+    cases: Mapping[str, Any],
+    missing: dict[str, list[str]],
+    executor: Executor | None,
+    workers: int | None,
+) -> Iterator[tuple[str, Found]]:
+    """Yield what each case gives; the first runs here, so that workers find the controllers compiled."""
+    if not missing:
+        return
+    (first, names), *others = missing.items()
+    yield first, function(cases[first], names)
+    if executor is None and workers == 1:
+        for key, names in others:
+            yield key, function(cases[key], names)
+        return
+    pool = pool_of_workers(workers) if executor is None else executor
+    try:
+        futures = {pool.submit(function, cases[key], names): key for key, names in others}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+    finally:
+        if executor is None:
+            pool.shutdown(cancel_futures=True)
+
+
+class Store:
+    """Results in a file, a line each, added as they come.
+
+    A line counts only where its mark is that of the call: what the result of a controller depends on, such as the
+    digest of the code. A line that a power cut has cut short does not count.
+
+    Parameters
+    ----------
+    file : Path
+        The file; it and its folder are made when the first result comes.
+    mark : str
+        What all results depend on.
+    marks : mapping, optional
+        What results of single controllers depend on as well; None for a controller that is not kept, since it is a
+        living object that may be another the next time.
+    """
+
+    def __init__(self, file: Path, mark: str, marks: Mapping[str, str | None] | None = None) -> None:
+        self._file, self._mark, self._marks = file, mark, dict(marks or {})
+        self._kept: dict[str, Found] = {}
+        for line in self._lines():
+            try:
+                key, name, mark, found = json.loads(line)
+            except (ValueError, TypeError):
+                continue
+            if mark == self._mark_of(name):
+                self._kept.setdefault(key, {})[name] = found
+
+    def read(self, key: str, controllers: Collection[str]) -> Found:
+        """Return what is kept of a case: results of the controllers, and what belongs to the case as a whole."""
+        kept = self._kept.get(key, {})
+        return {name: found for name, found in kept.items() if name in controllers or not name}
+
+    def add(self, key: str, found: Found) -> None:
+        """Add results of a case.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        marked = {name: self._mark_of(name) for name in found}
+        lines = [json.dumps([key, name, marked[name], one]) for name, one in found.items() if marked[name] is not None]
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            with self._file.open("a", encoding="utf-8") as stream:
+                stream.write("".join(f"{line}\n" for line in lines))
+        except OSError as error:
+            raise InputError(f"{self._file}: cannot be written: {error.strerror or error}") from error
+
+    def _mark_of(self, name: str) -> str | None:
+        own = self._marks.get(name, "")
+        return None if own is None else f"{self._mark}{own}"
+
+    def _lines(self) -> list[str]:
+        try:
+            return self._file.read_text(encoding="utf-8").splitlines()
+        except (OSError, UnicodeDecodeError):
+            return []

@@ -1,0 +1,115 @@
+"""Controllers against PI on a scenario, over draws of the noise."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from adaptive_ff.comparison.comparison import BASELINE
+from adaptive_ff.comparison.own import Own
+from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.simulation.experiment import Course, lay_course
+from adaptive_ff.simulation.metrics import standstill_range
+from adaptive_ff.simulation.tracking_errors import (
+    TrackingErrors,
+    failed,
+    first_motion_time,
+    pooled,
+    ratios,
+    tracking_errors,
+)
+
+NOISE_STREAM = 1
+"""Stream of random numbers of the sensor's noise; a draw beyond the first adds its number."""
+
+Figures = dict[str, float]
+"""Figures of a controller by name."""
+
+
+def track_scenario(
+    scenario: Scenario, controllers: Sequence[str], *, draws: int = 1, own: Mapping[str, Own] | None = None
+) -> dict[str, Figures]:
+    """Run controllers on a scenario and compare them with PI.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario; its seed gives the reference and the first draw of the noise.
+    controllers : sequence of str
+        Their names, ``noise_floor`` included.
+    draws : int, optional
+        Draws of the noise; without noise one is enough and all.
+    own : mapping, optional
+        Own controllers by name; see :func:`adaptive_ff.comparison.own.make_own`.
+
+    Returns
+    -------
+    dict of dict
+        By controller ``error``, its settled error (rad/s, behind a position loop rad), and the ratios of
+        :func:`~adaptive_ff.simulation.tracking_errors.ratios`; ``torque_variation``, sum of the torque's steps over
+        PI's; and ``standstill``, range of the velocity at standstill in rad/s, where the reference stands still. One
+        that cannot be made for the scenario has none.
+    """
+    courses = list(noisy_courses(scenario, draws))
+    base, variation, _ = _pooled(scenario, BASELINE, courses, own)
+    found: dict[str, Figures] = {}
+    for name in controllers:
+        try:
+            errors, varied, rest = _pooled(scenario, name, courses, own)
+        except ArithmeticError:
+            errors, varied, rest = failed(base), float("inf"), None
+        except ValueError:
+            if own and name in own:
+                raise
+            found[name] = {}
+            continue
+        found[name] = {"error": errors.settled, **ratios(base, errors)}
+        found[name]["torque_variation"] = varied / variation if variation > 0.0 else 1.0
+        if rest is not None:
+            found[name]["standstill"] = rest
+    return found
+
+
+def noisy_courses(scenario: Scenario, draws: int) -> Iterator[Course]:
+    """Yield the course of a scenario with one draw of the noise after the other; draw 0 is the scenario's own.
+
+    Raises
+    ------
+    ValueError
+        The number of draws is not positive.
+    """
+    if draws < 1:
+        raise ValueError(f"draws = {draws} is not allowed: it must be at least 1")
+    course = lay_course(scenario)
+    yield course
+    if scenario.sensor.is_random:  # an encoder without faults has nothing to draw
+        for draw in range(1, draws):
+            noise, held = scenario.sensed(np.random.default_rng([scenario.seed, NOISE_STREAM, draw]))
+            yield course._replace(noise=noise, held=held)
+
+
+def _pooled(
+    scenario: Scenario, name: str, courses: list[Course], own: Mapping[str, Own] | None
+) -> tuple[TrackingErrors, float, float | None]:
+    """Return the errors over all draws, and torque variation (N m) and range at standstill (rad/s) of the first."""
+    runs = []
+    for course in courses:
+        if name == NOISE_FLOOR:
+            runs.append(noise_floor(scenario, course))
+        else:
+            made = make_controller(scenario, name, own)
+            runs.append(simulate(scenario, made, name=name, course=course, uncertain=False, thin=1))
+    first = runs[0]
+    rest = standstill_range(first.solver_time, first.reference, first.velocity)
+    return pooled(map(run_errors, runs)), first.metrics.torque_variation, rest
+
+
+def run_errors(run: Run) -> TrackingErrors:
+    """Return the errors of a run, of the position behind a position loop."""
+    error: Any = run.reference - run.velocity if run.position_error is None else run.position_error
+    period = run.scenario.joint.solver_period
+    changes = [change.time for change in run.scenario.change]
+    return tracking_errors(np.square(error), period, begin=first_motion_time(run.reference, period), changes=changes)

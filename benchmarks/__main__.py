@@ -1,0 +1,116 @@
+"""Benchmarks: ``python -m benchmarks run SUITE``, ``compare``, ``stale``, ``pages``, ``list``."""
+
+import fnmatch
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from adaptive_ff.cli.terminal import error_console, progress_bars
+from adaptive_ff.errors import InputError
+from benchmarks.compare import HEADINGS, MOVED_HEADINGS, compared_controllers, moved_lines, summary_lines
+from benchmarks.results import RESULTS, read_result, results_in
+from benchmarks.running import BASE, run_suite, suite_fingerprint
+from benchmarks.suite import load_suite, suite_names
+from benchmarks.wide import wide_console
+
+TRIAL = RESULTS / "trial"
+"""Where results of runs go that differ from what a suite says; not committed."""
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
+Suites = Annotated[list[str] | None, typer.Argument(help="Suites; all by default.", show_default=False)]
+
+
+@app.command("list")
+def list_command() -> None:
+    """Print what each suite asks."""
+    for name in suite_names():
+        print(f"{name:20s} {load_suite(name).title}")
+
+
+@app.command()
+def run(
+    suites: Suites = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help="Number of references or draws of each kind.")] = None,
+    first: Annotated[int | None, typer.Option(min=0, help="First seed; 101 and more while tuning.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="One case of each kind.")] = False,
+    only: Annotated[str, typer.Option(help="Cases whose name matches, such as 'lugre*'.")] = "",
+    controllers: Annotated[str, typer.Option(help="Controllers beside pi, separated by commas.")] = "",
+    named: Annotated[str, typer.Option("--as", help="Name that a single controller gets in the result.")] = "",
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
+) -> None:
+    """Run suites and write their results; an interrupted call goes on where it stopped."""
+    altered = bool(seeds or first is not None or quick or only or controllers)
+    folder = out or (TRIAL if altered else RESULTS)
+    for name in suites or suite_names():
+        suite = load_suite(name)
+        cases = suite.generated(count=seeds, first=first, quick=quick)
+        cases = [case for case in cases if not only or fnmatch.fnmatchcase(case.key, f"{only}*")]
+        if not cases:
+            raise InputError(f"--only = {only!r} matches no case of {name}")
+        chosen = [BASE, *(one for one in controllers.split(",") if one)] if controllers else suite.controllers
+        with progress_bars(error_console()) as bars:
+            task = bars.add_task(name, total=1.0)
+            result = run_suite(
+                suite,
+                cases,
+                list(dict.fromkeys(chosen)),
+                named=named or None,
+                workers=workers,
+                progress=lambda share, task=task: bars.update(task, completed=share),
+            )
+        file = result.write(folder)
+        print(f"{name}: {len(cases)} cases, {len(result.refused)} refused, {result.seconds:g} s, {file}", flush=True)
+
+
+@app.command()
+def compare(
+    first: Annotated[Path, typer.Argument(help="Folder of results, such as benchmarks/results/9787daa.")],
+    second: Annotated[Path, typer.Argument(help="Another one.")] = RESULTS,
+    suites: Annotated[str, typer.Option(help="Suites, separated by commas; by default all that both have.")] = "",
+    controllers: Annotated[str, typer.Option(help="Controllers, separated by commas; by default all.")] = "",
+) -> None:
+    """Print what became better and what worse from one folder of results to another."""
+    table = Table(*HEADINGS, title=f"{first} -> {second}, PI's error over the controller's")
+    moved = Table(*MOVED_HEADINGS, title="medians that moved by more than a tenth")
+    for name in suites.split(",") if suites else sorted(set(results_in(first)) & set(results_in(second))):
+        before, after = read_result(first, name), read_result(second, name)
+        if before is None or after is None:
+            raise InputError(f"--suites: {name!r} has no result in {first if before is None else second}")
+        suite = load_suite(name)
+        chosen = controllers.split(",") if controllers else compared_controllers(before, after)
+        for line in summary_lines(suite, before, after, chosen):
+            table.add_row(*line)
+        for line in moved_lines(suite, before, after, chosen):
+            moved.add_row(*line)
+    wide_console().print(table)
+    if moved.row_count:
+        wide_console().print(moved)
+
+
+@app.command()
+def stale() -> None:
+    """Name the suites whose stored result was computed by other code than that of the tree."""
+    for name in suite_names():
+        result = read_result(RESULTS, name)
+        if result is None:
+            print(f"{name}: no result")
+        elif result.fingerprint != suite_fingerprint(load_suite(name)):
+            print(f"{name}: computed at {result.commit}")
+
+
+def main() -> None:
+    """Run a command; bad input ends it with one line and status 2."""
+    try:
+        app()
+    except InputError as error:
+        print(f"benchmarks: {error}", file=sys.stderr)
+        raise SystemExit(2) from error
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+"""Hinges and arms in MuJoCo, with its Coulomb or LuGre friction: in motion, and at rest behind a position loop.
+
+Along multisines (velocity loop, noise of 2 mrad/s) or from point to point behind a position loop (encoder of 6 urad);
+gravity is given to all controllers, or to none. ``model_based`` has the true friction and the inertia in the middle of
+the motion, ``adaptive`` that inertia. Errors are of the velocity, behind a position loop of the position.
+"""
+
+import itertools
+from functools import partial
+
+import numpy as np
+
+from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
+from adaptive_ff.studies.study import Found
+from benchmarks.cases.holding import HOLDING, SETTLING, at_rest, rest_figures
+from benchmarks.cases.robot_loops import Driven, Setup, drive, make_controllers
+from benchmarks.cases.robot_machines import KINDS, make_machine
+from benchmarks.cases.robot_plans import moves, multisines, then_rest
+from benchmarks.suite import Case
+
+FRICTIONS = ("coulomb", "LuGre")
+MOVING = 30.0
+"""Length of the moves before a machine rests, s."""
+
+
+def run_moving(machine: str, friction: str, setup: Setup, seconds: float, seed: int, controllers: list[str]) -> Found:
+    """Drive a machine along the plan of a seed; each joint has its own figures."""
+    made = make_machine(machine, friction)
+    plan = (moves if setup.cascade else multisines)(made.axes, seed, seconds, 1.0 / setup.rate)
+    names = dict.fromkeys(["pi", *controllers])
+    runs = {name: drive(made, make_controllers(name, made, setup), plan, setup, seed) for name in names}
+    found = [_figures(runs, setup, joint) for joint in range(len(made.axes))]
+    loop = "position loop" if setup.cascade else "velocity loop"
+    gravity = "" if machine == "hinge" else f", gravity {'given' if setup.gravity_given else 'learnt'}"
+    return {"": {"row": f"{machine}, {friction}, {setup.rate} Hz, {loop}{gravity}"}, **_by_name(found)}
+
+
+def _figures(runs: dict[str, Driven], setup: Setup, joint: int) -> dict[str, dict[str, float]]:
+    def squares(run: Driven) -> np.ndarray:
+        return np.square((run.position_error if setup.cascade else run.velocity_error)[:, joint])
+
+    errors = {name: tracking_errors(squares(run), 1.0 / setup.rate) for name, run in runs.items()}
+    return {name: {"error": one.settled, **ratios(errors["pi"], one)} for name, one in errors.items()}
+
+
+def _by_name(joints: list[dict[str, dict[str, float]]]) -> Found:
+    """Return figures of joints by controller, each a list over the joints."""
+    return {
+        name: {figure: [joint[name][figure] for joint in joints] for figure in joints[0][name]} for name in joints[0]
+    }
+
+
+def moving(count: int, rates: list[int], seconds: float, first: int = 1) -> list[Case]:
+    """Return machines in motion at some rates (Hz) for a time (s)."""
+    cases = []
+    for machine, friction, rate, cascade in itertools.product(KINDS, FRICTIONS, rates, (False, True)):
+        for given in (False,) if machine == "hinge" else (False, True):
+            setup = Setup(rate, cascade, given)
+            for seed in range(first, first + count):
+                key = f"{machine}, {friction}, {rate}, {cascade}, {given}/{seed}"
+                cases.append(Case(key, seed, partial(run_moving, machine, friction, setup, seconds, seed)))
+    return cases
+
+
+def run_resting(machine: str, friction: str, rate: int, seed: int, controllers: list[str]) -> Found:
+    """Let a machine come to rest; each joint has its own figures."""
+    made, setup = make_machine(machine, friction), Setup(rate, cascade=True, gravity_given=False)
+    plan = then_rest(moves(made.axes, seed, MOVING, 1.0 / rate), SETTLING + HOLDING, 1.0 / rate)
+    names, rest, found = dict.fromkeys(["pi", *controllers]), round(HOLDING * rate), []
+    runs = {name: drive(made, make_controllers(name, made, setup), plan, setup, seed) for name in names}
+    for joint in range(len(made.axes)):
+        moved = {name: np.square(run.position_error[: round(MOVING * rate), joint]) for name, run in runs.items()}
+        errors = {name: tracking_errors(one, 1.0 / rate) for name, one in moved.items()}
+        calm = {
+            name: at_rest(run.velocity_error[-rest:, joint], run.torque[-rest:, joint]) for name, run in runs.items()
+        }
+        found.append(rest_figures(errors, calm, rate))
+    return {"": {"row": f"{machine}, {friction}, {rate} Hz"}, **_by_name(found)}
+
+
+def resting(count: int, rates: list[int], first: int = 1) -> list[Case]:
+    """Return a hinge and an arm that move and then hold still, at some rates (Hz)."""
+    return [
+        Case(f"{machine}, {friction}, {rate}/{seed}", seed, partial(run_resting, machine, friction, rate, seed))
+        for machine, friction, rate in itertools.product(("hinge", "two-link arm"), FRICTIONS, rates)
+        for seed in range(first, first + count)
+    ]

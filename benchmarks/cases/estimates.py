@@ -1,0 +1,81 @@
+"""Estimates of the adaptive controller beside the truth, and whether they are as uncertain as it says."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from adaptive_ff import Scenario, load_scenario, simulate
+from adaptive_ff.comparison.drawn_joints import draw_scenario
+from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.scenario.truth import true_model
+from adaptive_ff.studies.study import Found
+from benchmarks.suite import Case
+
+COMPARED = ("inertia", "coulomb", "stiction", "viscous", "friction_lag")
+
+NORMAL_95 = 1.959964
+"""Half of the interval that holds 95 % of a normal error, in standard deviations."""
+
+LOOPS = {
+    f"{round(1.0 / period)} Hz, noise {1e3 * noise:g} mrad/s, {duration:g} s": (period, noise, duration)
+    for period, noise, duration in (
+        *((0.01, 0.002, duration) for duration in (5.0, 10.0, 20.0, 60.0)),
+        *((0.01, noise, 60.0) for noise in (0.005, 0.0)),
+        *((0.001, 0.002, duration) for duration in (10.0, 20.0, 60.0)),
+    )
+}
+"""Sampling period (s), noise (rad/s) and duration (s) by name of the row."""
+
+
+def run_case(row: str, make: Callable[[], Scenario], controllers: list[str]) -> Found:
+    """Run controllers that estimate.
+
+    At the end of the run: error of each estimate over its true value, and ``ITS_inside``: 1 where the interval of
+    95 % that the controller states holds the truth, else 0.
+    """
+    scenario = make()
+    true, found = true_model(scenario), {}
+    for name in controllers:
+        controller = make_controller(scenario, name)
+        simulate(scenario, controller, uncertain=False)
+        found[name] = _figures(controller, true) if hasattr(controller, "uncertainties") else {}
+    return {"": {"row": row}, **found}
+
+
+def _figures(controller: Any, true: Any) -> dict[str, float]:
+    figures, uncertainties = {}, controller.uncertainties
+    for name in COMPARED:
+        value, error = getattr(true, name), controller.estimates[name] - getattr(true, name)
+        if value > 0.0:
+            figures[name] = error / value
+            figures[f"{name}_inside"] = float(abs(error) <= NORMAL_95 * uncertainties[name])
+    return figures
+
+
+def built_in(name: str, seed: int) -> Scenario:
+    """Return the built-in joint in a loop of :data:`LOOPS`."""
+    period, noise, duration = LOOPS[name]
+    tables = {"sampling": {"period": period}, "sensor": {"velocity_noise": noise}}
+    return load_scenario().modified(seed=seed, duration=duration, **tables)
+
+
+def drawn(seed: int, draw: int) -> Scenario:
+    """Return a joint drawn around the built-in one."""
+    return draw_scenario(load_scenario(), seed, draw)
+
+
+def loops(count: int, first: int = 1) -> list[Case]:
+    """Return the built-in joint in all loops."""
+    return [
+        Case(f"{name}/{seed}", seed, partial(run_case, name, partial(built_in, name, seed)))
+        for name in LOOPS
+        for seed in range(first, first + count)
+    ]
+
+
+def joints(count: int, first: int = 1) -> list[Case]:
+    """Return excited joints, all of one row."""
+    return [
+        Case(f"joint/{draw}", draw, partial(run_case, "drawn joints", partial(drawn, first, draw)))
+        for draw in range(count)
+    ]

@@ -1,0 +1,155 @@
+"""Cascades that move from point to point and then hold: how near to the path, how calm at rest.
+
+Every joint moves between drawn points for a minute, comes to rest after each move, and then holds its position. The
+position loop has the default gain, a sixth of the bandwidth of the velocity loop, 10 Hz; an encoder of 6 urad measures
+the position, and the velocity is made of it. Over the last 10 s, when the reference has been at rest for 2 s, the rms
+of the velocity and of the torque's steps are compared with what is allowed: 1.2 times PI's or, where PI is quieter than
+that, one encoder count in a sampling period and 0.1 N m.
+"""
+
+from collections.abc import Iterable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adaptive_ff import Run, Scenario, load_scenario, simulate
+from adaptive_ff.simulation.tracking_errors import TrackingErrors, first_motion_time, ratios, tracking_errors
+from adaptive_ff.studies.study import Found
+from benchmarks.suite import Case
+
+Array = NDArray[np.float64]
+
+RESOLUTION = 6e-6  # rad
+MOVING, SETTLING, HOLDING = 60.0, 2.0, 10.0  # s
+RATES = (100, 500, 1000)  # Hz
+HEAVY = {"inertia": 20.0, "coulomb": 60.0, "stiction": 90.0, "viscous": 80.0}
+LIGHT = {"inertia": 2.0, "coulomb": 10.0, "stiction": 12.0, "viscous": 5.0}
+STIFFNESSES = (1e3, 1e4, 2e4, 1e5)  # N m/rad
+QUIET_TORQUE = 0.1  # N m
+
+
+class HeldJoint(NamedTuple):
+    """A joint at a sampling rate.
+
+    Attributes
+    ----------
+    name : str
+        What the table calls it.
+    joint : dict
+        Table ``[joint]``.
+    rate : int
+        Sampling rate, Hz.
+    """
+
+    name: str
+    joint: dict[str, Any]
+    rate: int
+
+
+def held_joints() -> Iterable[HeldJoint]:
+    """Return all joints at all rates."""
+    for rate in RATES:
+        for inertia, friction in (("20", HEAVY), ("2", LIGHT)):
+            base = {**friction, "stribeck_velocity": 0.05, "solver_period": 5e-4}
+            kinds: dict[str, dict[str, Any]] = {
+                "coulomb": {"stiction": friction["coulomb"], "friction_lag": 0.0},
+                "lagged": {"friction_lag": 0.02},
+                **{f"LuGre {stiffness:.0e}": {"kind": "lugre", "stiffness": stiffness} for stiffness in STIFFNESSES},
+            }
+            for kind, own in kinds.items():
+                yield HeldJoint(f"{kind}, {inertia} kg m^2, {rate} Hz", {**base, **own}, rate)
+
+
+def plan(seed: int) -> dict[str, Any]:
+    """Draw the table ``[reference]`` of a minute of moves between drawn points."""
+    generator = np.random.default_rng([seed, 77])
+    speed, positions = float(generator.uniform(0.1, 0.4)), []
+    elapsed, position = 0.0, 0.0
+    while elapsed < MOVING - 5.0:
+        following = round(float(generator.uniform(-0.5, 0.5)), 3)
+        elapsed += abs(following - position) / speed + speed / 1.0 + 1.0 / 20.0 + 0.5
+        positions.append(following)
+        position = following
+    return {
+        "kind": "point_to_point",
+        "positions": positions,
+        "speed": speed,
+        "acceleration": 1.0,
+        "jerk": 20.0,
+        "dwell": 0.5,
+        "repeats": 1,
+    }
+
+
+def scenario_of(case: HeldJoint, seed: int) -> Scenario:
+    """Return the cascade of a case."""
+    inertia = case.joint["inertia"]
+    return load_scenario().modified(
+        seed=seed,
+        duration=MOVING + SETTLING + HOLDING,
+        joint={**case.joint, "kind": case.joint.get("kind", "stribeck")},
+        sampling={"period": 1.0 / case.rate},
+        sensor={"velocity_noise": 0.0, "encoder_resolution": RESOLUTION},
+        actuator={"torque_limit": 20.0 * inertia},
+        reference=plan(seed),
+        position={},
+        feedback={"inertia": inertia, "bandwidth": 10.0},
+        controllers=["pi", "adaptive"],
+    )
+
+
+def run_case(case: HeldJoint, seed: int, controllers: list[str]) -> Found:
+    """Move and hold the joint of a case."""
+    scenario = scenario_of(case, seed)
+    runs = {name: simulate(scenario, name, uncertain=False) for name in dict.fromkeys(["pi", *controllers])}
+    errors = {name: moving_errors(run) for name, run in runs.items()}
+    rest = {
+        name: at_rest(run.velocity[run.solver_time >= _held_from(run)], run.torque[run.time >= _held_from(run)])
+        for name, run in runs.items()
+    }
+    return {"": {"row": case.name}, **rest_figures(errors, rest, case.rate)}
+
+
+def moving_errors(run: Run) -> TrackingErrors:
+    """Return the position errors up to the end of the last move."""
+    assert run.position_error is not None
+    period = run.scenario.joint.solver_period
+    last = int(np.flatnonzero(run.reference)[-1])
+    begin = first_motion_time(run.reference, period)
+    return tracking_errors(np.square(run.position_error[:last]), period, begin=begin)
+
+
+def _held_from(run: Run) -> float:
+    return float(run.solver_time[-1]) - HOLDING
+
+
+def at_rest(velocity: Array, torque: Array) -> tuple[float, float]:
+    """Return the rms of a velocity (rad/s) and of the steps of a torque (N m)."""
+    return float(np.sqrt(np.mean(velocity**2))), float(np.sqrt(np.mean(np.diff(torque) ** 2)))
+
+
+def rest_figures(
+    errors: dict[str, TrackingErrors], rest: dict[str, tuple[float, float]], rate: int
+) -> dict[str, dict[str, float]]:
+    """Return tracking ratios, and ``rest_velocity`` and ``rest_torque``: at rest over what PI's allow."""
+    velocity, steps = max(1.2 * rest["pi"][0], RESOLUTION * rate), max(1.2 * rest["pi"][1], QUIET_TORQUE)
+    return {
+        name: {
+            "error": errors[name].settled,
+            **ratios(errors["pi"], errors[name]),
+            "rest_velocity": rest[name][0] / velocity,
+            "rest_torque": rest[name][1] / steps,
+        }
+        for name in rest
+    }
+
+
+def cascades(count: int, first: int = 1) -> list[Case]:
+    """Return all joints at all rates."""
+    return [
+        Case(f"{case.name}/{seed}", seed, partial(run_case, case, seed))
+        for case in held_joints()
+        for seed in range(first, first + count)
+    ]

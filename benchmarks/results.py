@@ -1,0 +1,156 @@
+"""Results of suites as they are stored: figures by row and controller, and what they were computed with."""
+
+import json
+import math
+import os
+import platform
+import subprocess
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from adaptive_ff.errors import InputError
+
+RESULTS = Path(__file__).resolve().parent / "results"
+"""Where the present results are; those of a frozen commit are in a folder of its name beside them."""
+
+DIGITS = 5
+"""Digits to which figures are kept."""
+
+LARGEST = 100_000
+"""Size that a file may have, bytes."""
+
+PACKAGES = ("numpy", "scipy")
+
+Columns = dict[str, list[float]]
+"""Figures by name, a value a case (or a joint of a case)."""
+
+
+@dataclass
+class Row:
+    """Figures of the cases of one name.
+
+    Attributes
+    ----------
+    seeds : list of int
+        Seeds of the cases, ascending.
+    figures : dict of dict
+        Figures by controller and name.
+    """
+
+    seeds: list[int] = field(default_factory=list)
+    figures: dict[str, Columns] = field(default_factory=dict)
+
+
+@dataclass
+class Result:
+    """What a suite found.
+
+    Attributes
+    ----------
+    suite, commit, fingerprint : str
+        Name of the suite, commit of the checkout, and digest of the code that ran.
+    seconds : float
+        Time that the runs took; of runs that were kept from an earlier call, nothing.
+    machine, versions : str, dict
+        Kind of machine, and versions of what computes.
+    rows : dict of Row
+        Rows by name.
+    refused : dict of str
+        Cases that could not be run, and why.
+    """
+
+    suite: str
+    commit: str
+    fingerprint: str
+    seconds: float
+    machine: str
+    versions: dict[str, str]
+    rows: dict[str, Row]
+    refused: dict[str, str] = field(default_factory=dict)
+
+    def write(self, folder: Path) -> Path:
+        """Write the result into a folder and return its file.
+
+        Raises
+        ------
+        InputError
+            It is too large to be committed.
+        """
+        content = {**vars(self), "rows": {name: [row.seeds, _rounded(row.figures)] for name, row in self.rows.items()}}
+        text = _text(content)
+        if len(text) > LARGEST:
+            raise InputError(f"{self.suite}: {len(text)} bytes are not allowed: at most {LARGEST}")
+        folder.mkdir(parents=True, exist_ok=True)
+        file = folder / f"{self.suite}.json"
+        file.write_text(text, encoding="utf-8")
+        return file
+
+
+def read_result(folder: Path, suite: str) -> Result | None:
+    """Return the result of a suite in a folder; None where there is none."""
+    file = folder / f"{suite}.json"
+    if not file.is_file():
+        return None
+    content = json.loads(file.read_text(encoding="utf-8"))
+    rows = {name: Row(seeds, _with_infinity(figures)) for name, (seeds, figures) in content.pop("rows").items()}
+    return Result(**content, rows=rows)
+
+
+def results_in(folder: Path) -> list[str]:
+    """Return the names of the suites that a folder has results of."""
+    return sorted(file.stem for file in folder.glob("*.json"))
+
+
+def circumstances() -> dict[str, Any]:
+    """Return commit, machine and versions of a run that begins now."""
+    git = ["git", "-C", str(RESULTS.parent), "rev-parse", "--short=7", "HEAD"]
+    found = subprocess.run(git, capture_output=True, text=True, check=False)
+    versions = {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+    machine = f"{platform.machine()}, {os.cpu_count()} cores"
+    return {"commit": found.stdout.strip() or "unknown", "machine": machine, "versions": versions}
+
+
+def _rounded(figures: dict[str, Columns]) -> dict[str, Any]:
+    """Return figures as JSON holds them: with few digits, and null for what is infinite."""
+    return {
+        controller: {name: [_short(value) for value in column] for name, column in columns.items()}
+        for controller, columns in figures.items()
+    }
+
+
+def _short(value: float) -> float | int | None:
+    if not math.isfinite(value):
+        return None
+    short = float(f"{value:.{DIGITS}g}")
+    return int(short) if short.is_integer() and abs(short) < 10**DIGITS else short
+
+
+def _with_infinity(figures: dict[str, Any]) -> dict[str, Columns]:
+    return {
+        controller: {
+            name: [math.inf if value is None else value for value in column] for name, column in columns.items()
+        }
+        for controller, columns in figures.items()
+    }
+
+
+def _text(content: dict[str, Any]) -> str:
+    """Return JSON text with a line for each field and each column, so that a change shows in few lines."""
+
+    def one(value: Any) -> str:
+        return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+    lines = [f" {one(name)}: {one(value)}" for name, value in content.items() if name != "rows"]
+    rows = []
+    for name, (seeds, figures) in content["rows"].items():
+        columns = [
+            f"   {one(controller)}: {{\n"
+            + ",\n".join(f"    {one(key)}: {one(column)}" for key, column in table.items())
+            + "}"
+            for controller, table in figures.items()
+        ]
+        rows.append(f"  {one(name)}: [{one(seeds)}, {{\n" + ",\n".join(columns) + "}]")
+    lines.append(' "rows": {\n' + ",\n".join(rows) + "}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"

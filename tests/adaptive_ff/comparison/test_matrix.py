@@ -1,0 +1,301 @@
+"""The scenario matrix: its scenarios, its jobs that resume and spread, its tables."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from adaptive_ff import load_scenario, simulate
+from adaptive_ff.comparison.drawn_joints import fall_over_gain
+from adaptive_ff.comparison.matrix import jobs as matrix
+from adaptive_ff.comparison.matrix.cells import (
+    SCENARIOS,
+    cell_scenario,
+    further_figures,
+    run_cell,
+    scenario_names,
+    windows,
+    with_fastest_loop,
+)
+from adaptive_ff.comparison.matrix.groups import GROUPS, grouped
+from adaptive_ff.comparison.matrix.jobs import Job, run_matrix
+from adaptive_ff.comparison.matrix.summary import KNOWS_THE_TRUTH, best_rival, collect, ranking_markdown, ranking_row
+from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.simulation.metrics import rms
+from controllers import fastest_bandwidth
+
+ROOT = Path(__file__).resolve().parent.parent.parent.parent
+
+ASKED = {
+    "ideal_1khz",
+    "noisy_1khz",
+    "paper_100hz",
+    "jittered_22ms",
+    "encoder",
+    "friction_drops",
+    "friction_rises",
+    "warm_up",
+    "vs_half",
+    "vs_double",
+    "inertia_low",
+    "inertia_high",
+    "slow_stribeck",
+    "fast_sine",
+    "standstill",
+    "saturation",
+    "delay",
+    "lugre",
+    "elastic",
+    "maxwell",
+    "rolling",
+    "elasto_plastic",
+    "asymmetric",
+    "servo",
+    "backlash",
+    "via_points",
+    "pick_and_place",
+    "triangle",
+    "load_step_30",
+    "load_step_80",
+    "payload_double",
+    "payload_half",
+    "friction_triples",
+    "gravity_40",
+    "gravity_100",
+    "lugre_1e3",
+    "lugre_3e3",
+    "lugre_1e4",
+    "slow_010",
+    "slow_025",
+    "slow_050",
+    "dither",
+    "current_lag",
+    "torque_constant_low",
+    "torque_constant_high",
+    "delay_unknown",
+    "delay_absent",
+    "encoder_difference",
+    "fast_loop_1khz",
+    "fast_loop_encoder",
+    "steep_2",
+    "steep_5",
+    "steep_10",
+    "steep_20",
+    "high_stiction",
+    "high_stiction_vs_quarter",
+    "high_stiction_vs_fourfold",
+    "friction_over_position",
+    "friction_over_load",
+    "friction_over_temperature",
+    "positioning",
+}
+
+
+@pytest.fixture
+def short(monkeypatch, tmp_path):
+    """Two scenarios of the matrix, cut to a few seconds."""
+    for name in ("paper_100hz", "friction_drops"):
+        text = (SCENARIOS / f"{name}.toml").read_text(encoding="utf-8")
+        text = text.replace("duration = 60.0", "duration = 8.0").replace("duration = 90.0", "duration = 24.0")
+        (tmp_path / f"{name}.toml").write_text(text.replace("time = 45.0", "time = 10.0"), encoding="utf-8")
+    monkeypatch.setattr("adaptive_ff.comparison.matrix.cells.SCENARIOS", tmp_path)
+    monkeypatch.setattr("adaptive_ff.comparison.matrix.jobs.SCENARIOS", tmp_path)
+    return ["friction_drops", "paper_100hz"]
+
+
+def test_every_scenario_that_was_asked_for_is_there_and_valid():
+    assert set(scenario_names()) == ASKED
+    for name in ASKED:
+        scenario = load_scenario(SCENARIOS / f"{name}.toml")
+        assert scenario.reference_velocity().size == scenario.times().size
+        assert scenario.velocity_noise > 0.0 or name == "ideal_1khz"
+
+
+def test_scenarios_differ_in_what_their_names_say():
+    def load(name):
+        return load_scenario(SCENARIOS / f"{name}.toml")
+
+    built_in = load_scenario()
+    same, assumed = load("paper_100hz").model_dump(), built_in.model_dump()
+    apart = {"fixed": None, "reference": None}  # the peak of the reference is a default there
+    assert {**same, **apart} == {**assumed, **apart}
+    motion = load("paper_100hz").reference_velocity()
+    assert motion == pytest.approx(built_in.reference_velocity(), rel=1e-12, abs=1e-15)
+    assert [load(f"friction_{way}").change[0].friction_scale for way in ("drops", "rises")] == [0.6, 1.5]
+    assumed = [load(f"vs_{way}").adaptation.stribeck_velocity for way in ("half", "double")]
+    assert assumed == [0.5 * built_in.joint.stribeck_velocity, 2.0 * built_in.joint.stribeck_velocity]
+    assert [load(f"inertia_{way}").feedback.inertia for way in ("low", "high")] == [16.0, 24.0]
+    assert load("delay").delay == 1.0
+    assert np.ptp(load("standstill").reference.pause) == 60.0
+    assert np.max(np.abs(load("slow_stribeck").reference_velocity())) == pytest.approx(0.05)
+
+
+def test_further_scenarios_differ_in_what_their_names_say():
+    def load(name):
+        return load_scenario(SCENARIOS / f"{name}.toml")
+
+    assert [load(f"load_step_{load_}").change[0].load for load_ in (30, 80)] == [30.0, 80.0]
+    assert [load(f"payload_{way}").change[0].inertia_scale for way in ("half", "double")] == [0.5, 2.0]
+    assert [load(f"gravity_{torque}").joint.gravity for torque in (40, 100)] == [40.0, 100.0]
+    assert [load(f"lugre_{stiffness}").joint.stiffness for stiffness in ("1e3", "3e3", "1e4")] == [1e3, 3e3, 1e4]
+    slow = [load(f"slow_{share}") for share in ("010", "025", "050")]
+    assert [s.reference.peak / s.joint.stribeck_velocity for s in slow] == pytest.approx([0.1, 0.25, 0.5])
+    steep = [fall_over_gain(load(f"steep_{times}")) for times in (2, 5, 10, 20)]
+    assert steep == pytest.approx([2.0, 5.0, 10.0, 20.0], rel=1e-3)
+    delays = [(load(name).delay, load(name).assumed_delay) for name in ("delay_unknown", "delay_absent", "delay")]
+    assert delays == [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+    assert [load(f"torque_constant_{way}").actuator.gain for way in ("low", "high")] == [0.9, 1.1]
+    wrong = [load(f"high_stiction{way}") for way in ("_vs_quarter", "", "_vs_fourfold")]
+    assert [s.adaptation.stribeck_velocity / s.joint.stribeck_velocity for s in wrong] == [0.25, 1.0, 4.0]
+    assert {s.joint.stiction / s.joint.coulomb for s in wrong} == {3.0}
+
+
+def test_saturation_scenario_saturates_and_the_others_hardly_do():
+    for name, most in (("saturation", 1.0), ("paper_100hz", 1e-3)):
+        run = simulate(cell_scenario(name, 101, False), "pi")
+        limited = float(np.mean(np.abs(run.torque) >= run.scenario.actuator.torque_limit))
+        assert (0.01 < limited <= most) if name == "saturation" else limited <= most
+
+
+def test_figures_of_a_run_against_their_definitions():
+    scenario = load_scenario().modified(duration=30.0, change=[{"time": 12.0, "friction_scale": 0.6}])
+    base, run = simulate(scenario, "pi"), simulate(scenario, "oracle")
+    figures = further_figures(run, windows(base))
+    error, time = run.reference - run.velocity, run.solver_time
+    assert figures["rms_error_recovered"] == pytest.approx(rms(error[time >= 22.0]), rel=1e-12)
+    assert figures["rms_error_second"] == pytest.approx(rms(error[(time > 5.0) & (time <= 10.0)]), rel=1e-12)
+    ratios = [
+        rms(error[a * 1000 : a * 1000 + 5000]) / rms((base.reference - base.velocity)[a * 1000 : a * 1000 + 5000])
+        for a in (15, 20, 25)
+    ]
+    assert figures["worst_window"] == pytest.approx(max(ratios), rel=1e-9)
+    assert figures["standstill"] is None
+
+
+def test_fastest_loop_is_bounded_by_the_margin_or_by_the_noise():
+    quiet = load_scenario().modified(sensor={"velocity_noise": 0.0})
+    assert with_fastest_loop(quiet).feedback.bandwidth == pytest.approx(fastest_bandwidth(0.01))
+    loud = load_scenario().modified(sensor={"velocity_noise": 0.05})
+    gain, _ = with_fastest_loop(loud).feedback.gains
+    assert gain * 0.05 == pytest.approx(0.1 * 400.0)
+
+
+def test_results_are_kept_and_run_again_only_where_something_changed(short, tmp_path, monkeypatch):
+    jobs = [Job(name, seed, False) for name in short for seed in (1, 2)]
+    run, ran = matrix.run_job, []
+    monkeypatch.setattr(matrix, "run_job", lambda job, names, own: ran.append(job) or run(job, names, own))
+    shares = []
+    first = run_matrix(jobs[:2], ["pi", "oracle"], tmp_path / "out", executor=Here(), progress=shares.append)
+    assert shares[-1] == 1.0
+    assert ran == jobs[:2]
+    again = run_matrix(jobs, ["pi", "oracle"], tmp_path / "out", executor=Here())
+    assert ran == jobs  # the first two only once
+    assert again[jobs[0]] == first[jobs[0]]
+    scenario = tmp_path / f"{short[0]}.toml"
+    scenario.write_text(scenario.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    run_matrix(jobs, ["pi"], tmp_path / "out", executor=Here())
+    assert ran[4:] == jobs[:2]
+    jobs[2].file(tmp_path / "out").write_text("{", encoding="utf-8")  # as if interrupted by a power cut
+    assert run_matrix(jobs, ["pi"], tmp_path / "out", executor=Here())[jobs[2]] == {"pi": first_of(again, jobs[2])}
+
+
+def first_of(results, job):
+    return results[job]["pi"]
+
+
+class Here:
+    """An executor that runs at once, in this process."""
+
+    def submit(self, function, *arguments):
+        from concurrent.futures import Future
+
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+def test_a_cell_holds_what_a_run_of_its_own_gives(short):
+    found = run_cell("paper_100hz", 3, False, ["pi", "adaptive"])
+    run = simulate(cell_scenario("paper_100hz", 3, False), "adaptive")
+    assert found["adaptive"]["rms_error_settled"] == run.metrics.rms_error_settled
+
+
+def test_controller_that_fails_has_no_figures(short, monkeypatch):
+    def fail(scenario):
+        raise ValueError("no")
+
+    monkeypatch.setitem(CONTROLLERS, "failing", fail)
+    found = run_cell("paper_100hz", 1, False, ["pi", "failing"])
+    assert found["failing"] == {}
+    cells = collect({Job("paper_100hz", 1, False): found})
+    assert set(cells["paper_100hz"]) == {"pi"}
+
+
+def made_up(**errors):
+    """Results of one scenario: settled errors of two seeds by controller, in mrad/s."""
+    return {
+        Job("made_up", seed, False): {name: {"rms_error_settled": 1e-3 * pair[seed]} for name, pair in errors.items()}
+        for seed in (0, 1)
+    }
+
+
+def test_ranking_names_the_best_rival_and_shows_a_loss_as_a_loss():
+    lines = {"oracle": (1, 1), "oracle_tuned": (1, 1), "noise_floor": (0.5, 0.5), "coulomb_true": (1, 1)}
+    cells = collect(made_up(pi=(8, 8), adaptive=(2, 4), good=(2, 2), bad=(9, 9), **lines))
+    assert best_rival(cells["made_up"]) == "good"
+    row = ranking_row("made_up", cells["made_up"])
+    assert row == ["made_up", "8", "0.5", "8", "3 (2 to 4)", "3", "6", "good", "4", "lost, 1.50"]
+    assert "**lost, 1.50**" in ranking_markdown(cells)
+    won = collect(made_up(pi=(8, 8), oracle=(1, 1), adaptive=(1, 1), good=(2, 2)))
+    assert ranking_row("made_up", won["made_up"])[-1] == "won, 0.50"
+    assert "oracle" in KNOWS_THE_TRUTH
+
+
+def test_every_scenario_is_in_one_group_and_tables_follow_the_groups():
+    members = [name for names in GROUPS.values() for name in names]
+    assert len(members) == len(set(members))
+    assert set(members) == ASKED
+    assert grouped(["made_up", "delay", "servo"]) == {
+        "Where the model holds": ["servo"],
+        "At the limits of the loop": ["delay"],
+        "Further scenarios": ["made_up"],
+    }
+    found = {Job(name, 1, False): {"pi": {"rms_error_settled": 1.0}} for name in ("delay", "servo")}
+    text = ranking_markdown(collect(found))
+    assert (
+        text.index("**Where the model holds**") < text.index("| servo |") < text.index("**At the limits of the loop**")
+    )
+
+
+def test_matrix_command_writes_tables_pictures_and_runs(tmp_path):
+    words = [sys.executable, "-m", "adaptive_ff", "matrix", "--only", "paper_100hz", "--seeds", "1", "--fastest"]
+    words += ["--controller", "oracle", "--controller", "adaptive", "--out", str(tmp_path), "--json"]
+    done = subprocess.run([*words, str(tmp_path / "all.json")], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "paper_100hz" in done.stdout
+    rows = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["runs"]
+    assert {(row["controller"], row["fastest"]) for row in rows} == {
+        (name, fast) for name in ("pi", "oracle", "adaptive") for fast in (False, True)
+    }
+    assert all(math.isfinite(row["rms_error_settled"]) for row in rows)
+    assert "| paper_100hz |" in (tmp_path / "matrix.md").read_text(encoding="utf-8")
+    for name in ("matrix_own_loop.png", "matrix_fastest_loop.png", "runs.csv"):
+        assert (tmp_path / name).stat().st_size > 500
+    reproduced = load_scenario(tmp_path / "scenarios" / "paper_100hz-own-1.toml")
+    own = next(row for row in rows if row["controller"] == "adaptive" and not row["fastest"])
+    assert simulate(reproduced, "adaptive").metrics.rms_error_settled == own["rms_error_settled"]
+
+
+@pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
+def test_runs_go_to_a_dask_cluster_by_its_executor(short, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    jobs = [Job(name, 1, False) for name in short]
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        found = run_matrix(jobs, ["pi", "oracle"], tmp_path / "cluster", executor=client.get_executor())
+    assert found == run_matrix(jobs, ["pi", "oracle"], tmp_path / "here", executor=Here())

@@ -1,0 +1,135 @@
+"""Suites: their files, their cases, their results."""
+
+import json
+import math
+import pickle
+
+import pytest
+from typer.testing import CliRunner
+
+from adaptive_ff.errors import InputError
+from adaptive_ff.simulation.tracking_errors import TrackingErrors, ratios
+from benchmarks import __main__ as command
+from benchmarks import running, suite
+from benchmarks.compare import geometric_mean, moved_lines, summary_lines
+from benchmarks.results import Result, Row, read_result
+from benchmarks.running import gathered, run_case, run_suite, scenario_case
+from benchmarks.suite import Case, Suite, load_suite, suite_names
+
+NAMES = suite_names()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_suite_has_cases_that_can_be_sent_to_processes_and_keys_of_their_own(name):
+    loaded = load_suite(name)
+    cases = loaded.generated(quick=True)
+    assert cases
+    assert len({case.key for case in cases}) == len(cases)
+    assert pickle.loads(pickle.dumps(cases[0])).key == cases[0].key
+
+
+def test_unknown_suites_and_fields_are_refused(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="suite = 'none' is not known; there are"):
+        load_suite("none")
+    monkeypatch.setattr(suite, "SUITES", tmp_path)
+    (tmp_path / "one.toml").write_text('title = "a"\ncases = []\nseeds = 3\n')
+    with pytest.raises(InputError, match=r"one.toml: seeds is not known"):
+        load_suite("one")
+
+
+def test_rows_outside_the_contract_are_named_by_patterns():
+    loaded = load_suite("situations")
+    assert loaded.is_outside("lag_untold_10")
+    assert not loaded.is_outside("paper_100hz")
+
+
+def made_up(value, controllers):
+    return {"": {"row": "odd" if value % 2 else "even"}, **{name: {"settled": value + 1.0} for name in controllers}}
+
+
+def refuses(controllers):
+    raise ValueError("there is none")
+
+
+@pytest.fixture
+def two_rows(tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "KEPT", tmp_path)
+    from functools import partial
+
+    cases = [Case(f"made/{value}", value, partial(made_up, value)) for value in range(4)]
+    return run_suite(Suite("made", "made up", []), [*cases, Case("refused/1", 1, refuses)], ["pi", "own"], workers=1)
+
+
+def test_cases_are_gathered_into_rows_and_refusals_are_named(two_rows):
+    assert two_rows.rows["odd"] == Row([1, 3], {"pi": {}, "own": {"settled": [2.0, 4.0]}})
+    assert two_rows.refused == {"refused/1": "there is none"}
+
+
+def test_a_result_is_read_as_it_was_written(two_rows, tmp_path):
+    two_rows.rows["odd"].figures["own"]["window"] = [math.inf, 0.123456]
+    file = two_rows.write(tmp_path)
+    again = read_result(tmp_path, "made")
+    assert again.rows["odd"].figures["own"] == {"settled": [2.0, 4.0], "window": [math.inf, 0.12346]}
+    assert vars(again) | {"rows": None} == vars(two_rows) | {"rows": None}
+    assert json.loads(file.read_text())["suite"] == "made"
+    assert read_result(tmp_path, "another") is None
+
+
+def test_a_result_that_is_too_large_is_refused(two_rows, tmp_path):
+    two_rows.rows["odd"].figures["own"]["settled"] = [1.2345] * 20_000
+    with pytest.raises(InputError, match="bytes are not allowed"):
+        two_rows.write(tmp_path)
+
+
+def test_several_joints_of_a_case_count_each():
+    cases = {"arm/1": Case("arm/1", 1, refuses)}
+    rows, _ = gathered(cases, {"arm/1": {"": {"row": "arm"}, "own": {"settled": [2.0, 3.0]}}}, {"own": "other name"})
+    assert rows["arm"].figures == {"other name": {"settled": [2.0, 3.0]}}
+
+
+def result(name, **settled):
+    rows = {row: Row(list(range(len(values))), {"own": {"settled": values}}) for row, values in settled.items()}
+    return Result(name, "", "", 0.0, "", {}, rows)
+
+
+def test_comparison_pairs_the_cases_that_both_have():
+    before, after = result("made", one=[2.0, 8.0, 1.0], two=[0.9]), result("made", one=[1.0, 4.0], two=[0.96])
+    inside, outside = summary_lines(Suite("made", "", [], outside=["two"]), before, after, ["own"])
+    assert inside[1:7] == ["inside", "own", "2", "4.000 2.000", "0.500", "0 0"]
+    assert outside[3:7] == ["1", "0.900 0.960", "1.067", "1 0"]
+    (moved,) = moved_lines(Suite("made", "", []), before, after, ["own"])
+    assert moved == ["made", "inside", "own", "one", "settled", "5", "2.5", "0.50"]
+
+
+def test_geometric_mean():
+    assert geometric_mean([1.0, 4.0]) == pytest.approx(2.0)
+
+
+def test_a_scenario_that_is_made_here_is_compared_with_pi():
+    from functools import partial
+
+    from benchmarks.cases.situations import named_scenario
+
+    case = scenario_case("row", "label", 3, partial(named_scenario, "light", 3))
+    found = run_case(case, ["pi", "adaptive"])
+    assert found[""] == {"row": "row"}
+    assert found["adaptive"]["settled"] == pytest.approx(found["pi"]["error"] / found["adaptive"]["error"])
+    same = TrackingErrors(1.0, 1.0, (1.0,))
+    assert set(ratios(same, same)) < set(found["adaptive"])
+
+
+def test_command_runs_a_suite_and_compares_two_folders(tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "KEPT", tmp_path / "kept")
+    for folder in ("before", "after"):
+        words = ["run", "matrix", "--only", "slow_010", "--quick", "--workers", "1", "--controllers", "oracle"]
+        done = CliRunner().invoke(command.app, [*words, "--as", "adaptive", "--out", str(tmp_path / folder)])
+        assert done.exit_code == 0, done.output
+    assert list(read_result(tmp_path / "before", "matrix").rows["slow_010"].figures) == ["pi", "adaptive"]
+    done = CliRunner().invoke(command.app, ["compare", str(tmp_path / "before"), str(tmp_path / "after")])
+    assert done.exit_code == 0
+    assert "1.000" in done.output
+
+
+def test_command_refuses_what_matches_nothing():
+    with pytest.raises(InputError, match="--only = 'none' matches no case of matrix"):
+        CliRunner().invoke(command.app, ["run", "matrix", "--only", "none"], catch_exceptions=False)
