@@ -1,0 +1,289 @@
+"""Unit torques of a joint along a motion: the columns of every regression in this package.
+
+The torque that a motion ``r(t)`` needs is a sum ``sum_i theta_i psi_i`` of unit torques ``psi_i`` times coefficients:
+
+=============  ==============================  ==========================================================
+column         unit torque                     coefficient
+=============  ==============================  ==========================================================
+inertia        ``dr/dt``                       inertia ``J``, kg m^2
+viscous        ``r``                           viscous coefficient ``sigma``, N m s/rad
+coulomb        ``s (1 - e)`` behind the lag    Coulomb friction ``Fc``, N m; ``g`` of the paper's (5)
+stiction       ``s e`` behind the lag          stiction ``Fs``, N m; ``h`` of (6)
+distance_i     ``z_i``, ``dz_i/dx = (s - z_i)/d_i``  Coulomb friction that follows over a path ``d_i``, N m
+asymmetries    ``e`` behind the lag, ``|r|``   what differs by direction, N m and N m s/rad
+waves          ``sin kq``, ``cos kq``          gravity (``k = 1``) and cogging, N m
+map            ``s`` times a function of q     friction over position or load, N m
+regressors     known signals                   their sizes, N m
+=============  ==============================  ==========================================================
+
+with ``e = exp(-|r/Vs|^delta)``, ``s`` the sign of ``r``, and the friction lag ``tau dz/dt = F - z``, equation (1). Two
+parameters enter nonlinearly, ``ln tau`` and ``ln Vs``; the last two columns are the torque's sensitivities to them.
+A new term is a new column here; nothing else has to know of it.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+
+from adaptive_ff.model.friction import adhesion_share
+from controllers.arrays import MutableArray, NDArray
+
+Array = NDArray[np.float64]
+
+INERTIA, VISCOUS, COULOMB, STICTION, PATHS = 0, 1, 2, 3, 4
+"""Places of the first columns; the distances begin at ``PATHS``."""
+
+LAGGED_SLIP, LAGGED_STICTION, LAGGED_SLOPE, SLIP_SENSITIVITY, STICTION_SENSITIVITY, LAGS = 0, 1, 2, 3, 4, 5
+"""Places of what follows with the friction lag: ``g``, ``h``, ``dh/d ln Vs``; slopes of two over ``ln tau``."""
+
+
+class Hypothesis(NamedTuple):
+    """What the torque of a joint is taken to consist of.
+
+    Attributes
+    ----------
+    shape : float
+        Stribeck shape factor ``delta``.
+    distances : ndarray, shape (d,)
+        Presliding distances, rad.
+    directions : bool
+        Whether friction may differ by direction.
+    waves : ndarray, shape (w,)
+        Wave numbers of torque over position, 1/rad: 1 for gravity.
+    map_waves : ndarray, shape (m,)
+        Wave numbers of friction over position, 1/rad.
+    hats : int
+        Piecewise linear functions of position that friction varies by (linear B-splines).
+    lowest, spacing : float
+        Position of the first and distance of two of them, rad.
+    over_load : bool
+        Whether friction varies with the known torque.
+    regressors : int
+        Further known regressors.
+    gear_ratio : float
+        Given positions over those of the joint.
+    """
+
+    shape: float
+    distances: Array
+    directions: bool
+    waves: Array
+    map_waves: Array
+    hats: int
+    lowest: float
+    spacing: float
+    over_load: bool
+    regressors: int
+    gear_ratio: float
+
+
+class FrictionState(NamedTuple):
+    """Memory of the friction columns; arrays are changed in place.
+
+    Attributes
+    ----------
+    lagged : ndarray, shape (5,)
+        What follows with the friction lag.
+    bent : ndarray, shape (d,)
+        What follows over each presliding distance.
+    direction : float
+        Sign of the friction: -1, 0 before any motion, or 1.
+    """
+
+    lagged: MutableArray
+    bent: MutableArray
+    direction: float
+
+
+def initial_friction_state(hypothesis: Hypothesis) -> FrictionState:
+    """Return the memory before any motion."""
+    return FrictionState(np.zeros(LAGS), np.zeros(hypothesis.distances.size), 0.0)
+
+
+def column_count(hypothesis: Hypothesis) -> int:
+    """Return the number of columns, the two sensitivities among them."""
+    waves = hypothesis.waves.size + hypothesis.map_waves.size
+    further = hypothesis.hats + int(hypothesis.over_load) + hypothesis.regressors
+    return PATHS + hypothesis.distances.size + 2 * int(hypothesis.directions) + 2 * waves + further + 2
+
+
+class Curve(NamedTuple):
+    """What the columns depend on nonlinearly.
+
+    Attributes
+    ----------
+    lag : float
+        Friction lag ``tau``, s.
+    stribeck_velocity : float
+        Stribeck velocity ``Vs``, rad/s.
+    coulomb, stiction : float
+        Present coefficients of the lagged columns, N m: the sensitivities are theirs.
+    hold : float
+        Speed beyond zero at which a reversed motion turns friction, rad/s.
+    """
+
+    lag: float
+    stribeck_velocity: float
+    coulomb: float
+    stiction: float
+    hold: float
+
+
+@register_jitable
+def _follow_lag(
+    lagged: MutableArray, place: int, slope_place: int, first: float, last: float, lag: float, duration: float
+) -> tuple[float, float]:
+    """Let one column follow a ramp with the friction lag; return its integral and that of its slope over ``ln tau``.
+
+    With ``E = exp(-h/tau)``, ``rho = (F1 - F0)/h``: ``z1 = F1 + (z0 - F0) E - rho tau (1 - E)``; its integral and the
+    derivatives of both with respect to ``ln tau`` in closed form.
+    """
+    decay = math.exp(-duration / lag)
+    settled, rate, away = 1.0 - decay, (last - first) / duration, lagged[place] - first
+    integral = (first + 0.5 * rate * duration) * duration + away * lag * settled
+    integral += rate * lag * (lag * settled - duration)
+    lagged[place] = last + away * decay - rate * lag * settled
+    if slope_place < 0:
+        return integral, 0.0
+    slope = lagged[slope_place]
+    total = slope * lag * settled + away * (lag * settled - duration * decay)
+    total += rate * (2.0 * lag * lag * settled - lag * duration * (decay + 1.0))
+    lagged[slope_place] = slope * decay + away * decay * duration / lag - rate * (lag * settled - duration * decay)
+    return integral, total
+
+
+@register_jitable
+def _slide(
+    hypothesis: Hypothesis,
+    state: FrictionState,
+    curve: Curve,
+    sign: float,
+    start: float,
+    end: float,
+    duration: float,
+    psi: MutableArray,
+) -> None:
+    """Add the integrals of the friction columns over a motion in which friction has one sign."""
+    velocity, shape = curve.stribeck_velocity, hypothesis.shape
+    low, high = adhesion_share(abs(start), velocity, shape), adhesion_share(abs(end), velocity, shape)
+    steep_low = low * shape * (abs(start) / velocity) ** shape if start != 0.0 else 0.0
+    steep_high = high * shape * (abs(end) / velocity) ** shape if end != 0.0 else 0.0
+    lagged, lag, last = state.lagged, curve.lag, psi.size - 1
+    slip, by_slip = _follow_lag(
+        lagged, LAGGED_SLIP, SLIP_SENSITIVITY, sign * (1.0 - low), sign * (1.0 - high), lag, duration
+    )
+    stick, by_stick = _follow_lag(lagged, LAGGED_STICTION, STICTION_SENSITIVITY, sign * low, sign * high, lag, duration)
+    steep, _ = _follow_lag(lagged, LAGGED_SLOPE, -1, sign * steep_low, sign * steep_high, lag, duration)
+    psi[COULOMB] += slip
+    psi[STICTION] += stick
+    psi[last - 1] += curve.coulomb * by_slip + curve.stiction * by_stick
+    psi[last] += (curve.stiction - curve.coulomb) * steep
+    middle = 0.5 * (start + end)
+    half, path = 0.25 * abs(start + middle) * duration, abs(middle) * duration
+    for i in range(hypothesis.distances.size):
+        away = state.bent[i] - sign
+        psi[PATHS + i] += (sign + away * math.exp(-half / hypothesis.distances[i])) * duration
+        state.bent[i] = sign + away * math.exp(-path / hypothesis.distances[i])
+
+
+@register_jitable
+def write_columns(
+    hypothesis: Hypothesis,
+    state: FrictionState,
+    curve: Curve,
+    start: float,
+    end: float,
+    duration: float,
+    position: float,
+    load: float,
+    regressors: Array,
+    psi: MutableArray,
+) -> FrictionState:
+    """Write the mean unit torques over a period in which the velocity goes linearly from one value to another.
+
+    Parameters
+    ----------
+    hypothesis, state, curve : Hypothesis, FrictionState, Curve
+        Terms, their memory, and what they depend on nonlinearly.
+    start, end : float
+        Velocity at the start and at the end of the period, rad/s.
+    duration : float
+        The period, s.
+    position : float
+        Position in the middle of the period, rad; not a number where it is not known.
+    load : float
+        Known torque, N m, for friction that varies with it.
+    regressors : ndarray
+        Further known regressors.
+    psi : ndarray, shape (n,)
+        Is given the columns.
+    """
+    for i in range(psi.size):
+        psi[i] = 0.0
+    psi[INERTIA], psi[VISCOUS] = (end - start) / duration, 0.5 * (start + end)
+    direction, hold = state.direction, curve.hold
+    if direction == 0.0:
+        direction = 1.0 if start + end > 0.0 else (-1.0 if start + end < 0.0 else 0.0)
+    if start == 0.0 and end == 0.0:
+        psi[STICTION] = state.lagged[LAGGED_STICTION]
+        for i in range(hypothesis.distances.size):
+            psi[PATHS + i] = state.bent[i]
+    else:
+        turn = 1.0  # share of the period before friction turns
+        if direction * end < -hold:
+            turn = 0.0
+            if direction * start > -hold:
+                turn = (start + direction * hold) / (start - end)
+        edge = start + turn * (end - start)
+        if turn > 0.0:
+            _slide(hypothesis, state, curve, direction, start, edge, turn * duration, psi)
+        if turn < 1.0:
+            direction = -direction
+            _slide(hypothesis, state, curve, direction, edge, end, (1.0 - turn) * duration, psi)
+        for i in range(COULOMB, psi.size):
+            psi[i] /= duration
+    place = PATHS + hypothesis.distances.size
+    sign = psi[COULOMB] + psi[STICTION]
+    if hypothesis.directions:
+        psi[place], psi[place + 1] = direction * psi[STICTION], abs(psi[VISCOUS])
+        place += 2
+    _write_over_position(hypothesis, position, sign, load, place, psi)
+    place = psi.size - 2 - hypothesis.regressors
+    for i in range(hypothesis.regressors):
+        psi[place + i] = regressors[i]
+    return FrictionState(state.lagged, state.bent, direction)
+
+
+@register_jitable
+def hold(state: FrictionState, fraction: float) -> FrictionState:
+    """Let a joint at rest hold a fraction of its static friction, from -1 to 1."""
+    for i in range(LAGS):
+        state.lagged[i] = 0.0
+    state.lagged[LAGGED_STICTION] = fraction
+    for i in range(state.bent.size):
+        state.bent[i] = fraction
+    return state
+
+
+@register_jitable
+def _write_over_position(
+    hypothesis: Hypothesis, position: float, sign: float, load: float, place: int, psi: MutableArray
+) -> None:
+    """Write the columns that depend on position and load; they are zero where it is not known."""
+    if math.isfinite(position):
+        q = position / hypothesis.gear_ratio
+        for i in range(hypothesis.waves.size):
+            angle = hypothesis.waves[i] * q
+            psi[place + 2 * i], psi[place + 2 * i + 1] = math.sin(angle), math.cos(angle)
+        at = place + 2 * hypothesis.waves.size
+        for i in range(hypothesis.map_waves.size):
+            angle = hypothesis.map_waves[i] * q
+            psi[at + 2 * i], psi[at + 2 * i + 1] = sign * math.sin(angle), sign * math.cos(angle)
+        at += 2 * hypothesis.map_waves.size
+        for i in range(hypothesis.hats):
+            away = abs(q - hypothesis.lowest - i * hypothesis.spacing) / hypothesis.spacing
+            psi[at + i] = sign * max(0.0, 1.0 - away)
+    if hypothesis.over_load:
+        psi[psi.size - 3 - hypothesis.regressors] = sign * abs(load)
