@@ -1,10 +1,8 @@
 """The stated minimum versions are enough: an installation of the lower bounds compares and identifies.
 
-It takes minutes (a download, an installation, a first compilation), so it runs where it is asked for:
-``MINIMUM_VERSIONS=1 python -m pytest tests/test_minimum_versions.py``, as ``.ci/run`` does.
+It takes minutes (a download, an installation, a first compilation), so it runs nightly.
 """
 
-import os
 import re
 import subprocess
 import sys
@@ -42,7 +40,7 @@ def test_every_dependency_has_a_lower_bound():
     assert "numpy==1.26" in lower_bounds()
 
 
-@pytest.mark.skipif("MINIMUM_VERSIONS" not in os.environ, reason="takes minutes; asked for with MINIMUM_VERSIONS=1")
+@pytest.mark.nightly
 def test_an_installation_of_the_lower_bounds_works(tmp_path):
     oldest = ".".join(map(str, sys.version_info[:2]))
     if f">={oldest}" != PROJECT["requires-python"]:

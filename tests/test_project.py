@@ -105,6 +105,7 @@ def test_wheel_contains_all_packages(wheel):
     assert not any(name.startswith(("tests/", "benchmarks/")) for name in names)
 
 
+@pytest.mark.nightly
 def test_installed_wheel_compares_outside_the_repository(wheel, tmp_path):
     site = tmp_path / "site"
     run(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", site, wheel, **environment())

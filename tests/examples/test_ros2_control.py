@@ -116,6 +116,7 @@ needs_compilers = pytest.mark.skipif(
 )
 
 
+@pytest.mark.nightly
 @needs_compilers
 def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
     for place in range(1, 7):
@@ -136,6 +137,7 @@ def test_the_wrapper_compiles_and_commands_what_python_does(tmp_path):
     assert np.max(np.abs(commanded["cascaded"] - commanded["alone"])) > 1.0
 
 
+@pytest.mark.nightly
 @needs_compilers
 @pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
 def test_the_wrapper_hands_on_further_known_regressors(tmp_path, single):

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from nightly import sampled
 
 from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
@@ -34,6 +35,12 @@ def kinds(makers):
 
 NAMES = kinds(CONTROLLERS)
 """Controllers that the checklist runs over: feedforwards that differ in numbers only are checked once."""
+
+SAMPLE = ("pi", "oracle", "adaptive", "adaptive_paper", "canudas", "disturbance_observer", "repetitive")
+"""One of each way to work: feedback, model, both identifiers, bristle observer, disturbance observer, memory."""
+
+LINE_UP = sampled(NAMES, SAMPLE)
+"""Controllers as parameters of a test: the sample in every run, the others nightly."""
 
 
 def make(name, scenario=SCENARIO):
@@ -98,7 +105,9 @@ def error_of(course, record, seconds):
 
 
 __all__ = [
+    "LINE_UP",
     "NAMES",
+    "SAMPLE",
     "SCENARIO",
     "begin",
     "course_along",

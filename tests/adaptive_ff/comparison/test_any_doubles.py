@@ -4,7 +4,7 @@ import math
 from functools import cache
 
 import pytest
-from closed_loops import NAMES, make
+from closed_loops import LINE_UP, make
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 from poisoned_runs import BAD, Learnt, is_finite
@@ -75,7 +75,7 @@ def learnt(name):
     return Learnt(name)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", LINE_UP)
 @settings(max_examples=10, **BRIEF)
 @given(rows=st.lists(st.tuples(*[ANY] * len(Inputs._fields)), min_size=1, max_size=30))
 @example(rows=[tuple(value if field == name else 0.01 for field in Inputs._fields) for name, value in POISONS])

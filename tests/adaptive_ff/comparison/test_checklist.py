@@ -7,7 +7,21 @@ import platform
 
 import numpy as np
 import pytest
-from closed_loops import NAMES, SCENARIO, begin, course_along, drive, error_of, lay_course, make, own_loop, run_plain
+from closed_loops import (
+    LINE_UP,
+    NAMES,
+    SAMPLE,
+    SCENARIO,
+    begin,
+    course_along,
+    drive,
+    error_of,
+    lay_course,
+    make,
+    own_loop,
+    run_plain,
+)
+from nightly import sampled
 
 from adaptive_ff.comparison.run import simulate
 
@@ -15,8 +29,8 @@ SHORT = SCENARIO.modified(duration=6.0)
 IDENTIFYING = [name for name in NAMES if make(name).estimate_names]
 SWITCHED = [name for name in NAMES if hasattr(make(name), "enabled")]
 
-controllers = pytest.mark.parametrize("name", NAMES)
-identifying = pytest.mark.parametrize("name", IDENTIFYING)
+controllers = pytest.mark.parametrize("name", LINE_UP)
+identifying = pytest.mark.parametrize("name", sampled(IDENTIFYING, SAMPLE))
 
 
 def same(found, expected):
@@ -237,6 +251,7 @@ def test_after_a_minute_of_standstill_it_works_as_from_the_start(name, noise):
     assert error_of(course, after, 20.0) < 1.2 * error_of(course, unspoilt, 20.0)
 
 
+@pytest.mark.nightly
 @controllers
 @pytest.mark.parametrize("noise", [0.0, 0.002], ids=["silent", "noisy"])
 def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, noise):
@@ -247,7 +262,7 @@ def test_after_an_hour_of_standstill_all_is_finite_and_learning_goes_on(name, no
     assert np.any(np.diff(after.estimates, axis=0)) == (name in IDENTIFYING)
 
 
-@pytest.mark.parametrize("name", SWITCHED)
+@pytest.mark.parametrize("name", sampled(SWITCHED, SAMPLE))
 def test_switched_off_it_keeps_its_estimates_and_feeds_them_forward(name):
     course, controller = lay_course(SCENARIO), make(name)
     assert controller.enabled is True

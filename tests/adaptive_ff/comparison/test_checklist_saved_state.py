@@ -5,14 +5,14 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import NAMES, SCENARIO, drive, lay_course, make, own_loop
+from closed_loops import LINE_UP, SCENARIO, drive, lay_course, make, own_loop
 
 from controllers import PI
 
 SHORT = SCENARIO.modified(duration=6.0)
 LIMIT = SCENARIO.actuator.torque_limit
 
-controllers = pytest.mark.parametrize("name", NAMES)
+controllers = pytest.mark.parametrize("name", LINE_UP)
 
 
 @controllers

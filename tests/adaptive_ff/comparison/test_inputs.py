@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from closed_loops import SCENARIO
+from closed_loops import SAMPLE, SCENARIO
+from nightly import sampled
 
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
 from controllers import PI, feedback_state
@@ -12,7 +13,7 @@ from controllers import PI, feedback_state
 NAMES = [name for name in CONTROLLERS if name not in FIXED]
 SAMPLES = 150
 
-everyone = pytest.mark.parametrize("name", NAMES)
+everyone = pytest.mark.parametrize("name", sampled(NAMES, SAMPLE))
 
 CORRECTED = ("lugre_observer", "maxwell_adaptive", "radial_basis")
 """Their law corrects what is fed by the tracking error, of which the correction is a part; with no switch for it."""
@@ -38,7 +39,7 @@ def torques(controller, correction):
     return np.array(found)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name not in CORRECTED])
+@pytest.mark.parametrize("name", sampled([name for name in NAMES if name not in CORRECTED], SAMPLE))
 def test_correction_is_seen_by_the_feedback_alone(name):
     """The torque differs by exactly what the PI loop makes of the correction.
 

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from closed_loops import SCENARIO, drive, lay_course, make, own_loop
+from nightly import sampled
 from poisoned_runs import is_finite
 from test_checklist_saved_state import altered, leaves
 
@@ -38,7 +39,7 @@ def tampered(text):
             yield path, put
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", sampled(NAMES, ("pi", "adaptive")))
 def test_what_is_accepted_of_tampered_states_stays_finite(name):
     controller, course = make(name), lay_course(AFTER)
     drive(controller, lay_course(SHORT))
