@@ -16,16 +16,16 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff import Scenario, load_scenario
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
-from adaptive_ff.design_studies.exciting_motion import (
+from adaptive_ff.files import write_json
+from adaptive_ff.scenario.library import SCENARIOS
+from adaptive_ff.studies.exciting_motion import (
     default_limits,
     exciting_motion,
     interval_widths,
     with_motion,
     yardstick,
 )
-from adaptive_ff.design_studies.information import NAMES
-from adaptive_ff.files import write_json
+from adaptive_ff.studies.information import NAMES
 from benchmarks.wide import wide_console
 
 PERIOD = 10.0

@@ -10,7 +10,7 @@ mpl.use("Agg")  # a picture in a file, no window
 
 from adaptive_ff import load_scenario, simulate
 from adaptive_ff.blocks import controller_block, drive_block, joint_block
-from adaptive_ff.design_studies.bandwidth_study import study_bandwidths
+from adaptive_ff.studies.bandwidth_study import study_bandwidths
 from controllers import PI, loop_margins_of, loop_systems
 
 folder = Path("results/choose_a_bandwidth")

@@ -26,11 +26,11 @@ from adaptive_ff.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy
-    from adaptive_ff.design_studies.commissioning import Gain
     from adaptive_ff.identify.result import LogIdentification
     from adaptive_ff.logs.log import Log
     from adaptive_ff.scenario.scenario import Scenario
+    from adaptive_ff.studies.bandwidth_study import BandwidthStudy
+    from adaptive_ff.studies.commissioning import Gain
 
 
 def commission_command(
@@ -63,7 +63,6 @@ def commission_command(
     report: Report = False,
 ) -> None:
     """Excite, identify, tune and write the scenario, in one go: the recipe for a real joint. Takes minutes."""
-    from adaptive_ff.design_studies.commissioning import gain_on_the_true_joint
     from adaptive_ff.files import write_result
     from adaptive_ff.identify.identification import identify_log
     from adaptive_ff.report.bandwidth_tables import best_table
@@ -73,6 +72,7 @@ def commission_command(
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
+    from adaptive_ff.studies.commissioning import gain_on_the_true_joint
 
     drawn, errors = picture_formats(formats), error_console()
     loaded, source = load_scenario(scenario), str(scenario or "built-in scenario")
@@ -143,12 +143,12 @@ def _recorded(
 
     The period of the motion is in s.
     """
-    from adaptive_ff.design_studies.commissioning import record
-    from adaptive_ff.design_studies.exciting_motion import default_limits
     from adaptive_ff.files import write_csv
     from adaptive_ff.logs.log import read_log
     from adaptive_ff.report.excitation_plot import plot_excitation
     from adaptive_ff.scenario.file import toml_text
+    from adaptive_ff.studies.commissioning import record
+    from adaptive_ff.studies.exciting_motion import default_limits
 
     task = progress.add_task("motion", total=1.0)
     limits = default_limits(scenario, **given)
@@ -163,7 +163,7 @@ def _recorded(
 
 def _tuned(scenario: "Scenario", found: "LogIdentification", progress: Progress) -> "tuple[Scenario, BandwidthStudy]":
     """Return the identified scenario with the bandwidth that suits it, and the study that found it."""
-    from adaptive_ff.design_studies.commissioning import identified_scenario, tuned
+    from adaptive_ff.studies.commissioning import identified_scenario, tuned
 
     work = progress.add_task("bandwidth", total=2.0)
     shares: dict[str, float] = {}

@@ -30,7 +30,6 @@ def excite_command(
     report: Report = False,
 ) -> None:
     """Find a motion that makes the parameters of a joint identifiable, within its limits. Takes minutes."""
-    from adaptive_ff.design_studies.exciting_motion import default_limits, exciting_motion
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.drawing import write_stamped
     from adaptive_ff.report.excitation_plot import plot_excitation
@@ -39,6 +38,7 @@ def excite_command(
     from adaptive_ff.scenario.file import to_toml, toml_text
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
+    from adaptive_ff.studies.exciting_motion import default_limits, exciting_motion
 
     drawn = picture_formats(formats)
     loaded, errors = load_scenario(scenario), error_console()

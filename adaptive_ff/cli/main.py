@@ -21,6 +21,7 @@ from adaptive_ff.cli.matrix import matrix_command
 from adaptive_ff.cli.new import new_command
 from adaptive_ff.cli.printable import printable
 from adaptive_ff.cli.replay import replay_command
+from adaptive_ff.cli.scenarios import scenarios_command
 from adaptive_ff.cli.score import score_command
 from adaptive_ff.cli.sweep import sweep_command
 from adaptive_ff.cli.termination import ending_in_order
@@ -62,6 +63,7 @@ def version_command() -> None:
 
 
 app.command("new")(new_command)
+app.command("scenarios")(scenarios_command)
 for _name, _command in (
     ("compare", compare_command),
     ("matrix", matrix_command),

@@ -13,7 +13,7 @@ from adaptive_ff.cli.terminal import Printer, announce_compilation, error_consol
 from adaptive_ff.errors import InputError
 
 if TYPE_CHECKING:
-    from adaptive_ff.comparison.matrix.jobs import Results
+    from adaptive_ff.studies.matrix import Results
 
 SHOWN = ("oracle", "lagged_batch", "adaptive")
 """Controllers beside ``pi`` where none are chosen: the two yardsticks that matter, and ours."""
@@ -67,9 +67,6 @@ def run_and_print(
 ) -> "Results":
     """Run the matrix, print its tables, write its files, and return all figures."""
     from adaptive_ff.comparison.comparison import BASELINE
-    from adaptive_ff.comparison.matrix.cells import scenario_names
-    from adaptive_ff.comparison.matrix.jobs import Job, run_matrix
-    from adaptive_ff.comparison.matrix.summary import collect
     from adaptive_ff.comparison.own import check_own_names, named_own
     from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
     from adaptive_ff.comparison.registry import CONTROLLERS
@@ -77,7 +74,10 @@ def run_and_print(
     from adaptive_ff.report.html_page import NAME, write_report
     from adaptive_ff.report.matrix_files import TITLES, by_loop, matrix_rows, write_matrix
     from adaptive_ff.report.matrix_tables import gains_table, ranking_table, standstill_table
+    from adaptive_ff.scenario.library import scenario_names
     from adaptive_ff.simulation.loop import run_in_memory
+    from adaptive_ff.studies.matrix import Job, run_matrix
+    from adaptive_ff.studies.ranking import collect
 
     drawn = picture_formats(formats)
     mine = named_own(own or [])

@@ -8,7 +8,7 @@ import typer
 
 from adaptive_ff.errors import InputError
 
-SCENARIO_HELP = "Scenario file (TOML); the built-in one by default."
+SCENARIO_HELP = "Scenario: a TOML file, or a name that adaptive-ff scenarios lists; the built-in one by default."
 OUT = Path("results")
 """Default of ``--out``."""
 

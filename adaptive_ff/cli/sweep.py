@@ -9,6 +9,7 @@ from adaptive_ff.cli.cluster import Scheduler, workers
 from adaptive_ff.cli.options import OUT, Formats, JsonCopy, OwnControllers, Report, ScenarioFile, picture_formats
 from adaptive_ff.cli.places import places
 from adaptive_ff.cli.terminal import Printer, announce_compilation, error_console, progress_bars
+from adaptive_ff.errors import InputError
 
 
 def sweep_command(
@@ -32,7 +33,6 @@ def sweep_command(
     """Draw joints at random, and show how pi, oracle, adaptive and further controllers fare on them."""
     from rich.table import Table
 
-    from adaptive_ff.comparison.drawn_joints import draw_scenario, summary, sweep
     from adaptive_ff.comparison.own import named_own
     from adaptive_ff.files import write_result
     from adaptive_ff.report.comparison_tables import classes_table, own_sweep_table, sweep_table
@@ -42,6 +42,8 @@ def sweep_command(
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
+    from adaptive_ff.studies.drawn_joints import draw_scenario
+    from adaptive_ff.studies.sweep import refusals, summary, sweep
 
     drawn = picture_formats(formats)
     errors = error_console()
@@ -61,6 +63,9 @@ def sweep_command(
                 executor=executor,
                 progress=lambda share: progress.update(task, completed=share),
             )
+        refused = [f"{count} joints refused: {reason}" for reason, count in refusals(outcomes).items()]
+        if all(outcome.refused for outcome in outcomes):
+            raise InputError(f"{loaded.name}: none of {runs} joints can be run; {'; '.join(refused)}")
         result = summary(outcomes, seed)
         for rank, case in enumerate(result["worst"], start=1):
             text = to_toml(draw_scenario(loaded, seed, case["draw"]))
@@ -76,6 +81,7 @@ def sweep_command(
             classes_table(result),
             *([own_sweep_table(result)] if result["own"] else []),
             f"Whole run more than 5 % worse than pi: {worse}",
+            *refused,
         ]
         if report:
             title = f"{runs} joints drawn around {loaded.name}, seed {seed}"

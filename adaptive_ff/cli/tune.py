@@ -26,7 +26,6 @@ def tune_command(
 ) -> None:
     """Find the bandwidth that suits each controller: margins, noise and error over the bandwidth of the PI loop."""
     from adaptive_ff.comparison.own_bandwidth import FIRST_TUNING_SEED
-    from adaptive_ff.design_studies.bandwidth_study import STUDIED, study_bandwidths
     from adaptive_ff.files import write_csv, write_result
     from adaptive_ff.report.bandwidth_tables import best_table, errors_table, loops_table
     from adaptive_ff.report.drawing import write_stamped
@@ -34,6 +33,7 @@ def tune_command(
     from adaptive_ff.scenario.file import to_toml
     from adaptive_ff.scenario.scenario import load_scenario
     from adaptive_ff.simulation.loop import run_in_memory
+    from adaptive_ff.studies.bandwidth_study import STUDIED, study_bandwidths
 
     drawn = picture_formats(formats)
     loaded, errors = load_scenario(scenario), error_console()

@@ -5,11 +5,11 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.report.comparison_plots import looks_of
 from adaptive_ff.report.drawing import INK, STYLE, Look, explain_looks, label_above, make_panels
 from adaptive_ff.report.scaling import scale_for
 from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 
 NOISE: Look = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2)), "label": "noise alone"}
 COMMON: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "bandwidth of the scenario"}

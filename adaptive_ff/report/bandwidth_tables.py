@@ -6,9 +6,9 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE
-from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy
 from adaptive_ff.report.scaling import scale_for, shown
 from adaptive_ff.scenario.axis_units import axis_unit
+from adaptive_ff.studies.bandwidth_study import BandwidthStudy
 
 
 def loops_table(study: BandwidthStudy) -> Table:

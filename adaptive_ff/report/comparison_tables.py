@@ -6,13 +6,14 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
-from adaptive_ff.comparison.drawn_joints import CLASSES, HUNTING, QUANTILES, QUANTITIES
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import Run
 from adaptive_ff.model.friction import PER_DIRECTION, unit_of
 from adaptive_ff.report.scaling import DEVIATIONS, scale_for, shown
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.truth import last_model, true_waves
+from adaptive_ff.studies.drawn_joints import CLASSES, HUNTING
+from adaptive_ff.studies.sweep import QUANTILES, QUANTITIES
 
 
 def tracking_table(comparison: Comparison) -> Table:

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from adaptive_ff.design_studies.motion import Excitation
 from adaptive_ff.report.drawing import INK, STYLE, Look, draw_series, explain_looks, label_above, make_panels
+from adaptive_ff.studies.motion import Excitation
 
 MOTION: Look = {"color": "#d55e00", "linewidth": 1.2, "label": "motion"}
 LIMIT: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 2, 1, 2)), "label": "limit"}

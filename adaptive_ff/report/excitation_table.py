@@ -3,8 +3,8 @@
 from rich.box import SIMPLE
 from rich.table import Table
 
-from adaptive_ff.design_studies.motion import Excitation
 from adaptive_ff.report.scaling import shown
+from adaptive_ff.studies.motion import Excitation
 
 
 def motion_table(motion: Excitation, *, linear: bool = False) -> Table:

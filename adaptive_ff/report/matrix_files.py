@@ -7,12 +7,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from adaptive_ff.comparison.matrix.cells import cell_scenario
-from adaptive_ff.comparison.matrix.jobs import Results
-from adaptive_ff.comparison.matrix.summary import collect, ranking_markdown
 from adaptive_ff.report.drawing import write_figures
 from adaptive_ff.report.matrix_picture import draw_matrix
 from adaptive_ff.scenario.file import to_toml
+from adaptive_ff.studies.matrix import Results, cell_scenario
+from adaptive_ff.studies.ranking import collect, ranking_markdown
 
 TITLES = {
     False: "Settled rms error: improvement over pi, median over seeds",

@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from adaptive_ff.comparison.fixed_models import FORMS, SOURCES
-from adaptive_ff.comparison.matrix.groups import grouped
-from adaptive_ff.comparison.matrix.summary import KNOWS_THE_TRUTH, OURS, Cell, Cells
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.report.drawing import INK, STYLE, stamp
+from adaptive_ff.studies.ranking import KNOWS_THE_TRUTH, OURS, Cell, Cells, grouped
 
 WEAKEST, STRONGEST = -2.0, 6.0
 """Range of improvement over PI that the colours show, powers of two; PI itself is in the middle of the colours."""

@@ -5,11 +5,10 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from adaptive_ff.comparison.comparison import BASELINE
-from adaptive_ff.comparison.matrix.groups import grouped
-from adaptive_ff.comparison.matrix.jobs import Results
-from adaptive_ff.comparison.matrix.summary import HEADINGS, Cells, ranking_row, standstill_rows
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.studies.matrix import Results
+from adaptive_ff.studies.ranking import HEADINGS, Cells, grouped, ranking_row, standstill_rows
 
 
 def ranking_table(cells: Cells, title: str) -> Table:

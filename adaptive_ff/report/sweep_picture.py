@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from adaptive_ff.comparison.drawn_joints import CONTROLLERS, HUNTING
-from adaptive_ff.comparison.outcomes import Outcome
 from adaptive_ff.report.drawing import INK, QUIET, STYLE, Look, explain_looks, label_above, stamp, write_figure
 from adaptive_ff.report.framing import plain_name
+from adaptive_ff.studies.drawn_joints import CONTROLLERS, HUNTING
+from adaptive_ff.studies.sweep import Outcome
 
 ADAPTIVE: Look = {"color": "#d55e00", "label": "adaptive"}
 OWN_COLOURS = ("#0072b2", "#cc79a7", "#009e73", "#b89b00")

@@ -16,6 +16,7 @@ from pydantic_core import PydanticCustomError
 from adaptive_ff.errors import InputError, check_kind, read_text
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.scenario.library import scenario_file
 from adaptive_ff.scenario.plausibility import default_peak, motion_cautions
 from adaptive_ff.scenario.point_to_point import PointToPoint
 from adaptive_ff.scenario.position import PositionControl
@@ -390,7 +391,7 @@ def load_scenario(path: str | Path | None = None, reference: str | Path | None =
     Parameters
     ----------
     path : str or Path, optional
-        A TOML file; the built-in scenario by default.
+        A TOML file, or the name of a scenario of the package; the built-in scenario by default.
     reference : str or Path, optional
         A recorded reference (CSV) instead of the one in the file.
 
@@ -408,7 +409,7 @@ def load_scenario(path: str | Path | None = None, reference: str | Path | None =
     """
     check_kind("path", path, (str, os.PathLike, NoneType), "a path; parse_scenario(tables, name) takes tables")
     check_kind("reference", reference, (str, os.PathLike, NoneType), "a path")
-    file = BUILT_IN if path is None else Path(path)
+    file = BUILT_IN if path is None else scenario_file(Path(path))
     text = read_text(file, "is not valid TOML", "utf-8-sig")
     try:
         content = tomllib.loads(text)

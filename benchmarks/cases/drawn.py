@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from adaptive_ff import Scenario, load_scenario
-from adaptive_ff.comparison.drawn_joints import class_of, draw_scenario, fall_over_gain
+from adaptive_ff.studies.drawn_joints import class_of, draw_scenario, fall_over_gain
 from benchmarks.cases.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
 from benchmarks.running import scenario_case
 from benchmarks.suite import Case

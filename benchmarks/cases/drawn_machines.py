@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from adaptive_ff import Scenario, load_scenario, simulate
-from adaptive_ff.comparison.drawn_joints import draw_scenario
+from adaptive_ff.studies.drawn_joints import draw_scenario
 
 PERIODS = (0.02, 0.01, 0.005, 0.002, 0.001)
 """Sampling periods, s."""

@@ -5,9 +5,9 @@ from functools import partial
 from typing import Any
 
 from adaptive_ff import Scenario, load_scenario, simulate
-from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.scenario.truth import true_model
+from adaptive_ff.studies.drawn_joints import draw_scenario
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff import Scenario, load_scenario
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.scenario.library import SCENARIOS
 
 
 class Row(NamedTuple):

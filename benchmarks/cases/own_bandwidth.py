@@ -10,10 +10,10 @@ from functools import partial
 import numpy as np
 
 from adaptive_ff import Scenario, load_scenario
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.own_bandwidth import find_own_bandwidth, settled_error, with_bandwidth
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
 from adaptive_ff.comparison.registry import CONTROLLERS
+from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 

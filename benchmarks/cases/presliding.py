@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from adaptive_ff import Scenario, load_scenario
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.scenario.library import SCENARIOS
 from benchmarks.running import scenario_case
 from benchmarks.suite import Case
 

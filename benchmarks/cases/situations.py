@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from adaptive_ff import Scenario, load_scenario, parse_scenario
-from adaptive_ff.comparison.matrix.cells import SCENARIOS, scenario_names
+from adaptive_ff.scenario.library import SCENARIOS, scenario_names
 from adaptive_ff.scenario.new import new_scenario_text
 from benchmarks.cases.maps import MAPS, told
 from benchmarks.running import scenario_case

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_plain_course
 from adaptive_ff.simulation.loop import Position, run_compiled, start_position
 from adaptive_ff.simulation.metrics import rms
+from adaptive_ff.studies.drawn_joints import draw_scenario
 from plant import FrictionChange, schedule
 
 PART = 600

@@ -7,8 +7,8 @@ import pytest
 
 from adaptive_ff import load_scenario
 from adaptive_ff.cli import cluster
-from adaptive_ff.comparison import drawn_joints
 from adaptive_ff.errors import InputError
+from adaptive_ff.studies.sweep import sweep as run_sweep
 from tests.helpers.command_line import run_command_line
 
 distributed = pytest.importorskip("distributed")
@@ -25,12 +25,9 @@ def address():
 
 
 @pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
-def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it_stopped(
-    address, tmp_path, monkeypatch
-):
+def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it_stopped(address, tmp_path):
     file = tmp_path / "joint.toml"
     file.write_text("duration = 3.0\n" + run_command_line("new", *JOINT).out, encoding="utf-8")
-    monkeypatch.setattr(drawn_joints, "BATCH", 1)
     folder, shares = tmp_path / "there", []
 
     def kill_one_then_stop(share):
@@ -43,13 +40,14 @@ def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it
     with distributed.Client(address) as client:
         given = {"folder": folder, "executor": client.get_executor(), "progress": kill_one_then_stop}
         with pytest.raises(KeyboardInterrupt):
-            drawn_joints.sweep(load_scenario(file), 8, **given)
+            run_sweep(load_scenario(file), 8, **given)
     assert shares == [count / 8 for count in range(1, 6)]
     sweep = ("sweep", str(file), "--runs", "8", "--out")
     done = run_command_line(*sweep, str(folder), "--scheduler", address)
     assert done.status == 0, done.err
     lines = (folder / "sweep-1.jsonl").read_text(encoding="utf-8").splitlines()
-    assert sorted(json.loads(line)["draw"] for line in lines) == list(range(8))  # none was run again
+    kept = [json.loads(line)[:2] for line in lines]
+    assert sorted(kept) == [[str(draw), name] for draw in range(8) for name in ("", "adaptive", "oracle", "pi")]
     assert run_command_line(*sweep, str(tmp_path / "here")).status == 0
     there, here = (json.loads((tmp_path / name / "sweep.json").read_text()) for name in ("there", "here"))
     assert there == here

@@ -9,7 +9,6 @@ from scenario_files import short, write_scenario
 
 from adaptive_ff import InputError, Scenario, compare, load_scenario, simulate
 from adaptive_ff.comparison import own_bandwidth
-from adaptive_ff.comparison.drawn_joints import sweep
 from adaptive_ff.comparison.own_bandwidth import (
     STEP,
     TUNING_SEEDS,
@@ -20,6 +19,7 @@ from adaptive_ff.comparison.own_bandwidth import (
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
+from adaptive_ff.studies.sweep import sweep
 from controllers import PI, fastest_bandwidth, pi_gains
 
 SHORT = load_scenario().modified(duration=4.0, controllers=["pi", "adaptive"])

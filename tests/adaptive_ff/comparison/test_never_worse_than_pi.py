@@ -4,7 +4,7 @@ import pytest
 from nightly import sampled
 
 from adaptive_ff import load_scenario
-from adaptive_ff.comparison.drawn_joints import draw_scenario, fall_over_gain
+from adaptive_ff.studies.drawn_joints import draw_scenario, fall_over_gain
 from benchmarks.cases.drawn_machines import draw_cascade, draw_elastic, draw_machine, draw_resting, draw_saturating
 from benchmarks.cases.situations import named_scenario
 from tests.helpers.judged import judge

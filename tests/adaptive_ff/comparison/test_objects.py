@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import InputError, compare, load_scenario, simulate
-from adaptive_ff.comparison.drawn_joints import sweep
+from adaptive_ff.studies.sweep import sweep
 
 
 @pytest.fixture(scope="module")

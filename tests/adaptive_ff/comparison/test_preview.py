@@ -8,8 +8,8 @@ import pytest
 from closed_loops import lay_course, make
 
 from adaptive_ff import JointGroup, load_scenario, simulate
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.running import Drive
+from adaptive_ff.scenario.library import SCENARIOS
 
 STOPS = load_scenario().modified(
     seed=101,

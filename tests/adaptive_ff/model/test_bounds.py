@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from adaptive_ff import simulate
-from adaptive_ff.comparison.matrix.cells import cell_scenario
 from adaptive_ff.model.bounds import largest_lag, torque_model
+from adaptive_ff.studies.matrix import cell_scenario
 
 
 @pytest.mark.parametrize(("response", "largest"), [(0.016, 0.16), (0.01, 0.1), (0.0013, 0.1), (1e-6, 0.1)])

@@ -6,9 +6,9 @@ import itertools
 import numpy as np
 import pytest
 
-from adaptive_ff.comparison.outcomes import Outcome
 from adaptive_ff.report.sweep_picture import plot_sweep
 from adaptive_ff.simulation.metrics import Metrics
+from adaptive_ff.studies.sweep import Outcome
 
 
 def outcome(draw, adaptive, **own):

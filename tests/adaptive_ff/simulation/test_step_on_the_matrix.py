@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from adaptive_ff import load_scenario
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
+from adaptive_ff.scenario.library import SCENARIOS
 from plant import JointModel, JointState
 from plant.sliding import velocity_under_friction
 from plant.step import friction_at, step_joint

@@ -14,9 +14,9 @@ from adaptive_ff.adaptive.learning.candidate_margins import alike, margin_of, no
 from adaptive_ff.adaptive.learning.candidate_moments import OUTLIER, residual_moments_in_place, robust_share
 from adaptive_ff.adaptive.learning.candidates import keep_offset_in_place
 from adaptive_ff.adaptive.learning.prediction import predict_torque
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.registry import make_adaptive
 from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION
+from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.simulation.metrics import rms
 
 JOINT = load_scenario(SCENARIOS / "high_stiction.toml").modified(seed=101)

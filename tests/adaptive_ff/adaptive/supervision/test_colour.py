@@ -15,9 +15,9 @@ from adaptive_ff.adaptive.supervision.colour import (
 from adaptive_ff.adaptive.supervision.noise_level import RISE, advance_noise, initial_noise
 from adaptive_ff.adaptive.supervision.observer_gates import AT_ONCE, MUCH, helping_share
 from adaptive_ff.adaptive.supervision.observer_state import initial_observer
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
+from adaptive_ff.scenario.library import SCENARIOS
 from controllers import check_gains
 from tests.helpers.judged import judge
 

@@ -23,9 +23,9 @@ from adaptive_ff.adaptive.supervision.ringing import (
     rings,
 )
 from adaptive_ff.adaptive.supervision.swift_ringing import Background
-from adaptive_ff.comparison.drawn_joints import draw_scenario
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
+from adaptive_ff.studies.drawn_joints import draw_scenario
 from tests.helpers.changed_effect import with_effect
 from tests.helpers.judged import judge
 

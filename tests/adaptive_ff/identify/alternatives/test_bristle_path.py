@@ -7,11 +7,11 @@ import pytest
 from bristle_logs import COULOMB, INERTIA, VISCOUS, bristle_log
 
 from adaptive_ff import AdaptiveController, load_scenario, simulate
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.identify.terms import DAMPING, LAG, PATH
 from adaptive_ff.identify.words.scenario_text import scenario_text
 from adaptive_ff.logs.log import Log
+from adaptive_ff.scenario.library import SCENARIOS
 from plant.lugre_joint import LuGreJoint
 
 

@@ -1,25 +1,28 @@
-"""One run of the matrix: all controllers on a scenario with a seed, and their figures of merit."""
+"""The scenario matrix: controllers on the scenarios of the package over seeds, each kept as soon as it is done."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.comparison.comparison import BASELINE
-from adaptive_ff.comparison.own import Own
+from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, own_mark
 from adaptive_ff.comparison.reference_lines import NOISE_FLOOR, noise_floor
-from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.comparison.registry import CONTROLLERS, make_controller
 from adaptive_ff.comparison.run import Run, simulate
+from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.scenario import Scenario, load_scenario
 from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.simulation.metrics import START, rms, standstill_range
 from adaptive_ff.simulation.tracking_errors import WINDOW, window_slices
+from adaptive_ff.studies.fingerprint import fingerprint
+from adaptive_ff.studies.study import Store, run_study
 from controllers import fastest_bandwidth
-
-SCENARIOS = Path(__file__).resolve().parent / "scenarios"
-"""Scenario files of the matrix."""
 
 RECOVERY = 10.0
 """Time that a controller is given after a change of friction, s."""
@@ -31,9 +34,30 @@ Figures = dict[str, float | None]
 """Figures of merit by name; None where a scenario has no such thing."""
 
 
-def scenario_names() -> list[str]:
-    """Return the names of the scenarios of the matrix."""
-    return sorted(file.stem for file in SCENARIOS.glob("*.toml"))
+class Job(NamedTuple):
+    """A scenario with a seed, and with the fastest PI loop or its own.
+
+    Attributes
+    ----------
+    scenario : str
+        Name of the scenario.
+    seed : int
+        Seed.
+    fastest : bool
+        Whether the PI loop is the fastest that margin and noise allow.
+    """
+
+    scenario: str
+    seed: int
+    fastest: bool
+
+    @property
+    def key(self) -> str:
+        """What tells it from the others."""
+        return f"{self.scenario}, {'fastest' if self.fastest else 'own'}, {self.seed}"
+
+
+Results = dict[Job, dict[str, Figures]]
 
 
 def cell_scenario(name: str, seed: int, fastest: bool) -> Scenario:
@@ -57,16 +81,56 @@ def with_fastest_loop(scenario: Scenario) -> Scenario:
     return Scenario.model_validate({**scenario.model_dump(exclude_unset=True), "feedback": feedback})
 
 
-def run_cell(
-    name: str, seed: int, fastest: bool, controllers: list[str], own: Mapping[str, Own] | None = None
-) -> dict[str, Figures]:
-    """Run controllers on a scenario with a seed and return their figures of merit by name.
+def run_matrix(
+    jobs: list[Job],
+    controllers: list[str],
+    folder: Path,
+    *,
+    own: Mapping[str, Own] | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Results:
+    """Run the jobs; what is kept from an earlier call, with the same code and scenarios, is not run again.
+
+    Parameters
+    ----------
+    jobs : list of Job
+        What to run.
+    controllers : list of str
+        Names of the controllers.
+    folder : Path
+        Where results are kept, in ``runs.jsonl``.
+    own : mapping, optional
+        Own controllers by name, run beside those; see :func:`adaptive_ff.comparison.own.make_own`. Results are kept of
+        those that are given as ``FILE.py:NAME``, until that file changes.
+    executor : concurrent.futures.Executor, optional
+        Where the runs go, such as that of a Dask client; by default processes on all cores.
+    progress : callable, optional
+        Is called with the share done, from 0 to 1.
+    """
+    own = own or {}
+    check_own_names(own, {**CONTROLLERS, NOISE_FLOOR: None})
+    files = {file for job in jobs for file in SCENARIOS.glob(f"{job.scenario}.*")}
+    marks = {name: own_mark(one) for name, one in own.items()}
+    found = run_study(
+        partial(run_job, own),
+        {job.key: job for job in jobs},
+        [*controllers, *own],
+        store=Store(folder / "runs.jsonl", fingerprint([__name__], files), marks),
+        executor=executor,
+        workers=None if can_be_sent(own) else 1,
+        progress=progress,
+    )
+    return {job: {name: found[job.key][name] for name in (*controllers, *own)} for job in jobs}
+
+
+def run_job(own: Mapping[str, Own], job: Job, controllers: list[str]) -> dict[str, Figures]:
+    """Return figures of merit of controllers on a scenario, by name.
 
     A controller of the package that cannot be made for the scenario, or that does not keep the loop finite, has none;
     so does an own one whose loop does not stay finite. What else goes wrong in an own one is raised.
     """
-    own = own or {}
-    scenario = cell_scenario(name, seed, fastest)
+    scenario = cell_scenario(*job)
     course = lay_course(scenario)
     pi = simulate(scenario, BASELINE, course=course, uncertain=False)
     base = windows(pi)

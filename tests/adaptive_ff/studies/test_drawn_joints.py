@@ -11,23 +11,13 @@ from hypothesis import strategies as st
 from scenario_files import write_scenario
 
 from adaptive_ff import InputError, load_scenario
-from adaptive_ff.comparison import drawn_joints
-from adaptive_ff.comparison.drawn_joints import (
-    QUANTITIES,
-    class_of,
-    draw_scenario,
-    drawn_joint,
-    fall_over_gain,
-    needed_torque,
-    quantities,
-    run_draw,
-    summary,
-    sweep,
-)
-from adaptive_ff.comparison.matrix.cells import SCENARIOS
 from adaptive_ff.comparison.run import simulate
 from adaptive_ff.scenario.file import to_toml
+from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.scenario.scenario import parse_scenario
+from adaptive_ff.studies import sweep as studies
+from adaptive_ff.studies.drawn_joints import class_of, draw_scenario, drawn_joint, fall_over_gain, needed_torque
+from adaptive_ff.studies.sweep import QUANTITIES, Outcome, quantities, refusals, summary, sweep
 from plant import JointModel, whole_multiple
 
 SHORT = load_scenario().modified(duration=4.0, sweep={"velocity_noise": [0.0, 0.001]})
@@ -148,7 +138,8 @@ def test_bad_input_is_refused(tmp_path):
 @pytest.mark.parametrize("name", ["asymmetric", "lugre", "elastic", "backlash", "maxwell", "rolling", "elasto_plastic"])
 def test_joints_of_every_kind_are_drawn(name):
     scenario = load_scenario(SCENARIOS / f"{name}.toml").modified(duration=5.0)
-    outcomes = [run_draw(scenario, 101, draw) for draw in range(6)]
+    with ThreadPoolExecutor(1) as executor:
+        outcomes = sweep(scenario, 6, 101, executor=executor)
     ran = [outcome for outcome in outcomes if not outcome.refused]
     assert ran
     for outcome in ran:
@@ -197,17 +188,33 @@ def test_rival_of_the_package_is_run_on_every_joint_and_kept(tmp_path):
 
 def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path, monkeypatch, outcomes):
     ran = []
-    run = drawn_joints.run_draw
-    monkeypatch.setattr(drawn_joints, "run_draw", lambda *arguments: ran.append(arguments[2]) or run(*arguments))
+    run = studies.run_draw
+    monkeypatch.setattr(studies, "run_draw", lambda *arguments: ran.append(arguments[3]) or run(*arguments))
     with ThreadPoolExecutor(1) as executor:
         sweep(SHORT, 3, seed=5, folder=tmp_path, executor=executor)
         assert sorted(ran) == [0, 1, 2]
-        file = tmp_path / "sweep-5.jsonl"
-        text = file.read_text(encoding="utf-8")
-        file.write_text(text[:-20], encoding="utf-8")  # cut short by a power cut
         again = sweep(SHORT, 4, seed=5, folder=tmp_path, executor=executor)
-        assert len(ran) == 3 + 2
-        assert 3 in ran
+        assert ran[3:] == [3]
         assert again == outcomes[:4]
         sweep(SHORT.modified(duration=1.0), 2, seed=5, folder=tmp_path, executor=executor)
-        assert len(ran) == 3 + 2 + 2
+        assert ran[4:] == [0, 1]
+
+
+def test_beside_an_encoder_no_noise_of_the_velocity_is_drawn():
+    scenario = load_scenario("encoder").modified(duration=2.0)
+    drawn = draw_scenario(scenario, 1, 0)
+    assert drawn.sensor == scenario.sensor
+    assert drawn.joint.inertia != scenario.joint.inertia
+
+
+def test_reasons_for_refusals_are_counted_by_kind_and_a_sweep_of_them_alone_is_bad_input(tmp_path):
+    found = [
+        Outcome(0, {}, "period = 0.5 is too long"),
+        Outcome(1, {}, "period = 0.25 is too long"),
+        Outcome(2, {}, "no"),
+    ]
+    assert refusals([*found, Outcome(3, {})]) == {"period = 0.5 is too long": 2, "no": 1}
+    coarse = SHORT.modified(sweep={"coulomb": [1e5, 2e5], "friction_lag": [0.0, 0.0]})
+    scenario = write_scenario(tmp_path, coarse.model_dump(mode="json", exclude_none=True))
+    line = refusal("sweep", scenario, "--runs", 2, "--out", tmp_path / "out")
+    assert "none of 2 joints can be run; 2 joints refused: " in line

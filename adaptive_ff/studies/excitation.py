@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from adaptive_ff.design_studies.information import NAMES, Array, AssumedJoint
-from adaptive_ff.design_studies.motion import Excitation, MotionLimits
-from adaptive_ff.design_studies.motion_search import MotionSearch
 from adaptive_ff.errors import InputError
+from adaptive_ff.studies.information import NAMES, Array, AssumedJoint
+from adaptive_ff.studies.motion import Excitation, MotionLimits
+from adaptive_ff.studies.motion_search import MotionSearch
 
 STARTS, ROUNDS = 6, 8
 """Starts of the search, and trials of each."""

@@ -16,9 +16,9 @@ from adaptive_ff.comparison.own_bandwidth import (
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.design_studies.loop_at_bandwidth import LoopAtBandwidth, loop_at
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.studies.loop_at_bandwidth import LoopAtBandwidth, loop_at
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

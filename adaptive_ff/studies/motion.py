@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.design_studies.information import Array
 from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.studies.information import Array
 
 
 @dataclass(frozen=True)

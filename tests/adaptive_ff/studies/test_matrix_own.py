@@ -7,12 +7,12 @@ import pytest
 from command_line import refusal, run_command_line
 
 from adaptive_ff import InputError, simulate
-from adaptive_ff.comparison.matrix import jobs
-from adaptive_ff.comparison.matrix.cells import SCENARIOS, cell_scenario
-from adaptive_ff.comparison.matrix.jobs import Job, run_matrix
-from adaptive_ff.comparison.matrix.summary import collect
 from adaptive_ff.report.matrix_picture import column_groups
 from adaptive_ff.report.matrix_tables import gains_table
+from adaptive_ff.scenario.library import SCENARIOS
+from adaptive_ff.studies import matrix
+from adaptive_ff.studies.matrix import Job, cell_scenario, run_matrix
+from adaptive_ff.studies.ranking import collect
 
 SOURCE = """
 class Mine:
@@ -29,8 +29,8 @@ def short(monkeypatch, tmp_path):
     """One scenario of the matrix, cut to a few seconds."""
     text = (SCENARIOS / "paper_100hz.toml").read_text(encoding="utf-8")
     (tmp_path / "paper_100hz.toml").write_text(text.replace("duration = 60.0", "duration = 4.0"), encoding="utf-8")
-    for module in ("cells", "jobs"):
-        monkeypatch.setattr(f"adaptive_ff.comparison.matrix.{module}.SCENARIOS", tmp_path)
+    monkeypatch.setattr(matrix, "SCENARIOS", tmp_path)
+    monkeypatch.setattr("adaptive_ff.scenario.library.SCENARIOS", tmp_path)
     (tmp_path / "mine.py").write_text(SOURCE, encoding="utf-8")
     return tmp_path
 
@@ -45,8 +45,8 @@ class Mine:
 
 def test_own_controller_is_run_beside_the_others_and_kept_until_its_file_changes(short, monkeypatch):
     job = Job("paper_100hz", 1, False)
-    run, ran = jobs.run_job, []
-    monkeypatch.setattr(jobs, "run_job", lambda job, names, own: ran.append(names) or run(job, names, own))
+    run, ran = matrix.run_job, []
+    monkeypatch.setattr(matrix, "run_job", lambda own, job, names: ran.append(names) or run(own, job, names))
     own = {"mine": f"{short / 'mine.py'}:Mine"}
     with ThreadPoolExecutor(1) as executor:
         results = run_matrix([job], ["pi"], short / "out", own=own, executor=executor)
@@ -99,4 +99,4 @@ def test_command_line(short):
 def test_file_in_the_place_of_the_folder_is_named(short):
     asked = ("--controller", "pi", "--seeds", "1", "--own", f"{short / 'mine.py'}:Mine")
     line = refusal("matrix", *asked, "--out", short / "mine.py")
-    assert line == f"adaptive-ff: {short / 'mine.py'}/runs/paper_100hz/own-1.json: cannot be written: Not a directory"
+    assert line == f"adaptive-ff: {short / 'mine.py'}/runs.jsonl: cannot be written: File exists"

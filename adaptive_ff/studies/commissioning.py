@@ -13,14 +13,14 @@ import numpy as np
 from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS, settled_error, with_bandwidth
 from adaptive_ff.comparison.registry import CONTROLLERS, loop_of
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.design_studies.bandwidth_study import BandwidthStudy, study_bandwidths
-from adaptive_ff.design_studies.exciting_motion import exciting_motion, with_motion
-from adaptive_ff.design_studies.information import Array
-from adaptive_ff.design_studies.motion import Excitation, MotionLimits
 from adaptive_ff.errors import InputError
 from adaptive_ff.identify.result import LogIdentification
 from adaptive_ff.identify.words.scenario_text import scenario_text
 from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.studies.bandwidth_study import BandwidthStudy, study_bandwidths
+from adaptive_ff.studies.exciting_motion import exciting_motion, with_motion
+from adaptive_ff.studies.information import Array
+from adaptive_ff.studies.motion import Excitation, MotionLimits
 
 PERIODS = 6
 """Periods of the motion that are recorded: identification chooses among models, and holds a quarter out."""

@@ -9,10 +9,10 @@ from command_line import refusal, run_command_line
 from scenario_files import short, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
-from adaptive_ff.design_studies.bandwidth_study import study_bandwidths
-from adaptive_ff.design_studies.loop_at_bandwidth import loop_at, noise_response
 from adaptive_ff.report.bandwidth_tables import best_table, errors_table, loops_table
 from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.studies.bandwidth_study import study_bandwidths
+from adaptive_ff.studies.loop_at_bandwidth import loop_at, noise_response
 from controllers import design_pi
 
 SHORT = load_scenario().modified(duration=4.0)

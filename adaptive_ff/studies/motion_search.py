@@ -13,9 +13,9 @@ from scipy.linalg import null_space
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
-from adaptive_ff.design_studies.information import NAMES, Array, AssumedJoint, information, interval_sizes
-from adaptive_ff.design_studies.motion import Excitation, MotionLimits, Series
 from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.studies.information import NAMES, Array, AssumedJoint, information, interval_sizes
+from adaptive_ff.studies.motion import Excitation, MotionLimits, Series
 
 GRID_PER_CYCLE = 25
 """Points of the grid of times in the shortest cycle of the series."""

@@ -11,9 +11,10 @@ import pytest
 from command_line import run_command_line
 
 from adaptive_ff import InputError, load_scenario
-from adaptive_ff.design_studies import exciting_motion as glue
-from adaptive_ff.design_studies.excitation import find_excitations, polished
-from adaptive_ff.design_studies.exciting_motion import (
+from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.studies import exciting_motion as glue
+from adaptive_ff.studies.excitation import find_excitations, polished
+from adaptive_ff.studies.exciting_motion import (
     TRIAL_SEEDS,
     assumed_joint,
     default_limits,
@@ -22,10 +23,9 @@ from adaptive_ff.design_studies.exciting_motion import (
     with_motion,
     yardstick,
 )
-from adaptive_ff.design_studies.information import NAMES, AssumedJoint, information, interval_sizes
-from adaptive_ff.design_studies.motion import MotionLimits
-from adaptive_ff.design_studies.motion_search import MotionSearch
-from adaptive_ff.scenario.fourier import Fourier
+from adaptive_ff.studies.information import NAMES, AssumedJoint, information, interval_sizes
+from adaptive_ff.studies.motion import MotionLimits
+from adaptive_ff.studies.motion_search import MotionSearch
 
 JOINT = AssumedJoint(20.0, 60.0, 90.0, 80.0, 0.05, 0.1)
 ONES = np.ones(len(NAMES))

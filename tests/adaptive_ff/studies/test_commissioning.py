@@ -9,10 +9,10 @@ from command_line import refusal, run_command_line
 from scenario_files import built_in, write_scenario
 
 from adaptive_ff import InputError, load_scenario, simulate
-from adaptive_ff.design_studies import exciting_motion
-from adaptive_ff.design_studies.excitation import find_excitations, polished
 from adaptive_ff.files import write_csv
 from adaptive_ff.identify import identification
+from adaptive_ff.studies import exciting_motion
+from adaptive_ff.studies.excitation import find_excitations, polished
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,13 @@ import numpy as np
 from adaptive_ff.comparison.own_bandwidth import TUNING_SEEDS
 from adaptive_ff.comparison.registry import loop_of
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.design_studies.excitation import LEAST_HARMONICS, find_excitations, polished
-from adaptive_ff.design_studies.information import (
+from adaptive_ff.errors import InputError
+from adaptive_ff.identify.batch import identify_torque_form
+from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_SHARE
+from adaptive_ff.scenario.reference import Multisine
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.studies.excitation import LEAST_HARMONICS, find_excitations, polished
+from adaptive_ff.studies.information import (
     GATE_SHARE,
     NAMES,
     Array,
@@ -18,12 +23,7 @@ from adaptive_ff.design_studies.information import (
     information,
     interval_sizes,
 )
-from adaptive_ff.design_studies.motion import Excitation, MotionLimits
-from adaptive_ff.errors import InputError
-from adaptive_ff.identify.batch import identify_torque_form
-from adaptive_ff.scenario.plausibility import PEAK_FACTOR, USED_SHARE
-from adaptive_ff.scenario.reference import Multisine
-from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.studies.motion import Excitation, MotionLimits
 
 FASTER = 4.0
 """Default limit of the velocity over the default peak of a multisine; less where the torque limit asks for it."""

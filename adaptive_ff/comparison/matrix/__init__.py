@@ -1,1 +1,0 @@
-"""The scenario matrix: every controller on every scenario, over seeds."""

@@ -1,1 +1,0 @@
-"""Studies that help to design a loop: bandwidth, exciting motions, commissioning."""

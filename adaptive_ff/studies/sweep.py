@@ -1,0 +1,256 @@
+"""Monte Carlo: how good is the adaptive controller on joints drawn at random."""
+
+import hashlib
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from adaptive_ff.comparison.own import Own, can_be_sent, check_own_names, make_own, own_mark
+from adaptive_ff.comparison.registry import CONTROLLERS as REGISTERED
+from adaptive_ff.comparison.registry import loop_of
+from adaptive_ff.comparison.run import simulate
+from adaptive_ff.errors import InputError
+from adaptive_ff.scenario.given import check_scenario
+from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.simulation.experiment import lay_course
+from adaptive_ff.simulation.metrics import Metrics
+from adaptive_ff.studies.drawn_joints import CLASSES, CONTROLLERS, HUNTING, class_of, draw_scenario, fall_over_gain
+from adaptive_ff.studies.fingerprint import fingerprint
+from adaptive_ff.studies.study import Found, Store, run_study
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One drawn joint.
+
+    Attributes
+    ----------
+    draw : int
+        Number of the draw; with the seed of the sweep it gives the joint.
+    metrics : dict of Metrics
+        Figures of merit by controller; empty where the draw was refused.
+    refused : str
+        Why it was not run, empty where it was.
+    fall : float
+        Steepest fall of its friction over the proportional gain.
+    """
+
+    draw: int
+    metrics: dict[str, Metrics]
+    refused: str = ""
+    fall: float = math.nan
+
+    def ratio(self, figure: str, controller: str, to: str) -> float:
+        """Return a figure of merit of one controller over that of another."""
+        top: float = getattr(self.metrics[controller], figure)
+        bottom: float = getattr(self.metrics[to], figure)
+        return top / bottom
+
+
+def run_draw(scenario: Scenario, seed: int, own: Mapping[str, Own], draw: int, controllers: Sequence[str]) -> Found:
+    """Draw a joint and return the figures of controllers on it; None for one that did not keep the loop finite."""
+    try:
+        drawn = draw_scenario(scenario, seed, draw)
+    except InputError as error:
+        return {"": {"refused": str(error)}, **dict.fromkeys(controllers)}
+    course = lay_course(drawn)
+    found: Found = {"": {"fall": fall_over_gain(drawn)}, **dict.fromkeys(controllers)}
+    for name in controllers:
+        with suppress(*(() if name in CONTROLLERS else (ArithmeticError,))):
+            made = make_own(name, own[name], drawn) if name in own else name
+            found[name] = asdict(simulate(drawn, made, name=name, course=course, uncertain=False).metrics)
+    return found
+
+
+def sweep(
+    scenario: Scenario,
+    runs: int,
+    seed: int = 1,
+    *,
+    own: Mapping[str, Own] | None = None,
+    rivals: Sequence[str] = (),
+    folder: Path | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Outcome]:
+    """Draw joints and run ``pi``, ``oracle`` and ``adaptive`` on each.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What the joints are drawn around, and the ranges.
+    runs : int
+        Number of draws, refused ones included.
+    seed : int, optional
+        Seed of the draws; each draw depends on it and on its number only, not on the workers.
+    own : mapping, optional
+        Own controllers by name that are run, too; see :func:`adaptive_ff.comparison.own.make_own`.
+    rivals : sequence of str, optional
+        Names of further controllers of the package that are run, too.
+    folder : Path, optional
+        Where outcomes are kept as they come, so that a call that was interrupted goes on where it stopped.
+    executor : concurrent.futures.Executor, optional
+        Where the runs go, such as that of a cluster; by default processes on all cores.
+    progress : callable, optional
+        Is called with the share done, from 0 to 1.
+
+    Returns
+    -------
+    list of Outcome
+        One a draw, in order.
+
+    Raises
+    ------
+    ValueError
+        The number of runs is not positive.
+    InputError
+        The scenario leaves the bandwidth open, or there is no controller of a name.
+    """
+    check_scenario(scenario)
+    if runs < 1:
+        raise ValueError(f"runs = {runs} is not allowed: it must be at least 1")
+    if scenario.feedback.is_auto:
+        raise InputError("feedback.bandwidth = 'auto' is not allowed for a sweep: all joints share one; give a number")
+    own = own or {}
+    check_own_names(own, REGISTERED)
+    for name in rivals:
+        loop_of(scenario, name)
+    store = None
+    if folder is not None:
+        mark = f"{fingerprint([__name__])} {scenario.model_dump_json()}"
+        marks = {name: own_mark(one) for name, one in own.items()}
+        store = Store(folder / f"sweep-{seed}.jsonl", hashlib.sha256(mark.encode()).hexdigest(), marks)
+    found = run_study(
+        partial(run_draw, scenario, seed, own),
+        {str(draw): draw for draw in range(runs)},
+        list(dict.fromkeys([*CONTROLLERS, *rivals, *own])),
+        store=store,
+        executor=executor,
+        workers=None if can_be_sent(own) else 1,
+        progress=progress,
+    )
+    return [_outcome(draw, found[str(draw)]) for draw in range(runs)]
+
+
+def _outcome(draw: int, found: Found) -> Outcome:
+    about = found[""]
+    metrics = {name: Metrics(**figures) for name, figures in found.items() if name and figures is not None}
+    return Outcome(draw, metrics, about.get("refused", ""), about.get("fall", math.nan))
+
+
+def refusals(outcomes: Sequence[Outcome]) -> dict[str, int]:
+    """Return how often joints were refused, by reason; numbers in it are those of the first."""
+    kinds: dict[str, str] = {}
+    count: Counter[str] = Counter()
+    for outcome in outcomes:
+        if outcome.refused:
+            kind = re.sub(r"[-+.\de]*\d[-+.\de]*", "#", outcome.refused)
+            count[kinds.setdefault(kind, outcome.refused)] += 1
+    return dict(count.most_common())
+
+
+QUANTITIES = {
+    "improvement": "settled: pi / adaptive",
+    "share_of_oracle": "settled: oracle / adaptive",
+    "whole_run": "whole run: adaptive / pi",
+    "start": "first 5 s: adaptive / pi",
+    "torque_variation": "sum |du|: adaptive / oracle",
+}
+"""What a sweep reports, with a name for people."""
+
+QUANTILES = (0.0, 0.005, 0.05, 0.5, 0.95, 0.995, 1.0)
+
+
+def quantities(outcome: Outcome) -> dict[str, float]:
+    """Return what a sweep reports of one joint."""
+    return {
+        "improvement": outcome.ratio("rms_error_settled", "pi", "adaptive"),
+        "share_of_oracle": outcome.ratio("rms_error_settled", "oracle", "adaptive"),
+        "whole_run": outcome.ratio("rms_error", "adaptive", "pi"),
+        "start": outcome.ratio("rms_error_start", "adaptive", "pi"),
+        "torque_variation": outcome.ratio("torque_variation", "adaptive", "oracle"),
+    }
+
+
+def _classes(run: list[Outcome], values: dict[int, dict[str, float]]) -> dict[str, dict[str, float]]:
+    """Return figures of the joints of each class that has any."""
+    found = {}
+    for name in CLASSES:
+        chosen = [values[outcome.draw] for outcome in run if class_of(outcome.fall) == name]
+        if chosen:
+            settled = [value["improvement"] for value in chosen]
+            found[name] = {
+                "joints": len(chosen),
+                "improvement": float(np.median(settled)),
+                "least_improvement": min(settled),
+                "start": float(np.median([value["start"] for value in chosen])),
+                "worse_settled": sum(value < 1.0 for value in settled),
+                "worse_whole_run": sum(value["whole_run"] > 1.05 for value in chosen),
+            }
+    return found
+
+
+def own_summary(run: list[Outcome], name: str) -> dict[str, Any]:
+    """Return how an own controller fared: joints on which it did not stay finite, and quantiles of its figures."""
+    ran = [outcome for outcome in run if name in outcome.metrics]
+    ratios = {
+        "improvement": [outcome.ratio("rms_error_settled", "pi", name) for outcome in ran],
+        "whole_run": [outcome.ratio("rms_error", name, "pi") for outcome in ran],
+    }
+    found: dict[str, Any] = {"failed": len(run) - len(ran)}
+    if ran:
+        for key, values in ratios.items():
+            found[key] = dict(zip(map(str, QUANTILES), np.quantile(values, QUANTILES).tolist(), strict=True))
+    return found
+
+
+def summary(outcomes: list[Outcome], seed: int, worst: int = 3) -> dict[str, Any]:
+    """Return the result of a sweep as ``--json`` writes it.
+
+    Parameters
+    ----------
+    outcomes : list of Outcome
+        The outcomes.
+    seed : int
+        Seed of the sweep.
+    worst : int, optional
+        Number of worst cases (by whole-run error against ``pi``) to report.
+    """
+    run = [outcome for outcome in outcomes if not outcome.refused]
+    values = {outcome.draw: quantities(outcome) for outcome in run}
+    quantiles = {
+        name: dict(
+            zip(map(str, QUANTILES), np.quantile([v[name] for v in values.values()], QUANTILES).tolist(), strict=True)
+        )
+        for name in (QUANTITIES if values else ())
+    }
+    own = dict.fromkeys(name for outcome in run for name in outcome.metrics if name not in CONTROLLERS)
+    ranked = sorted(run, key=lambda outcome: -values[outcome.draw]["whole_run"])
+    return {
+        "seed": seed,
+        "draws": len(outcomes),
+        "refused": len(outcomes) - len(run),
+        "quantiles": quantiles,
+        "own": {name: own_summary(run, name) for name in own},
+        "classes": _classes(run, values),
+        "pi_hunts": sum(outcome.fall > HUNTING for outcome in run),
+        "worse_than_pi": sum(v["whole_run"] > 1.05 for v in values.values()) / max(1, len(values)),
+        "worst": [
+            {
+                "draw": outcome.draw,
+                **values[outcome.draw],
+                "controllers": {name: asdict(metrics) for name, metrics in outcome.metrics.items()},
+            }
+            for outcome in islice(ranked, worst)
+        ],
+    }
