@@ -12,9 +12,9 @@ from adaptive_ff.adaptive.learning.estimator_state import (
 )
 from adaptive_ff.adaptive.learning.fed_model import Block
 from adaptive_ff.adaptive.learning.lag_tuning import TimingState, initial_timing_state
-from adaptive_ff.model.bounds import FRICTION_LAG
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state
-from adaptive_ff.regression.torque_form import Signals, initial_signals
+from adaptive_ff.friction.bounds import FRICTION_LAG
+from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state
+from adaptive_ff.learning.torque_form import Signals, initial_signals
 from controllers import PIParameters, PIState, delay_line, initial_pi_state
 
 

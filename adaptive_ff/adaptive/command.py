@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
+from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from controllers import Inputs, PIParameters, PIState, present_inertia, with_feedforward, with_realised_torque
 
 FADE = 1.0

@@ -52,11 +52,11 @@ from adaptive_ff.adaptive.state_check import (
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters
 from adaptive_ff.adaptive.supervised_step import initial_supervised_state
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, initial_observer
-from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA
-from adaptive_ff.model.feedforward import FeedforwardState
-from adaptive_ff.model.friction import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction
-from adaptive_ff.model.identifying import IdentifyingController
-from adaptive_ff.regression.torque_form import FILTER_TORQUE, initial_signals
+from adaptive_ff.friction.bounds import FRICTION_LAG, INERTIA
+from adaptive_ff.friction.feedforward import FeedforwardState
+from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.friction.model import ESTIMATED, RIPPLE, WITH_GRAVITY, TorqueModel, directed_friction
+from adaptive_ff.learning.torque_form import FILTER_TORQUE, initial_signals
 from controllers.checks import checked_array, checked_switch
 from controllers.plausible_sizes import largest_torque
 
@@ -198,7 +198,7 @@ def write_finite(held: NDArray[np.float64], values: NDArray[np.float64]) -> None
 class UnsupervisedController(AdaptiveBase):
     """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + f_ref + offset``, the model identified online.
 
-    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. What it has
+    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``friction.feedforward``. What it has
     identified is fed forward in full, also where the model does not hold: it is there for comparison, and to watch the
     motion of another controller. Arguments are those of :class:`AdaptiveController`, but for the observer's.
     """
@@ -229,7 +229,7 @@ class UnsupervisedController(AdaptiveBase):
 class AdaptiveController(AdaptiveBase):
     """Control law ``u = Kp (r - w) + Ki int (r - w) dt + J dr/dt + gamma f_ref + offset + g d``, identified online.
 
-    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``model.feedforward``. ``d`` is an
+    The lagged friction ``f_ref`` solves ``tau df_ref/dt + f_ref = F(r)``; see ``friction.feedforward``. ``d`` is an
     observer of the torque that the feedforward lacks, ``g`` its gain, which noise closes; ``gamma`` is the trust in the
     friction; README.md beside this file says what each is for, and where they fail.
 
@@ -254,7 +254,7 @@ class AdaptiveController(AdaptiveBase):
     filter_pole : float, optional
         Pole of the regression's filters, rad/s; by default the crossover of the feedback, ``Kp/J``.
     parameters : sequence of str, optional
-        What is identified, one of the sets of :mod:`adaptive_ff.model.friction`: ``WITH_GRAVITY`` by default, for a
+        What is identified, one of the sets of :mod:`adaptive_ff.friction.model`: ``WITH_GRAVITY`` by default, for a
         rotary joint. What differs by direction of Coulomb friction, and a constant load, is an offset; gravity is there
         as soon as ``step`` is given a position, and zero until then. ``WITH_OFFSET`` is without gravity, for a linear
         axis whose position is given all the same; ``ESTIMATED`` without offset, too; ``PER_DIRECTION`` and

@@ -19,7 +19,7 @@ from adaptive_ff.adaptive.supervision.observer_gates import helping_share, obser
 from adaptive_ff.adaptive.supervision.observer_state import ObserverState
 from adaptive_ff.adaptive.supervision.trust import TrustState, caution, soft_bound
 from adaptive_ff.adaptive.watching import holding_friction
-from adaptive_ff.model.bounds import INERTIA
+from adaptive_ff.friction.bounds import INERTIA
 
 
 class Shares(NamedTuple):

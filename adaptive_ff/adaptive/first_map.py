@@ -38,7 +38,7 @@ from adaptive_ff.adaptive.learning.friction_map import (
 )
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.supervised_step import initial_supervised_state
-from adaptive_ff.model.bounds import COULOMB
+from adaptive_ff.friction.bounds import COULOMB
 from adaptive_ff.regression.known_loads import INPUT, VALUE
 from controllers.checks import checked_array
 

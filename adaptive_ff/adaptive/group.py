@@ -16,7 +16,7 @@ from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.adaptive.group_step import step_group
 from adaptive_ff.adaptive.joint_regressors import JointRegressors, carried_links, link_angles, regressor_count
 from adaptive_ff.errors import check_kind, checked_path, read_text
-from adaptive_ff.model.friction import IDENTIFIED
+from adaptive_ff.friction.model import IDENTIFIED
 from controllers import Inputs, Output
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
@@ -126,7 +126,7 @@ class JointGroup:
         ----------
         table : mapping
             ``period`` (s) and ``joints``, a table for each by name: arguments of :class:`AdaptiveController`, beside
-            them ``identify`` (a key of ``adaptive_ff.model.friction.IDENTIFIED``, ``"gravity"`` by default) and
+            them ``identify`` (a key of ``adaptive_ff.friction.model.IDENTIFIED``, ``"gravity"`` by default) and
             ``preceding``, names of the joints between the base and this one. ``regressors`` counts those that are given
             at each step, not those that the joints behind it make; both together may be 20.
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.model.bounds import OFFSET, VISCOUS_SHARE, possible_ranges
-from adaptive_ff.model.friction import FURTHER, RIPPLE, WITH_GRAVITY, TorqueModel
+from adaptive_ff.friction.bounds import OFFSET, VISCOUS_SHARE, possible_ranges
+from adaptive_ff.friction.model import FURTHER, RIPPLE, WITH_GRAVITY, TorqueModel
 from controllers.checks import check_numbers
 
 LAG_UNIT = 0.01

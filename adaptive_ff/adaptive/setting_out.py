@@ -7,7 +7,7 @@ from adaptive_ff.adaptive.at_rest.wound_integral import Standing, advance_standi
 from adaptive_ff.adaptive.learning.unexplained import breakaway
 from adaptive_ff.adaptive.sensing import Sensed
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
-from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest
+from adaptive_ff.friction.feedforward import FeedforwardState, is_plan_at_rest
 
 
 @register_jitable

@@ -16,10 +16,10 @@ from adaptive_ff.adaptive.learning.candidate_choice import (
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters
 from adaptive_ff.adaptive.learning.map_settings import MAP_MEMORY, checked_periods, map_parameters
 from adaptive_ff.adaptive.prior import prior_of
-from adaptive_ff.model.bounds import largest_lag
-from adaptive_ff.model.friction import FURTHER, TorqueModel, ripple_names
-from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters, has_gravity
-from adaptive_ff.regression.torque_form import TorqueForm
+from adaptive_ff.friction.bounds import largest_lag
+from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters, has_gravity
+from adaptive_ff.friction.model import FURTHER, TorqueModel, ripple_names
+from adaptive_ff.learning.torque_form import TorqueForm
 from controllers import check_gains, check_positive
 from controllers.checks import check_numbers, check_velocity_lag, checked_switch
 from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds

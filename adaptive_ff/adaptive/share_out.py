@@ -18,7 +18,7 @@ from adaptive_ff.adaptive.setting_out import begins_to_observe
 from adaptive_ff.adaptive.supervised_state import SupervisedParameters, SupervisedState
 from adaptive_ff.adaptive.supervision.observer_hand_over import hand_over_to_observer, observe_all, take_up
 from adaptive_ff.adaptive.supervision.observer_state import ObserverState
-from adaptive_ff.model.bounds import OFFSET
+from adaptive_ff.friction.bounds import OFFSET
 from controllers import unwound_integral
 
 TAKEN_UP = 0.25

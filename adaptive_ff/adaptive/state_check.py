@@ -27,8 +27,8 @@ from adaptive_ff.adaptive.supervision.observer_state import ObserverState
 from adaptive_ff.adaptive.supervision.ringing import Ringing
 from adaptive_ff.adaptive.supervision.swift_ringing import DIES_OUT
 from adaptive_ff.adaptive.supervision.trust import TrustState
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
-from adaptive_ff.regression.torque_form import BENT, DAMPING
+from adaptive_ff.friction.bounds import COULOMB, FRICTION_LAG, INERTIA, VISCOUS, VISCOUS_ASYMMETRY, write_ranges
+from adaptive_ff.learning.torque_form import BENT, DAMPING
 from controllers.plausible_sizes import LARGEST_VELOCITY
 
 ROUNDING = 1e-9

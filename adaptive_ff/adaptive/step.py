@@ -68,16 +68,16 @@ from adaptive_ff.adaptive.learning.lag_tuning import (
 )
 from adaptive_ff.adaptive.learning.period import Fed, Period
 from adaptive_ff.adaptive.learning.unexplained import missing_share, unexplained
-from adaptive_ff.model.bounds import (
+from adaptive_ff.friction.bounds import (
     FRICTION_LAG,
     INERTIA,
     write_model,
 )
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan, exchange_model, feedforward_parts
-from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.model.turning import turning_of
-from adaptive_ff.regression.sliding_gate import sliding_time
-from adaptive_ff.regression.torque_form import (
+from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, exchange_model, feedforward_parts
+from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.friction.turning import turning_of
+from adaptive_ff.learning.sliding_gate import sliding_time
+from adaptive_ff.learning.torque_form import (
     advance_signals_in_place,
     settle_signals_in_place,
 )

@@ -15,8 +15,8 @@ from adaptive_ff.adaptive.learning.lag_tuning import TimingState
 from adaptive_ff.adaptive.supervision.balance import Balance
 from adaptive_ff.adaptive.supervision.observer_state import ObserverParameters, ObserverState
 from adaptive_ff.adaptive.supervision.trust import TrustState
-from adaptive_ff.model.feedforward import FeedforwardState
-from adaptive_ff.regression.torque_form import Signals
+from adaptive_ff.friction.feedforward import FeedforwardState
+from adaptive_ff.learning.torque_form import Signals
 from controllers import PIParameters, PIState
 
 

@@ -22,8 +22,8 @@ from adaptive_ff.adaptive.supervision.observer_gates import error_beyond_noise, 
 from adaptive_ff.adaptive.supervision.observer_state import ObserverState, start_observer
 from adaptive_ff.adaptive.supervision.trust import TrustState, advance_trust
 from adaptive_ff.estimation.shares import saturated
-from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
-from adaptive_ff.model.turning import is_held
+from adaptive_ff.friction.bounds import COULOMB, INERTIA, STICTION
+from adaptive_ff.friction.turning import is_held
 from controllers import Inputs, acting_torque, asked_torque, delayed
 
 STEEP = 5.0

@@ -31,10 +31,10 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimation.rls import RLSState, initial_rls_state, trace, update_rls_in_place
-from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
-from adaptive_ff.model.identifying import IdentifyingController
+from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
+from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
+from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.learning.rls import RLSState, initial_rls_state, trace, update_rls_in_place
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -34,10 +34,10 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.baselines.refusal import was_refused
-from adaptive_ff.model.bounds import INERTIA_RANGE
-from adaptive_ff.model.feedforward import FeedforwardState, step_feedforward
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.model.identifying import IdentifyingController
+from adaptive_ff.friction.bounds import INERTIA_RANGE
+from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
+from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -12,7 +12,7 @@ a Luenberger observer of velocity and remaining torque corrects it:
 ``d`` the direction of motion.
 
 As chosen here: the model is a fixed one, as from a data sheet; where the plan rests, friction fades as in
-:mod:`adaptive_ff.model.feedforward`; the observer is the one of
+:mod:`adaptive_ff.friction.feedforward`; the observer is the one of
 :mod:`controllers.observers.kalman_disturbance`, whose gains make a second-order filter of it. For ``s -> 0`` the
 friction is that of the lagged Stribeck model.
 """
@@ -22,8 +22,8 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan, lagged_ramp, resting_friction
-from adaptive_ff.model.friction import TorqueModel, directed_friction
+from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, lagged_ramp, resting_friction
+from adaptive_ff.friction.model import TorqueModel, directed_friction
 from controllers import (
     ESTIMATES,
     STEPS,

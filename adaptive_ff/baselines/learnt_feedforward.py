@@ -25,7 +25,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.baselines.refusal import was_refused
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
+from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -27,8 +27,8 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.baselines.observed_model import ObservedModelState, aware_observer, initial_observed_model_state
-from adaptive_ff.model.feedforward import step_feedforward
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.feedforward import step_feedforward
+from adaptive_ff.friction.model import TorqueModel
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -30,10 +30,10 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.baselines.refusal import was_refused
-from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
-from adaptive_ff.model.friction import adhesion_share
-from adaptive_ff.model.identifying import IdentifyingController
+from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
+from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
+from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.friction.model import adhesion_share
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, coming_plan
-from adaptive_ff.model.friction import TorqueModel, directed_friction
+from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
+from adaptive_ff.friction.model import TorqueModel, directed_friction
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -13,15 +13,15 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.supervision.observer import plan_as_measured
-from adaptive_ff.model.feedforward import (
+from adaptive_ff.friction.feedforward import (
     FeedforwardState,
     initial_feedforward_state,
     is_plan_at_rest,
     released,
     step_feedforward,
 )
-from adaptive_ff.model.friction import TorqueModel, checked_model
-from adaptive_ff.model.turning import Turning, turning_of
+from adaptive_ff.friction.model import TorqueModel, checked_model
+from adaptive_ff.friction.turning import Turning, turning_of
 from controllers import (
     ESTIMATES,
     INLINED,
@@ -209,7 +209,7 @@ class ModelBased(Controller):
     velocity_lag : float, optional
         Time by which the measured velocity lags behind the joint's, s; see :func:`controllers.low_pass_lag`.
     held : float, optional
-        Share, 0 to 1, of the friction that is held at rest, see :func:`adaptive_ff.model.feedforward.released`: zero
+        Share, 0 to 1, of the friction that is held at rest, see :func:`adaptive_ff.friction.feedforward.released`: zero
         for a joint that creeps.
     """
 

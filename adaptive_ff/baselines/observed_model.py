@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.model.turning import turning_of
+from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.friction.turning import turning_of
 from controllers import (
     ESTIMATES,
     STEPS,

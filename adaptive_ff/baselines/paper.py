@@ -16,14 +16,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.estimation.rls import (
-    RLSState,
-    begin_anew_in_place,
-    initial_rls_state,
-    trace,
-    update_rls_in_place,
-)
-from adaptive_ff.model.bounds import (
+from adaptive_ff.friction.bounds import (
     FRICTION_LAG,
     confine_in_place,
     largest_lag,
@@ -31,10 +24,17 @@ from adaptive_ff.model.bounds import (
     torque_model,
     write_model,
 )
-from adaptive_ff.model.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.model.identifying import IdentifyingController
-from adaptive_ff.regression.series import COEFFICIENTS, series_regressors, write_physical
+from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.learning.rls import (
+    RLSState,
+    begin_anew_in_place,
+    initial_rls_state,
+    trace,
+    update_rls_in_place,
+)
+from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
 from controllers import (
     ESTIMATES,
     STEPS,

@@ -24,10 +24,10 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear, minimize_scalar
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.bounds import INERTIA_RANGE, VISCOUS_SHARE, largest_lag
-from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.regression.rows import torque_form_rows
-from adaptive_ff.regression.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals_in_place
+from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE, largest_lag
+from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.learning.rows import torque_form_rows
+from adaptive_ff.learning.torque_form import REGRESSORS, TorqueForm, initial_signals, settle_signals_in_place
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_compiled, start_position

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from adaptive_ff.comparison.calibration import identify_joint
-from adaptive_ff.model.friction import TorqueModel, model_friction
+from adaptive_ff.friction.model import TorqueModel, model_friction
 from adaptive_ff.scenario.scenario import Scenario
 
 SPREAD = 1.25

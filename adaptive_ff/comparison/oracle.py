@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from adaptive_ff.baselines.model_based import ModelBased
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import model_course, true_model
 from adaptive_ff.simulation.experiment import empty_record, lay_course, with_preview

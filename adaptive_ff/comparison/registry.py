@@ -27,7 +27,7 @@ from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
 from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.comparison.own_bandwidth import in_own_loop
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, TorqueModel
+from adaptive_ff.friction.model import ESTIMATED, WITH_OFFSET, TorqueModel
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
 from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance

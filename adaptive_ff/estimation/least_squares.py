@@ -12,8 +12,8 @@ from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
 from adaptive_ff.estimation.recursive_estimator import RecursiveEstimator, make_settings
-from adaptive_ff.estimation.rls import initial_rls_state, update_rls_in_place
 from adaptive_ff.estimation.updates import CORRECTIONS, EstimationState, Settings, initial_spread, initial_state
+from adaptive_ff.learning.rls import initial_rls_state, update_rls_in_place
 
 LARGEST_GROWTH = 1e6
 """Largest growth of a variance beyond the first one, up to one more forgetting factor."""

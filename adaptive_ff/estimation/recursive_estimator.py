@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
-from adaptive_ff.estimation.confidence import check_confidence
 from adaptive_ff.estimation.updates import Settings, run_updates, single_update
+from adaptive_ff.learning.confidence import check_confidence
 from controllers import check_positive, plain_state, rebuilt_state
 from controllers.arrays import ArrayLike, NDArray
 from controllers.saved_state import check_matrices

@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from adaptive_ff.model.friction import adhesion_share
+from adaptive_ff.friction.model import adhesion_share
 from controllers.arrays import MutableArray, NDArray
 
 Array = NDArray[np.float64]

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.model.identifying import check_parameters
-from adaptive_ff.regression.rows import Mask, series_rows, torque_form_rows
-from adaptive_ff.regression.series import COEFFICIENTS, write_physical
-from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
+from adaptive_ff.friction.identifying import check_parameters
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.learning.batch_least_squares import Array, Estimate, LeastSquaresFit, fit_least_squares
+from adaptive_ff.learning.rows import Mask, series_rows, torque_form_rows
+from adaptive_ff.learning.series import COEFFICIENTS, write_physical
+from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, regressor_names, settle_signals_in_place
 from controllers import check_positive
 from controllers.arrays import ArrayLike
 from controllers.checks import check_numbers, checked_array
@@ -138,7 +138,7 @@ def identify_torque_form(
         Gate: for how long the joint must have been faster, s; a few times ``1 / filter_pole``. At the start, where
         the filters begin from a guess, twice as long.
     parameters : sequence of str, optional
-        What is identified: ``ESTIMATED`` of :mod:`adaptive_ff.model.friction` by default, ``WITH_OFFSET`` or
+        What is identified: ``ESTIMATED`` of :mod:`adaptive_ff.friction.model` by default, ``WITH_OFFSET`` or
         ``PER_DIRECTION`` of it.
     confidence : float, optional
         Probability that the confidence intervals are meant to have.

@@ -11,12 +11,8 @@ import numpy as np
 from adaptive_ff.adaptive.learning.friction_map import LARGEST_COEFFICIENT
 from adaptive_ff.adaptive.learning.map_settings import MAP_DEVIATION
 from adaptive_ff.errors import InputError
-from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.identify.result import LogIdentification
-from adaptive_ff.identify.stiction import known_stiction
-from adaptive_ff.identify.terms import ASYMMETRY, BENT, LAG, PATH, SATURATIONS, bent_friction
-from adaptive_ff.identify.units import LINEAR, is_linear, of_current
-from adaptive_ff.model.friction import (
+from adaptive_ff.friction.identifying import ALL_CHOICES, check_parameters
+from adaptive_ff.friction.model import (
     GRAVITY,
     PER_DIRECTION,
     PER_DIRECTION_WITH_GRAVITY,
@@ -25,7 +21,11 @@ from adaptive_ff.model.friction import (
     TorqueModel,
     ripple_names,
 )
-from adaptive_ff.model.identifying import ALL_CHOICES, check_parameters
+from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.identify.stiction import known_stiction
+from adaptive_ff.identify.terms import ASYMMETRY, BENT, LAG, PATH, SATURATIONS, bent_friction
+from adaptive_ff.identify.units import LINEAR, is_linear, of_current
+from adaptive_ff.learning.batch_least_squares import Estimate
 
 REPORTED_AS = dict(zip(GRAVITY, ("gravity_sine", "gravity_cosine"), strict=True))
 """Names in an identification of what the controllers call otherwise."""

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from adaptive_ff.errors import InputError, check_kind
-from adaptive_ff.estimation.confidence import check_confidence
 from adaptive_ff.identify.alternatives.bristle_lag import fit_on_bristles
 from adaptive_ff.identify.alternatives.held_out_error import is_larger
 from adaptive_ff.identify.alternatives.held_torque import Later, fit_if_held
@@ -27,6 +26,7 @@ from adaptive_ff.identify.terms import LAG
 from adaptive_ff.identify.units import LINEAR, ROTARY, of_current
 from adaptive_ff.identify.words.cautions import cautions, check_plausible, held_words
 from adaptive_ff.identify.words.verdict import verdict
+from adaptive_ff.learning.confidence import check_confidence
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.log import Log, check_log
 from controllers.checks import check_numbers, checked_switch

@@ -4,7 +4,6 @@ import math
 import sys
 from typing import NamedTuple
 
-from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.fitting.term_selection import Selection
 from adaptive_ff.identify.terms import (
@@ -20,6 +19,7 @@ from adaptive_ff.identify.terms import (
     is_mapped,
     mapped_word,
 )
+from adaptive_ff.learning.batch_least_squares import Estimate
 
 SIGNED = ("offset", ASYMMETRY, *GRAVITY)
 """Parameters that may be negative."""

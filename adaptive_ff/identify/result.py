@@ -20,8 +20,8 @@ from adaptive_ff.logs.derivatives import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from adaptive_ff.friction.model import TorqueModel
     from adaptive_ff.identify.first_estimate import FirstEstimate
-    from adaptive_ff.model.friction import TorqueModel
 
 
 @dataclass(frozen=True, eq=False, repr=False)

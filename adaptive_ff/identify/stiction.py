@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.result import LogIdentification
+from adaptive_ff.learning.batch_least_squares import Estimate
 
 SLOW = 0.05
 """Assumed Stribeck velocity where none is identified, over the largest speed."""

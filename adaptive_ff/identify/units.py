@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
+from adaptive_ff.friction.model import UNITS
 from adaptive_ff.identify.terms import SATURATIONS
-from adaptive_ff.model.friction import UNITS
 from adaptive_ff.scenario.axis_units import of_linear
 
 ROTARY = {

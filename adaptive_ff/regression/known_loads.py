@@ -21,7 +21,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay
+from adaptive_ff.learning.filters import advance_filter_in_place, filter_decay
 
 VALUE, SLOPE, INPUT = range(3)
 """Columns of the loads: filtered value, its derivative, last input."""

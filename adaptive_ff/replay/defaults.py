@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 from adaptive_ff.adaptive.settings import GATE_SHARE
 from adaptive_ff.errors import InputError
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.logs.bandwidth import motion_noise
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.log import Log
-from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.fixed import MOST
 from adaptive_ff.replay.following import motion_lead
 from adaptive_ff.replay.further_torque import FurtherTorque

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from adaptive_ff.errors import InputError
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.logs.log import Log
-from adaptive_ff.model.friction import TorqueModel
 from adaptive_ff.replay.further_torque import FurtherTorque, further_torque
 
 MOST = 500_000

@@ -6,14 +6,14 @@ from typing import Any
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.errors import InputError, counted, sentence
+from adaptive_ff.friction.identifying import has_gravity
+from adaptive_ff.friction.model import IDENTIFIED, TorqueModel
 from adaptive_ff.identify.identification import check_delay
 from adaptive_ff.logs.bandwidth import check_bandwidth
 from adaptive_ff.logs.defects import median_step, usable_pieces
 from adaptive_ff.logs.log import Log, check_log
 from adaptive_ff.logs.missing_values import lacking_column
 from adaptive_ff.logs.sanity import look_through
-from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
-from adaptive_ff.model.identifying import has_gravity
 from adaptive_ff.replay.defaults import FROM_LOG, Recorded, usual_settings
 from adaptive_ff.replay.fixed import fit_fixed
 from adaptive_ff.replay.following import SAMPLES, as_followed, doubts, motion_lead

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
+from adaptive_ff.friction.model import UNITS, TorqueModel, unit_of
 from adaptive_ff.identify.units import of_current
 from adaptive_ff.logs.defects import Skipped
 from adaptive_ff.logs.derivatives import Array
-from adaptive_ff.model.friction import UNITS, TorqueModel, unit_of
 from adaptive_ff.replay.judging import Left
 from adaptive_ff.replay.settings import ReplaySettings
 from adaptive_ff.replay.state import state_to_json

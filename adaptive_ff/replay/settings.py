@@ -15,8 +15,8 @@ from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.learning.estimator_state import LAG_PRIOR
 from adaptive_ff.adaptive.learning.map_settings import checked_periods
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.bounds import FRICTION_LAG
-from adaptive_ff.model.friction import IDENTIFIED
+from adaptive_ff.friction.bounds import FRICTION_LAG
+from adaptive_ff.friction.model import IDENTIFIED
 from controllers import difference_velocity, direct_velocity, low_pass_velocity, pi_gains
 
 HOLD = 0.75

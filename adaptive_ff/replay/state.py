@@ -6,7 +6,7 @@ from pathlib import Path
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.errors import InputError, read_text
-from adaptive_ff.model.bounds import INERTIA
+from adaptive_ff.friction.bounds import INERTIA
 from adaptive_ff.replay.settings import ReplaySettings
 
 KEPT = 0.01

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import Run
-from adaptive_ff.model.friction import TorqueModel, model_friction
+from adaptive_ff.friction.model import TorqueModel, model_friction
 from adaptive_ff.report.drawing import (
     INK,
     QUIET,

@@ -8,7 +8,7 @@ from rich.table import Table
 from adaptive_ff.comparison.comparison import BASELINE, Comparison
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.comparison.run import Run
-from adaptive_ff.model.friction import PER_DIRECTION, unit_of
+from adaptive_ff.friction.model import PER_DIRECTION, unit_of
 from adaptive_ff.report.scaling import DEVIATIONS, scale_for, shown
 from adaptive_ff.scenario.axis_units import axis_unit
 from adaptive_ff.scenario.truth import last_model, true_waves

@@ -23,7 +23,7 @@ from adaptive_ff.adaptive.learning.candidates import MEMORIES
 from adaptive_ff.adaptive.learning.estimator_state import carries_loads
 from adaptive_ff.adaptive.learning.fed_model import gate_speed
 from adaptive_ff.adaptive.learning.uncertainty import Confidence, assess, mean_squared_error
-from adaptive_ff.model.friction import GRAVITY, RIPPLE, unit_of
+from adaptive_ff.friction.model import GRAVITY, RIPPLE, unit_of
 from adaptive_ff.report.diagnosis_map import map_sentences
 from adaptive_ff.report.diagnosis_supervision import supervision
 from adaptive_ff.report.diagnosis_warnings import NOT_IDENTIFIABLE, find_warnings

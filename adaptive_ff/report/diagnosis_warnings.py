@@ -10,8 +10,8 @@ from adaptive_ff.adaptive.controller import AdaptiveBase
 from adaptive_ff.adaptive.learning.estimator import PEAK_FACTOR
 from adaptive_ff.adaptive.learning.uncertainty import Confidence
 from adaptive_ff.estimation.instruments import AGREEMENT
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, write_ranges
-from adaptive_ff.model.friction import unit_of
+from adaptive_ff.friction.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, write_ranges
+from adaptive_ff.friction.model import unit_of
 
 NOT_IDENTIFIABLE = 0.5
 """Standard deviation of a parameter, as a share of its scale, from which on the data do not identify it."""

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from adaptive_ff.comparison.run import Run
-from adaptive_ff.model.friction import unit_of
+from adaptive_ff.friction.model import unit_of
 from adaptive_ff.report.drawing import Look, Series, draw_series, explain_looks, label_above, make_panels
 from adaptive_ff.report.framing import frame, peak_of, plain_name, typical_peak
 from adaptive_ff.report.marks import TRUTH, mark_changes

@@ -17,7 +17,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from adaptive_ff.errors import InputError
-from adaptive_ff.model.friction import IDENTIFIED, TorqueModel
+from adaptive_ff.friction.model import IDENTIFIED, TorqueModel
 from controllers import (
     difference_velocity,
     kalman_velocity,

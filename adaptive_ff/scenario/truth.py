@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.model.friction import GRAVITY, TorqueModel, ripple_names
+from adaptive_ff.friction.model import GRAVITY, TorqueModel, ripple_names
 from adaptive_ff.scenario.scenario import Scenario
 from plant import (
     UNCHANGED,

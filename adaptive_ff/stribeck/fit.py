@@ -12,8 +12,8 @@ import numpy as np
 from scipy import linalg, stats
 
 from adaptive_ff.errors import counted
-from adaptive_ff.estimation.batch_least_squares import Estimate
-from adaptive_ff.estimation.confidence import check_confidence
+from adaptive_ff.learning.batch_least_squares import Estimate
+from adaptive_ff.learning.confidence import check_confidence
 from adaptive_ff.stribeck.problem import BEND, FLAT, Array, Points, exponent, make_problem, solve_linear
 from adaptive_ff.stribeck.profile import Estimated, interval_end, search
 from controllers.arrays import ArrayLike

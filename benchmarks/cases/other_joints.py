@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from adaptive_ff.model.friction import WITH_OFFSET
+from adaptive_ff.friction.model import WITH_OFFSET
 from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.stepped import controller_class

@@ -6,7 +6,7 @@ from typing import Any
 
 from adaptive_ff import AdaptiveController, load_scenario
 from adaptive_ff.comparison.registry import CONTROLLERS
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from controllers import PI
 
 SIZES = {

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import fit_least_squares
 from adaptive_ff.identify.batch import Array, Mask
+from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from benchmarks.paper.experiment import Row
 from benchmarks.paper.identification_data import TRUE
 from benchmarks.paper.prediction import regression

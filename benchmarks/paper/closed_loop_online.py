@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import fit_least_squares
+from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.identify.batch import Array, Mask, slides_one_way
-from adaptive_ff.model.friction import ESTIMATED
-from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients
+from adaptive_ff.learning.batch_least_squares import fit_least_squares
+from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
 from benchmarks.paper.closed_loop_offline import FEW_SEEDS
 from benchmarks.paper.experiment import Row
 from benchmarks.paper.identification_data import SYMBOLS, TRUE

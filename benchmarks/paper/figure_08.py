@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from adaptive_ff.model.friction import model_friction
+from adaptive_ff.friction.model import model_friction
 from adaptive_ff.report.drawing import INK, STYLE, WIDTH
 from adaptive_ff.stribeck.fit import StribeckFit
 from adaptive_ff.stribeck.points import SupportPoints

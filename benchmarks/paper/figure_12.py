@@ -5,9 +5,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from adaptive_ff.friction.model import ESTIMATED, UNITS
 from adaptive_ff.identify.batch import Array
-from adaptive_ff.model.friction import ESTIMATED, UNITS
-from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients
+from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
 from adaptive_ff.report.drawing import INK, STYLE, WIDTH
 from benchmarks.paper.closed_loop_online import is_possible, physical_series
 from benchmarks.paper.drawing import SERIES, TORQUE_FORM, Look, label, legend

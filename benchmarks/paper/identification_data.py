@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from controllers import compiled
 from plant import JointParameters, JointState, Stribeck, step_joint
 

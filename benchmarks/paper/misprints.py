@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import Array
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.regression.series import SeriesCoefficients, series_coefficients, write_physical
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.learning.batch_least_squares import Array
+from adaptive_ff.learning.series import SeriesCoefficients, series_coefficients, write_physical
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.identification_data import PERIOD, SEED, SYMBOLS, TRUE, simulate_noise
 from benchmarks.paper.offline import series

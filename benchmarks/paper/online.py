@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.estimation.batch_least_squares import Array, fit_least_squares
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.regression.series import write_physical
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.learning.batch_least_squares import Array, fit_least_squares
+from adaptive_ff.learning.series import write_physical
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.figure_05 import Online, draw
 from benchmarks.paper.identification_data import (

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.learning.estimator import learn_in_place
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState, initial_estimator_state
-from adaptive_ff.estimation.rls import RLSState, update_rls_in_place
-from adaptive_ff.regression.sliding_gate import sliding_time
-from adaptive_ff.regression.torque_form import Signals, advance_signals_in_place, initial_signals
+from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+from adaptive_ff.learning.sliding_gate import sliding_time
+from adaptive_ff.learning.torque_form import Signals, advance_signals_in_place, initial_signals
 from controllers import compiled, compiled_in_place
 
 Array = NDArray[np.float64]

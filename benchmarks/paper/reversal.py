@@ -3,7 +3,7 @@
 The joint of Fig. 4 is driven by noise of one rms and several corner frequencies: the lower, the slower its reversals.
 """
 
-from adaptive_ff.estimation.batch_least_squares import fit_least_squares
+from adaptive_ff.learning.batch_least_squares import fit_least_squares
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.figure_03 import draw
 from benchmarks.paper.identification_data import CORNER, SEED, simulate_noise

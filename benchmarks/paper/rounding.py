@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from adaptive_ff.estimation.batch_least_squares import Array
-from adaptive_ff.estimation.rls import RLSState, update_rls_in_place, write_projection
+from adaptive_ff.learning.batch_least_squares import Array
+from adaptive_ff.learning.rls import RLSState, update_rls_in_place, write_projection
 from benchmarks.paper.experiment import Experiment, Row
 from benchmarks.paper.identification_data import PERIOD, SEED, TRUE, simulate_noise
 from benchmarks.paper.prediction import regression, rms
@@ -61,7 +61,7 @@ def update_rls_printed(
 ) -> float:
     """Take one equation into account, (11)-(13) as the paper prints them, in some n^3 operations.
 
-    ``adaptive_ff.estimation.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations.
+    ``adaptive_ff.learning.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations.
 
     Parameters
     ----------

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.estimation.batch_least_squares import LeastSquaresFit, fit_least_squares
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.identify.batch import Array, Identification, identify_torque_form, slides_one_way
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.regression.series import COEFFICIENTS, write_physical
+from adaptive_ff.learning.batch_least_squares import LeastSquaresFit, fit_least_squares
+from adaptive_ff.learning.series import COEFFICIENTS, write_physical
 from benchmarks.paper.identification_data import TRUE, joint_of
 from benchmarks.paper.prediction import FIRST, regression, rms, series_free_run
 from benchmarks.paper.recursion import run_rls

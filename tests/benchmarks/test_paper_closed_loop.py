@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from adaptive_ff.regression.series import series_coefficients
+from adaptive_ff.learning.series import series_coefficients
 from adaptive_ff.simulation.experiment import empty_record
 from adaptive_ff.simulation.loop import run_compiled, start_position
 from benchmarks.paper import figure_07, figure_08, figure_09, figure_10, figure_11, figure_12, stribeck

@@ -4,10 +4,10 @@ import math
 import numpy as np
 import pytest
 
-from adaptive_ff.estimation.rls import RLSState, update_rls_in_place
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.identify.batch import identify_series
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.regression.series import series_coefficients
+from adaptive_ff.learning.rls import RLSState, update_rls_in_place
+from adaptive_ff.learning.series import series_coefficients
 from benchmarks.paper import misprints, offline, online, reversal, reversal_errors, rounding
 from benchmarks.paper.identification_data import MORE_SEEDS, PERIOD, SEED, TRUE, deviations, joint_of, simulate_noise
 from benchmarks.paper.prediction import (

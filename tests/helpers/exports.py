@@ -10,7 +10,7 @@ import pytest
 from adaptive_ff.adaptive.controller import AdaptiveController
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.export.sample import made_up_inputs
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_GRAVITY, WITH_OFFSET
 from adaptive_ff.scenario.scenario import load_scenario
 from benchmarks.export.machines import zig
 from controllers import PI, Inputs

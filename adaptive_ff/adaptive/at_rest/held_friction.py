@@ -23,7 +23,7 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.learning.fed_model import Block, present_model
 from adaptive_ff.adaptive.learning.period import Fed
-from adaptive_ff.model.feedforward import FeedforwardState, is_plan_at_rest, released
+from adaptive_ff.friction.feedforward import FeedforwardState, is_plan_at_rest, released
 from controllers import Inputs
 
 SPARE = 0.05

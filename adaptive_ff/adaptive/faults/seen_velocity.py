@@ -42,7 +42,7 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.faults.doubt import possible_speed
 from adaptive_ff.adaptive.supervision.noise_level import NoiseState, filled_mean, noise_known
-from adaptive_ff.model.bounds import INERTIA
+from adaptive_ff.friction.bounds import INERTIA
 from controllers import Inputs, acting_torque, asked_torque, with_velocity
 
 LEAP = 3.0

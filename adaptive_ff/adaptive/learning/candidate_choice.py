@@ -11,7 +11,7 @@ from adaptive_ff.adaptive.learning.candidate_margins import MARGIN
 from adaptive_ff.adaptive.learning.candidate_state import CandidateState
 from adaptive_ff.adaptive.learning.candidates import FIRST
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.model import TorqueModel
 from controllers.checks import check_positive, checked_array
 
 FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)

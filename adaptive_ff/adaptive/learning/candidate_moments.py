@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.learning.candidate_state import CandidateState
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, STICTION_ASYMMETRY
-from adaptive_ff.regression.torque_form import DAMPING
+from adaptive_ff.friction.bounds import COULOMB, FRICTION_LAG, INERTIA, STICTION, STICTION_ASYMMETRY
+from adaptive_ff.learning.torque_form import DAMPING
 
 OUTLIER = 40.0
 """Squared error of a row, in mean squared errors of the candidate in use, from which on the row counts for less.

@@ -6,7 +6,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.model.friction import WITH_OFFSET
+from adaptive_ff.friction.model import WITH_OFFSET
 from controllers.arrays import MutableArray
 
 

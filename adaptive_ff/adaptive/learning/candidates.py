@@ -48,7 +48,7 @@ from adaptive_ff.adaptive.learning.correction import correct_in_place
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState
 from adaptive_ff.adaptive.learning.prediction import add_loads, scale_inertia_in_place
 from adaptive_ff.estimation.resetting import ResettingState, factor_in_place, solve_in_place, total_of
-from adaptive_ff.model.bounds import (
+from adaptive_ff.friction.bounds import (
     COULOMB,
     FRICTION_LAG,
     INERTIA,
@@ -57,9 +57,9 @@ from adaptive_ff.model.bounds import (
     VISCOUS,
     VISCOUS_ASYMMETRY,
 )
-from adaptive_ff.model.friction import adhesion_share
-from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay
-from adaptive_ff.regression.torque_form import (
+from adaptive_ff.friction.model import adhesion_share
+from adaptive_ff.learning.filters import advance_filter_in_place, filter_decay
+from adaptive_ff.learning.torque_form import (
     BENT,
     FILTER_ADHESION,
     FILTER_COULOMB,

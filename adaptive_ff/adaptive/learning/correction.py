@@ -5,7 +5,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.estimation.resetting import move_parameter_in_place
-from adaptive_ff.model.bounds import confine_in_place
+from adaptive_ff.friction.bounds import confine_in_place
 
 
 @register_jitable

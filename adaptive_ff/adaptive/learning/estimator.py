@@ -73,14 +73,14 @@ from adaptive_ff.estimation.resetting import (
     total_of,
     update_resetting_in_place,
 )
-from adaptive_ff.model.bounds import (
+from adaptive_ff.friction.bounds import (
     FRICTION_LAG,
     INERTIA,
     OFFSET,
     write_ranges,
 )
+from adaptive_ff.learning.torque_form import DAMPING, FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
 from adaptive_ff.regression.known_loads import advance_loads_in_place, load_torque, write_loads
-from adaptive_ff.regression.torque_form import DAMPING, FILTER_TORQUE, FILTER_VELOCITY, Signals, write_regressors
 from controllers.arrays import MutableArray
 
 FLOOR = 0.2

@@ -10,9 +10,9 @@ from adaptive_ff.adaptive.learning.candidate_state import CandidateState, initia
 from adaptive_ff.adaptive.learning.change_detection import NO_ALARM, NOTHING, Alarm, Surprise
 from adaptive_ff.adaptive.learning.friction_map import MapParameters, MapState, initial_map
 from adaptive_ff.estimation.resetting import ResettingState, initial_resetting_state
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
+from adaptive_ff.friction.bounds import COULOMB, FRICTION_LAG, OFFSET, STICTION
+from adaptive_ff.learning.torque_form import TorqueForm
 from adaptive_ff.regression.known_loads import COSINE, INPUT, SINE, initial_loads
-from adaptive_ff.regression.torque_form import TorqueForm
 from controllers.arrays import MutableArray
 
 PRIOR = 6e-4

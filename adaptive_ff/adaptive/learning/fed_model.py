@@ -9,9 +9,9 @@ from adaptive_ff.adaptive.learning.candidate_state import CandidateState, slides
 from adaptive_ff.adaptive.learning.change_detection import JUMP_WINDOW, undecided_factor
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorState, damping_in_use, form_in_use, load_count
 from adaptive_ff.adaptive.learning.friction_map import coming_factor
-from adaptive_ff.model.bounds import FRICTION_LAG, INERTIA, torque_model, with_bristles, with_friction_times
-from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.regression.torque_form import BENT
+from adaptive_ff.friction.bounds import FRICTION_LAG, INERTIA, torque_model, with_bristles, with_friction_times
+from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.learning.torque_form import BENT
 from controllers import Inputs, present_inertia
 
 Block = Any

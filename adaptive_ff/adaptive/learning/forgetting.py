@@ -25,7 +25,7 @@ from adaptive_ff.adaptive.learning.change_detection import EITHER, LOAD, NOTHING
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, load_count
 from adaptive_ff.estimation.quadratic import quadratic_form, take_square_in_place, write_unit_in_place
 from adaptive_ff.estimation.resetting import ResettingState
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, OFFSET
+from adaptive_ff.friction.bounds import COULOMB, FRICTION_LAG, OFFSET
 
 LEAST_FACTOR, LARGEST_FACTOR = 0.2, 5.0
 """Range of the factor by which friction is multiplied at once."""

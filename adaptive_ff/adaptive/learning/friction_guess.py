@@ -7,9 +7,9 @@ from numba.extending import register_jitable
 from adaptive_ff.adaptive.learning.estimator import PEAK_FACTOR, SPEED_FACTOR
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorState, Levels, with_levels
 from adaptive_ff.adaptive.learning.prediction import add_loads
-from adaptive_ff.model.bounds import COULOMB, INERTIA, STICTION
+from adaptive_ff.friction.bounds import COULOMB, INERTIA, STICTION
+from adaptive_ff.learning.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals
 from adaptive_ff.regression.known_loads import write_loads
-from adaptive_ff.regression.torque_form import FILTER_TORQUE, FILTER_VELOCITY, Signals
 
 GUESS = 0.9
 """Share of the largest friction torque seen that Coulomb friction and stiction are guessed to be."""

@@ -38,7 +38,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.regression.filters import filter_decay
+from adaptive_ff.learning.filters import filter_decay
 from adaptive_ff.regression.known_loads import INPUT, VALUE, advance_load_in_place
 from controllers.arrays import MutableArray
 

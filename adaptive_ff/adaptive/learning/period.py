@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorState
 from adaptive_ff.adaptive.learning.lag_tuning import TimingState
-from adaptive_ff.model.feedforward import FeedforwardState
-from adaptive_ff.regression.torque_form import Signals
+from adaptive_ff.friction.feedforward import FeedforwardState
+from adaptive_ff.learning.torque_form import Signals
 
 
 class Period(NamedTuple):

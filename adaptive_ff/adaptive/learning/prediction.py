@@ -9,7 +9,7 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters
-from adaptive_ff.model.bounds import COULOMB, FRICTION_LAG, INERTIA, OFFSET, STICTION_ASYMMETRY
+from adaptive_ff.friction.bounds import COULOMB, FRICTION_LAG, INERTIA, OFFSET, STICTION_ASYMMETRY
 
 
 @register_jitable

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState, initial_estimator_state
-from adaptive_ff.model.bounds import FRICTION_LAG
+from adaptive_ff.friction.bounds import FRICTION_LAG
 
 Array = NDArray[np.float64]
 

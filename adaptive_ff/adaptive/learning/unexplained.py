@@ -4,7 +4,7 @@ from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, EstimatorState
 from adaptive_ff.estimation.shares import TINY, saturated
-from adaptive_ff.model.bounds import COULOMB, STICTION
+from adaptive_ff.friction.bounds import COULOMB, STICTION
 
 LEFT = 0.01
 """Torque that a model leaves at least before it counts as one that misses something, over the friction (rms)."""

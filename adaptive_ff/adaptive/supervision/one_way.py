@@ -27,7 +27,7 @@ from adaptive_ff.adaptive.learning.estimator_state import EstimatorParameters, E
 from adaptive_ff.adaptive.learning.unexplained import missing_share
 from adaptive_ff.adaptive.supervision.noise_level import NoiseState, noise_known
 from adaptive_ff.estimation.quadratic import take_square_in_place
-from adaptive_ff.model.bounds import COULOMB, OFFSET
+from adaptive_ff.friction.bounds import COULOMB, OFFSET
 
 RATE = 128.0
 """Rate at which the offset is forgotten where all that is remembered is motion one way, 1/s.

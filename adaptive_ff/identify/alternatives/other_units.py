@@ -6,9 +6,9 @@ coefficient with the same Coulomb friction, and in none friction drives.
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import fit_least_squares
 from adaptive_ff.identify.rows.regressors import Problem, design, measured_torque
 from adaptive_ff.identify.terms import BASE
+from adaptive_ff.learning.batch_least_squares import fit_least_squares
 
 TERMS = (*BASE, "offset")
 """Terms of the simple fit that is compared: all are linear."""

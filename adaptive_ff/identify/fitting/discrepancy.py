@@ -16,8 +16,8 @@ import math
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import spread_along
 from adaptive_ff.identify.rows.regressors import Problem
+from adaptive_ff.learning.batch_least_squares import spread_along
 from adaptive_ff.logs.derivatives import Array
 
 HATS = 5
@@ -66,7 +66,7 @@ def discrepancy_covariance(
     columns : ndarray, shape (m, n)
         Columns of the model, linearly independent.
     inverse : ndarray, shape (n, n)
-        What makes them orthonormal, see :class:`~adaptive_ff.estimation.batch_least_squares.LeastSquaresFit`.
+        What makes them orthonormal, see :class:`~adaptive_ff.learning.batch_least_squares.LeastSquaresFit`.
     residuals : ndarray, shape (m,)
         What the model leaves.
     correlated : int

@@ -3,7 +3,7 @@
 For given lag and ``Vs`` the linear rest is solved for (variable projection), from the best point of the grid of
 :mod:`adaptive_ff.identify.fitting.grid`. At the solution the regression is linearised, so that all parameters together
 get a covariance that knows of correlated residuals (Newey and West, see
-:mod:`adaptive_ff.estimation.batch_least_squares`), and of what the model lacks
+:mod:`adaptive_ff.learning.batch_least_squares`), and of what the model lacks
 (:mod:`adaptive_ff.identify.fitting.discrepancy`).
 """
 
@@ -13,12 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import LeastSquaresFit, fit_least_squares
 from adaptive_ff.identify.fitting.discrepancy import discrepancy_covariance, state_functions
 from adaptive_ff.identify.fitting.fitted import SEARCHED, Fitted, linear_terms
 from adaptive_ff.identify.fitting.search import search, searched_values, slope_by
 from adaptive_ff.identify.rows.regressors import Problem, design, measured_torque, path_slope
 from adaptive_ff.identify.terms import PATH, SQUARE_STICTION, STICTION
+from adaptive_ff.learning.batch_least_squares import LeastSquaresFit, fit_least_squares
 from adaptive_ff.logs.derivatives import Array
 
 TIMES_ANDREWS = 2.0

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import Estimate, LeastSquaresFit
 from adaptive_ff.identify.terms import BENT, LAG, PATH, SQUARE_STICTION, STICTION
+from adaptive_ff.learning.batch_least_squares import Estimate, LeastSquaresFit
 from adaptive_ff.logs.derivatives import Array
 
 SEARCHED = {"friction_lag": "friction_lag", **BENT}

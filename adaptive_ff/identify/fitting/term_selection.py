@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.fitting.cross_validation import ALIKE, Validated, behind, choose, cross_validate, within
 from adaptive_ff.identify.fitting.families import candidate_models
 from adaptive_ff.identify.fitting.fit import fit_terms
@@ -31,6 +30,7 @@ from adaptive_ff.identify.terms import (
     STICTION,
     Terms,
 )
+from adaptive_ff.learning.batch_least_squares import Estimate
 
 COLLINEAR = 5.0
 """Variance of an inertia over that without the other columns, from which on they are not told apart safely.

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.maps.map_columns import MapBasis
 from adaptive_ff.identify.terms import FORCE_OVER, FRICTION_OVER, LOAD, is_mapped
+from adaptive_ff.learning.batch_least_squares import Estimate
 from adaptive_ff.logs.derivatives import Array
 
 POINTS = 400

@@ -23,12 +23,12 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import fft, optimize
 
-from adaptive_ff.estimation.batch_least_squares import spread_along, spread_of_sum
 from adaptive_ff.identify.fitting.fit import correlation_length
 from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.maps.map_columns import MapAsked, band_along, map_basis, position_along
 from adaptive_ff.identify.preparation import Prepared
 from adaptive_ff.identify.rows.regressors import Problem, design
+from adaptive_ff.learning.batch_least_squares import spread_along, spread_of_sum
 from adaptive_ff.logs.defects import Piece
 from adaptive_ff.logs.derivatives import Array
 

@@ -11,7 +11,7 @@ from closed_loops import make as make_named
 from adaptive_ff import AdaptiveController, simulate
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.prior import LONGEST_GUESS
-from adaptive_ff.model.friction import ESTIMATED
+from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.simulation.metrics import rms
 from controllers import pi_gains
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.adaptive.learning.estimator import FLOOR, PEAK_FACTOR, SMALLEST_FLOOR
 from adaptive_ff.estimation.resetting import initial_resetting_state, update_resetting_in_place
-from adaptive_ff.model.bounds import INERTIA_RANGE, largest_lag
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION
+from adaptive_ff.friction.bounds import INERTIA_RANGE, largest_lag
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION
 from controllers import pi_gains
 
 INERTIA, LIMIT, FASTEST = 20.0, 400.0, 0.5

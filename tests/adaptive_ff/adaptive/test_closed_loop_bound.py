@@ -18,8 +18,8 @@ from closed_loops import SCENARIO
 from plan_inputs import plan_inputs
 from scipy import signal
 
-from adaptive_ff.model.feedforward import exchange_model, initial_feedforward_state, step_feedforward
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.feedforward import exchange_model, initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.model import TorqueModel
 from controllers import PI, hand_over, pi_gains, planned_inputs, step_pi, with_feedforward
 from plant import Joint
 

@@ -6,7 +6,7 @@ import pytest
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.settings import Settings, adaptive_parameters, settings_among
-from adaptive_ff.model.friction import ESTIMATED
+from adaptive_ff.friction.model import ESTIMATED
 
 OBSERVER_AND_FIRST_MAP = {"observer_bandwidth", "position_map", "map_deviation"}
 """What the supervised controller takes beside the settings."""

@@ -14,9 +14,9 @@ from adaptive_ff.adaptive.learning.fed_model import identified_model
 from adaptive_ff.adaptive.learning.unexplained import unexplained
 from adaptive_ff.adaptive.step import step_model
 from adaptive_ff.adaptive.watching import may_stick, unobserved_error
-from adaptive_ff.model.bounds import COULOMB, STICTION
-from adaptive_ff.model.friction import WITH_GRAVITY
-from adaptive_ff.model.turning import turning_of
+from adaptive_ff.friction.bounds import COULOMB, STICTION
+from adaptive_ff.friction.model import WITH_GRAVITY
+from adaptive_ff.friction.turning import turning_of
 from adaptive_ff.scenario.library import SCENARIOS
 from controllers import planned_inputs
 

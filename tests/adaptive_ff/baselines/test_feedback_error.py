@@ -9,7 +9,7 @@ from closed_loops import SCENARIO, drive, lay_course
 from plan_inputs import plan_inputs
 
 from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
-from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.scenario.truth import true_model
 
 GAINS = SCENARIO.feedback.gains

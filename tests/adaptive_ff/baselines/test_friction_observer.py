@@ -8,8 +8,8 @@ from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.baselines.friction_observer import FrictionObserver, PreslidingState, mobilised_share, step_presliding
-from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.model import TorqueModel
 from controllers import PI
 from plant import ElastoPlasticJoint, Joint
 

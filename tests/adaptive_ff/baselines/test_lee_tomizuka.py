@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff.baselines.lee_tomizuka import LeeTomizuka, zero_phase_torque
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.model import TorqueModel
 from plant import Joint, JointModel
 
 PERIOD = 0.01

@@ -9,7 +9,7 @@ from adaptive_ff import load_scenario, simulate
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.observed_model import ObservedModel
 from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.model import TorqueModel
 from adaptive_ff.scenario.truth import true_model
 from controllers import DisturbanceObserver
 

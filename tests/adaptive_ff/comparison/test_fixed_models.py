@@ -11,9 +11,9 @@ from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.comparison.calibration import OTHER_SEED, identify_joint
 from adaptive_ff.comparison.fixed_models import SPREAD, fixed_model, nominal_source
 from adaptive_ff.comparison.registry import CONTROLLERS, FIXED
-from adaptive_ff.model.friction import model_friction
-from adaptive_ff.regression.rows import torque_form_rows
-from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, settle_signals_in_place
+from adaptive_ff.friction.model import model_friction
+from adaptive_ff.learning.rows import torque_form_rows
+from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, settle_signals_in_place
 from adaptive_ff.scenario.truth import true_model
 
 TRUTH = true_model(SCENARIO)

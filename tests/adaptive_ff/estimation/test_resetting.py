@@ -15,7 +15,7 @@ from adaptive_ff.estimation.resetting import (
     solve_in_place,
     update_resetting_in_place,
 )
-from adaptive_ff.estimation.rls import initial_rls_state, update_rls_in_place
+from adaptive_ff.learning.rls import initial_rls_state, update_rls_in_place
 
 SIZE = 5
 FLOOR = 3e-5

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from adaptive_ff.estimation.batch_least_squares import fit_least_squares
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.identify.batch import identify_series, identify_torque_form, slides_one_way
-from adaptive_ff.model.friction import ESTIMATED, TorqueModel
-from adaptive_ff.regression import rows as batch_rows
-from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients
-from adaptive_ff.regression.torque_form import TorqueForm, initial_signals, settle_signals_in_place
+from adaptive_ff.learning import rows as batch_rows
+from adaptive_ff.learning.batch_least_squares import fit_least_squares
+from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients
+from adaptive_ff.learning.torque_form import TorqueForm, initial_signals, settle_signals_in_place
 from plant import JointParameters, JointState, Stribeck, step_joint
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)

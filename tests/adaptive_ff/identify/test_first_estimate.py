@@ -18,9 +18,9 @@ from adaptive_ff import (
     load_scenario,
     simulate,
 )
+from adaptive_ff.friction.model import model_friction
 from adaptive_ff.identify.first_estimate import ASSUMED_LAG
 from adaptive_ff.logs.log import Log
-from adaptive_ff.model.friction import model_friction
 from controllers import PI
 
 AMPERE = 0.11

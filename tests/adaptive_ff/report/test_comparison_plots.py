@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import Comparison, InputError, __version__, compare, load_scenario, simulate
-from adaptive_ff.model.friction import model_friction
+from adaptive_ff.friction.model import model_friction
 from adaptive_ff.report import drawing
 from adaptive_ff.report.comparison_plots import PICTURES, plot_comparison, plot_run
 from adaptive_ff.report.comparison_tables import estimates_table

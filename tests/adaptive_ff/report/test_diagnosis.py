@@ -14,7 +14,7 @@ from rich.console import Console
 
 from adaptive_ff import AdaptiveController, simulate
 from adaptive_ff.adaptive.controller import UnsupervisedController
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_OFFSET
 from controllers import pi_gains
 from plant import Joint
 

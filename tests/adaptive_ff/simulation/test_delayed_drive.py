@@ -8,7 +8,7 @@ from unequal_joint import EQUAL, Unequal, rms, unequal_loop
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.paper import PaperController
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION
 from controllers import PI, pi_gains
 
 GAINS, PERIOD = pi_gains(20.0, 5.0), SCENARIO.sampling.period

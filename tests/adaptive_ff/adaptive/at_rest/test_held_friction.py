@@ -16,8 +16,8 @@ from adaptive_ff.adaptive.at_rest.held_friction import (
     advance_held_friction,
     initial_held_friction,
 )
-from adaptive_ff.model.feedforward import HELD, FeedforwardState, released
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.feedforward import HELD, FeedforwardState, released
+from adaptive_ff.friction.model import TorqueModel
 from controllers import PI, PositionLoop
 
 PERIOD = 0.01

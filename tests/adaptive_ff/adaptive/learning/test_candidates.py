@@ -15,7 +15,7 @@ from adaptive_ff.adaptive.learning.candidate_moments import OUTLIER, residual_mo
 from adaptive_ff.adaptive.learning.candidates import keep_offset_in_place
 from adaptive_ff.adaptive.learning.prediction import predict_torque
 from adaptive_ff.comparison.registry import make_adaptive
-from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION
+from adaptive_ff.friction.bounds import COULOMB, OFFSET, STICTION
 from adaptive_ff.scenario.library import SCENARIOS
 from adaptive_ff.simulation.metrics import rms
 

@@ -60,8 +60,8 @@ from adaptive_ff.adaptive.learning.forgetting import (
     release_in_place,
 )
 from adaptive_ff.adaptive.learning.prediction import add_friction
-from adaptive_ff.model.bounds import COULOMB, OFFSET, STICTION, VISCOUS
-from adaptive_ff.model.friction import PER_DIRECTION
+from adaptive_ff.friction.bounds import COULOMB, OFFSET, STICTION, VISCOUS
+from adaptive_ff.friction.model import PER_DIRECTION
 from adaptive_ff.simulation.experiment import empty_record
 
 JOINT, CHANGE = SCENARIO.joint, 20.0

@@ -12,9 +12,9 @@ from adaptive_ff.adaptive.learning.estimator import PEAK_FACTOR
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.estimation.instruments import AGREEMENT, choose_instrument_in_place, gradients_agree
 from adaptive_ff.estimation.resetting import factor_in_place, move_parameter_in_place
-from adaptive_ff.model.bounds import confine_in_place, possible_ranges, torque_model, write_ranges
-from adaptive_ff.model.feedforward import FeedforwardState, exchange_model
-from adaptive_ff.model.friction import model_friction
+from adaptive_ff.friction.bounds import confine_in_place, possible_ranges, torque_model, write_ranges
+from adaptive_ff.friction.feedforward import FeedforwardState, exchange_model
+from adaptive_ff.friction.model import model_friction
 from adaptive_ff.scenario.truth import true_model
 from adaptive_ff.simulation.experiment import lay_course
 from controllers import PI, hand_over

@@ -12,8 +12,8 @@ from adaptive_ff.adaptive.learning.change_detection import NO_ALARM, Surprise, a
 from adaptive_ff.adaptive.learning.estimator_state import Levels, initial_estimator_state, load_count
 from adaptive_ff.adaptive.learning.forgetting import FIRST_ERRORS, LARGEST_FACTOR, LEAST_FACTOR, SUDDEN, forget_in_place
 from adaptive_ff.estimation.instruments import AGREEMENT, EXCITED
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
-from adaptive_ff.regression.torque_form import Signals
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.learning.torque_form import Signals
 
 PERIOD = 0.01
 TRUTH = np.array([23.0, 50.0, 80.0, 70.0, 0.03, 6.0, 8.0, 9.0])

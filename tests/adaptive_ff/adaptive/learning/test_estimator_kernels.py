@@ -11,10 +11,10 @@ from adaptive_ff.adaptive.learning.change_detection import JUMP_WINDOW, NOTHING,
 from adaptive_ff.adaptive.learning.estimator_state import PRIOR, Levels, initial_estimator_state, with_levels
 from adaptive_ff.adaptive.learning.friction_guess import guess_friction_in_place, time_stuck
 from adaptive_ff.adaptive.learning.friction_map import POSITION
-from adaptive_ff.model.bounds import COULOMB, OFFSET
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.friction.bounds import COULOMB, OFFSET
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, PER_DIRECTION_WITH_GRAVITY, WITH_GRAVITY, WITH_OFFSET
+from adaptive_ff.learning.torque_form import Signals
 from adaptive_ff.regression.known_loads import INPUT
-from adaptive_ff.regression.torque_form import Signals
 from controllers import pi_gains
 
 PERIOD = 0.01

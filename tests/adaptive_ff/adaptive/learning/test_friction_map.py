@@ -28,9 +28,9 @@ from adaptive_ff.adaptive.learning.map_reading import read_map
 from adaptive_ff.adaptive.learning.map_settings import map_parameters
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.comparison.run import simulate
-from adaptive_ff.model.friction import WITH_OFFSET
+from adaptive_ff.friction.model import WITH_OFFSET
+from adaptive_ff.learning.torque_form import initial_signals
 from adaptive_ff.regression.known_loads import INPUT, load_torque
-from adaptive_ff.regression.torque_form import initial_signals
 from adaptive_ff.report.comparison_plots import plot_comparison
 from adaptive_ff.report.diagnosis_map import map_sentences
 from controllers import pi_gains

@@ -37,8 +37,8 @@ from adaptive_ff.adaptive.learning.lag_tuning import (
     note_friction,
 )
 from adaptive_ff.baselines.model_based import ModelBased
-from adaptive_ff.model.bounds import FRICTION_LAG, largest_lag
-from adaptive_ff.model.feedforward import initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.bounds import FRICTION_LAG, largest_lag
+from adaptive_ff.friction.feedforward import initial_feedforward_state, step_feedforward
 from adaptive_ff.simulation.experiment import empty_record, lay_plain_course
 from benchmarks.cases.situations import named_scenario
 from controllers import check_gains, low_pass_velocity, pi_gains

@@ -10,8 +10,8 @@ from unequal_joint import EQUAL, LAG, Unequal, rms
 from adaptive_ff.adaptive.controller import UnsupervisedController
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.comparison.registry import make_controller
+from adaptive_ff.friction.model import ESTIMATED, PER_DIRECTION, WITH_OFFSET, directed_friction
 from adaptive_ff.identify.batch import identify_torque_form
-from adaptive_ff.model.friction import ESTIMATED, PER_DIRECTION, WITH_OFFSET, directed_friction
 from controllers import PI
 
 LOADED = EQUAL._replace(load=25.0)

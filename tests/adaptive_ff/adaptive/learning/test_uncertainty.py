@@ -9,7 +9,7 @@ from closed_loops import SCENARIO, course_along, drive, make
 from adaptive_ff import simulate
 from adaptive_ff.adaptive.learning.estimator_state import Levels, initial_estimator_state
 from adaptive_ff.adaptive.learning.uncertainty import assess
-from adaptive_ff.model.friction import ESTIMATED
+from adaptive_ff.friction.model import ESTIMATED
 from adaptive_ff.scenario.truth import true_model
 
 LAG = ESTIMATED.index("friction_lag")

@@ -6,7 +6,7 @@ from closed_loops import make
 
 from adaptive_ff import load_scenario
 from adaptive_ff.adaptive.supervision.one_way import RATE, left_over, loosen_offset_in_place, note_one_way_in_place
-from adaptive_ff.model.bounds import COULOMB, OFFSET
+from adaptive_ff.friction.bounds import COULOMB, OFFSET
 from adaptive_ff.scenario.library import SCENARIOS
 from tests.helpers.judged import judge
 

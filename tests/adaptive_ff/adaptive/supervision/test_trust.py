@@ -24,7 +24,7 @@ from adaptive_ff.adaptive.supervision.trust import (
     soft_bound,
     with_friction,
 )
-from adaptive_ff.model.bounds import COULOMB, STICTION
+from adaptive_ff.friction.bounds import COULOMB, STICTION
 from adaptive_ff.simulation.experiment import empty_record
 from controllers import check_gains
 

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from adaptive_ff.estimation.batch_least_squares import Estimate
 from adaptive_ff.identify.fitting.fitted import Fitted
 from adaptive_ff.identify.terms import BENT
+from adaptive_ff.learning.batch_least_squares import Estimate
 
 
 def bend(logarithm):

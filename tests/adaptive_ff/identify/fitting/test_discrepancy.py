@@ -7,10 +7,10 @@ import pytest
 import synthetic_logs
 
 from adaptive_ff import Log, identify_log
-from adaptive_ff.estimation.batch_least_squares import fit_least_squares
 from adaptive_ff.identify.fitting.discrepancy import discrepancy_covariance
 from adaptive_ff.identify.fitting.term_selection import COLLINEAR
 from adaptive_ff.identify.terms import SQUARE_STICTION, STICTION, is_mapped
+from adaptive_ff.learning.batch_least_squares import fit_least_squares
 
 ROWS = 2000
 TIME = np.linspace(0.0, 40.0, ROWS)

@@ -48,7 +48,7 @@ class TorqueModel(NamedTuple):
     presliding : float
         Presliding distance, rad: path over which friction follows its static curve; zero without bristles.
     micro_damping : float
-        Damping of the bristles, N m; see ``model.feedforward``.
+        Damping of the bristles, N m; see ``friction.feedforward``.
     """
 
     inertia: float

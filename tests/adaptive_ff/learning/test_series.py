@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adaptive_ff.model.friction import TorqueModel, adhesion_share
-from adaptive_ff.regression.series import COEFFICIENTS, series_coefficients, series_regressors, write_physical
+from adaptive_ff.friction.model import TorqueModel, adhesion_share
+from adaptive_ff.learning.series import COEFFICIENTS, series_coefficients, series_regressors, write_physical
 
 JOINT = TorqueModel(20.0, 60.0, 90.0, 80.0, 0.02, 0.05, 1.0)
 PERIOD = 0.01

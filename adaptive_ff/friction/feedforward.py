@@ -20,7 +20,7 @@ rest fades with the lag. The offset is a constant, which no lag changes; it is f
 creeps holds less of it, :func:`released`.
 
 Where the reference reverses, friction can be held in the same way until it is worth the turn, see
-:mod:`adaptive_ff.model.turning`. Controllers that feed a model ask for that; by itself friction turns where the
+:mod:`adaptive_ff.friction.turning`. Controllers that feed a model ask for that; by itself friction turns where the
 reference does.
 """
 
@@ -29,8 +29,8 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.friction import TorqueModel, adhesion_share, directed_friction, friction_parts
-from adaptive_ff.model.turning import held_speed, is_held
+from adaptive_ff.friction.model import TorqueModel, adhesion_share, directed_friction, friction_parts
+from adaptive_ff.friction.turning import held_speed, is_held
 from controllers import Inputs, acts_on_plan
 
 HELD = 0.87
@@ -341,7 +341,7 @@ def step_feedforward(
         Inertia in the present configuration, kg m^2, in the place of the model's; not a number where that holds.
     turned, touched : float, optional
         Speed (rad/s) and path (rad) of a reversed reference up to which friction of the last direction is held; see
-        :class:`adaptive_ff.model.turning.Turning`.
+        :class:`adaptive_ff.friction.turning.Turning`.
     """
     torque, _, new = feedforward_parts(model, state, inputs, period, delay, inertia, turned, touched)
     return torque, new

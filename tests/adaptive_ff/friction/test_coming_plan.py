@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from plan_inputs import plan_inputs
 
-from adaptive_ff.model.feedforward import coming_plan, initial_feedforward_state, step_feedforward
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.feedforward import coming_plan, initial_feedforward_state, step_feedforward
+from adaptive_ff.friction.model import TorqueModel
 
 PERIOD, DELAY = 0.01, 2
 MODEL = TorqueModel(20.0, 60.0, 60.0, 40.0, 0.0, 0.05, 1.0)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg, stats
 
-from adaptive_ff.estimation.confidence import check_confidence
+from adaptive_ff.learning.confidence import check_confidence
 from controllers.arrays import ArrayLike, NDArray
 from controllers.checks import checked_array
 

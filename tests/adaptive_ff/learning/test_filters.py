@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.signal import lsim
 
-from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay, second_derivative
+from adaptive_ff.learning.filters import advance_filter_in_place, filter_decay, second_derivative
 
 POLES = st.floats(1.0, 300.0)
 DURATIONS = st.floats(1e-4, 0.5)

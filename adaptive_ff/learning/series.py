@@ -16,7 +16,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.model.friction import TorqueModel, adhesion_share
+from adaptive_ff.friction.model import TorqueModel, adhesion_share
 
 COEFFICIENTS = ("a1", "a2", "b0", "b1", "c1", "d1")
 

@@ -10,7 +10,7 @@ from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
 from adaptive_ff.baselines.model_based import ModelBased
-from adaptive_ff.model.feedforward import (
+from adaptive_ff.friction.feedforward import (
     BENT_FADING,
     FADING,
     HELD,
@@ -20,8 +20,8 @@ from adaptive_ff.model.feedforward import (
     initial_feedforward_state,
     step_feedforward,
 )
-from adaptive_ff.model.friction import TorqueModel, directed_friction, model_friction
-from adaptive_ff.model.turning import STEEP, TOUCHED, TURNED, Turning, is_held, turning_of
+from adaptive_ff.friction.model import TorqueModel, directed_friction, model_friction
+from adaptive_ff.friction.turning import STEEP, TOUCHED, TURNED, Turning, is_held, turning_of
 from adaptive_ff.scenario.truth import true_model
 from plant import Stribeck, sliding_friction
 

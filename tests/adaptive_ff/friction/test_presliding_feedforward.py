@@ -12,7 +12,7 @@ import pytest
 from plan_inputs import plan_inputs
 from scipy.integrate import solve_ivp
 
-from adaptive_ff.model.feedforward import (
+from adaptive_ff.friction.feedforward import (
     BENT_FADING,
     FeedforwardState,
     bent_friction,
@@ -21,8 +21,8 @@ from adaptive_ff.model.feedforward import (
     friction_along,
     lagged_ramp,
 )
-from adaptive_ff.model.friction import TorqueModel
-from adaptive_ff.regression.torque_form import (
+from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.learning.torque_form import (
     BENT,
     DAMPING,
     Bending,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import FadingKalmanFilter
 
-from adaptive_ff.estimation.rls import initial_rls_state, update_rls_in_place
+from adaptive_ff.learning.rls import initial_rls_state, update_rls_in_place
 
 SIZE = 6
 TRUE = np.array([1.6, 0.7, 2e-2, 1e-2, -0.5, 0.3])

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.model import TorqueModel
 
 TURNED = 0.027
 """Speed at which a reversed reference turns friction, over the change of speed that breakaway makes in a period.

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from adaptive_ff.model.friction import (
+from adaptive_ff.friction.model import (
     ESTIMATED,
     GRAVITY,
     PER_DIRECTION,

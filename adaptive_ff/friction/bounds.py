@@ -6,7 +6,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.model.friction import TorqueModel
+from adaptive_ff.friction.model import TorqueModel
 
 INERTIA, COULOMB, STICTION, VISCOUS, FRICTION_LAG, OFFSET, STICTION_ASYMMETRY, VISCOUS_ASYMMETRY = range(8)
 """Places in an estimate, which may end before the offset, or after it."""

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from adaptive_ff.regression.sliding_gate import sliding_time
-from adaptive_ff.regression.torque_form import (
+from adaptive_ff.learning.sliding_gate import sliding_time
+from adaptive_ff.learning.torque_form import (
     FILTER_ADHESION,
     FILTER_COULOMB,
     FILTER_SHARE,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from adaptive_ff import simulate
-from adaptive_ff.model.bounds import largest_lag, torque_model
+from adaptive_ff.friction.bounds import largest_lag, torque_model
 from adaptive_ff.studies.matrix import cell_scenario
 
 

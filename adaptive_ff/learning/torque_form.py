@@ -20,8 +20,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from adaptive_ff.model.friction import ESTIMATED, WITH_OFFSET, adhesion_share
-from adaptive_ff.regression.filters import advance_filter_in_place, filter_decay, second_derivative
+from adaptive_ff.friction.model import ESTIMATED, WITH_OFFSET, adhesion_share
+from adaptive_ff.learning.filters import advance_filter_in_place, filter_decay, second_derivative
 from controllers.arrays import MutableArray
 
 FILTER_TORQUE, FILTER_VELOCITY, FILTER_COULOMB, FILTER_ADHESION, FILTER_SHARE, FILTER_SPEED = range(6)

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.regression.series import series_regressors
-from adaptive_ff.regression.sliding_gate import sliding_time
-from adaptive_ff.regression.torque_form import Signals, TorqueForm, advance_signals_in_place, write_regressors
+from adaptive_ff.learning.series import series_regressors
+from adaptive_ff.learning.sliding_gate import sliding_time
+from adaptive_ff.learning.torque_form import Signals, TorqueForm, advance_signals_in_place, write_regressors
 from controllers import compiled
 
 Array = NDArray[np.float64]
