@@ -5,7 +5,7 @@ from typing import Literal, Self
 
 from pydantic import ConfigDict, model_validator
 
-from plant.checks import check_numbers
+from plant.checks import check_numbers, check_period
 from plant.fields import Finite, NonNegative, Positive, Table
 from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
@@ -195,13 +195,12 @@ def whole_multiple(duration: float, period: float) -> int | None:
     Raises
     ------
     ValueError
-        The period is not positive.
+        The period is not positive and finite.
     TypeError
         A value is no number.
     """
-    check_numbers(duration=duration, period=period)
-    if period <= 0.0:
-        raise ValueError(f"period = {period} is not allowed: it must be positive")
+    check_numbers(duration=duration)
+    check_period("period", period)
     ratio = duration / period
     if not math.isfinite(ratio) or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 + 1e-12 * ratio:
         return None

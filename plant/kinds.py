@@ -1,6 +1,5 @@
 """The kinds of joints, by their parameters and states, and a thin class to step any of them."""
 
-import math
 from collections.abc import Callable
 from typing import Annotated, Any
 
@@ -15,7 +14,7 @@ from plant.backlash import (
 )
 from plant.backlash_joint import BacklashJoint, check_backlash_period
 from plant.change import scaled_friction
-from plant.checks import check_numbers
+from plant.checks import check_finite
 from plant.elastic import (
     ElasticParameters,
     ElasticState,
@@ -164,12 +163,14 @@ def initial_state(joint: Any, velocity: float) -> Any:
 
     Raises
     ------
+    ValueError
+        The velocity is not finite.
     TypeError
         The joint is none, or the velocity no number.
     """
     if type(joint) not in INITIAL_STATE:
         raise TypeError(f"joint = {joint!r} is not allowed: it must be the parameters of a joint of any kind")
-    check_numbers(velocity=velocity)
+    check_finite("velocity", velocity, "rad/s")
     return INITIAL_STATE[type(joint)](joint, velocity)
 
 
@@ -201,9 +202,7 @@ class Joint:
     def __init__(self, model: AnyJoint, velocity: float = 0.0) -> None:
         if not isinstance(model, FrictionFields):
             raise TypeError(f"model = {model!r} is not allowed: it must be a JointModel, or another joint of AnyJoint")
-        check_numbers(velocity=velocity)
-        if not math.isfinite(velocity):
-            raise ValueError(f"velocity = {velocity} is not allowed: it must be a finite number of rad/s")
+        check_finite("velocity", velocity, "rad/s")
         self.model = model
         self._parameters = model.parameters
         self._step = STEP_JOINT[type(self._parameters)]
@@ -231,9 +230,7 @@ class Joint:
         TypeError
             An argument is no number.
         """
-        check_numbers(torque=torque, duration=duration)
-        if not math.isfinite(torque):
-            raise ValueError(f"torque = {torque} is not allowed: it must be a finite number of N m")
+        check_finite("torque", torque, "N m")
         steps = whole_multiple(duration, self.model.solver_period)
         if steps is None:
             raise ValueError(

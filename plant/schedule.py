@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 
 from plant.change import UNCHANGED, JointChange
-from plant.checks import check_numbers
+from plant.checks import check_period
 from plant.fields import Finite, NonNegative, Positive, Table
 from plant.kinds import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
@@ -272,9 +272,7 @@ def schedule(
         raise TypeError(f"changes = {changes!r} is not allowed: it must be a sequence of FrictionChange")
     if not isinstance(variation, FrictionVariation | None):
         raise TypeError(f"variation = {variation!r} is not allowed: it must be a FrictionVariation")
-    check_numbers(solver_period=solver_period)
-    if not solver_period > 0.0:
-        raise ValueError(f"solver_period = {solver_period} is not allowed: it must be positive")
+    check_period("solver_period", solver_period)
     for earlier, later in pairwise(changes):
         if later.time <= earlier.time:
             raise ValueError(

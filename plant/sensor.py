@@ -81,7 +81,7 @@ class Sensor(Table):
     encoder_resolution: Positive | None = None
     leap: NonNegative = 0.0
     leap_share: Share = 0.0
-    held: Annotated[int, Field(ge=0, strict=True)] = 0
+    held: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 0
     held_share: Share = 0.0
     ripple_amplitude: NonNegative = 0.0
     ripple_period: Positive = 2.0 * math.pi

@@ -1,6 +1,7 @@
 """One controller in the closed loop of a scenario."""
 
 import math
+import reprlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -139,8 +140,9 @@ def _check_thin(thin: int | None) -> None:
     """Raise ``ValueError`` for what is neither None nor a whole number of at least one."""
     if thin is None:
         return
-    if isinstance(thin, bool) or not isinstance(thin, int | np.integer) or thin < 1:
-        raise ValueError(f"thin = {thin!r} is not allowed: it must be a whole number of at least 1")
+    if isinstance(thin, bool) or not isinstance(thin, int | np.integer) or not 1 <= thin < 2**63:
+        shown = reprlib.repr(thin)
+        raise ValueError(f"thin = {shown} is not allowed: it must be a whole number of at least 1 and below 2**63")
 
 
 def simulate(

@@ -104,7 +104,7 @@ class PointToPoint(Table):
     acceleration: Positive = 1.0
     jerk: Positive | None = None
     dwell: NonNegative = 1.0
-    repeats: Annotated[int, Field(ge=1)] | None = None
+    repeats: Annotated[int, Field(ge=1, lt=2**63)] | None = None
 
     @model_validator(mode="after")
     def _check_path(self) -> Self:

@@ -110,21 +110,6 @@ def test_longest_solver_period_is_that_of_the_steeper_direction():
         JointModel(**fields, solver_period=1.001 * 20.0 / 560.0)
 
 
-@pytest.mark.parametrize("field", [*BACKWARD, "offset"])
-@pytest.mark.parametrize("value", [math.nan, math.inf, "20", True, [20.0]])
-def test_wrong_value_is_refused_and_the_field_named(field, value):
-    with pytest.raises(ValidationError) as caught:
-        JointModel(**{**FIELDS, field: value})
-    assert [error["loc"] for error in caught.value.errors()] == [(field,)]
-
-
-@pytest.mark.parametrize("field", BACKWARD)
-def test_negative_friction_is_refused_and_a_negative_offset_is_not(field):
-    with pytest.raises(ValidationError, match=field):
-        JointModel(**{**FIELDS, field: -1.0})
-    assert JointModel(**FIELDS, offset=-3.0).parameters.offset == -3.0
-
-
 def test_position_is_the_sum_of_velocities():
     joint = Joint(JointModel(**UNEVEN, friction_lag=0.02))
     velocities = [joint.step(130.0 * math.sin(0.02 * k), 0.001) for k in range(1000)]

@@ -217,8 +217,6 @@ def test_scaled_joint_scales_the_friction_and_nothing_else():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"presliding": 0.0}, "presliding"),
-        ({"friction_lag": -0.1}, "friction_lag"),
         ({"stribeck_shape": 0.7}, "stribeck_shape = 0.7 is not allowed for a joint of the kind 'elasto_plastic'"),
         ({"solver_period": 0.02}, "solver_period = 0.02 s is too long"),
     ],

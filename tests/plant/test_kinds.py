@@ -5,7 +5,7 @@ import math
 import numba
 import numpy as np
 import pytest
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from plant import (
     CHECK_PERIOD,
@@ -153,29 +153,3 @@ def test_model_is_read_back_from_its_content(model):
 
 def test_joint_without_a_kind_is_the_rigid_one_with_lagged_friction():
     assert Table(joint={**FRICTION, "friction_lag": 0.02}).joint == JointModel(**FRICTION, friction_lag=0.02)
-
-
-@pytest.mark.parametrize("kind", ["rubber", "", "Stribeck", "JointModel", 3, True, ["lugre"], {"a": 1}])
-def test_unknown_kind_is_refused_and_the_known_are_listed(kind):
-    with pytest.raises(ValidationError) as caught:
-        Table(joint={**FRICTION, "kind": kind})
-    error = caught.value.errors()[0]
-    assert error["type"] == "union_tag_invalid"
-    assert error["ctx"]["expected_tags"] == ", ".join(map(repr, KINDS))
-
-
-@pytest.mark.parametrize("value", [3, "a", [1.0], None, True])
-def test_joint_that_is_no_table_is_refused(value):
-    with pytest.raises(ValidationError) as caught:
-        Table(joint=value)
-    assert caught.value.errors()[0]["type"] == "model_type"
-
-
-@pytest.mark.parametrize(
-    "field",
-    ["stiffness", "damping", "link_share", "link_stiffness", "link_damping", "gap", "displacements", "presliding"],
-)
-def test_field_of_another_kind_is_refused(field):
-    with pytest.raises(ValidationError) as caught:
-        Table(joint={**FRICTION, field: 1.0})
-    assert caught.value.errors()[0]["type"] == "extra_forbidden"

@@ -2,7 +2,6 @@ import math
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
@@ -128,40 +127,3 @@ def test_change_that_makes_the_implicit_step_ambiguous_is_refused():
     ):
         with pytest.raises(ValueError, match=r"friction up to 1.5 times .* too long for this joint"):
             check_factor(accepted.parameters, plan, 0.03)
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        ("warm_up_excess", -1.0),
-        ("warm_up_time", 0.0),
-        ("position_amplitude", 1.0),
-        ("position_amplitude", -0.1),
-        ("position_period", 0.0),
-        ("position_period", math.nan),
-        ("warm_up_excess", math.inf),
-        ("load_share", -0.1),
-        ("thermal_resistance", -1.0),
-        ("thermal_time", 0.0),
-        ("thinning", math.nan),
-    ],
-)
-def test_variation_refuses_a_wrong_value_and_names_the_field(field, value):
-    with pytest.raises(ValidationError) as caught:
-        FrictionVariation(**{field: value})
-    assert [error["loc"] for error in caught.value.errors()] == [(field,)]
-
-
-@pytest.mark.parametrize("field", ["time", "friction_scale"])
-@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, "1", True, None])
-def test_change_refuses_a_wrong_value_and_names_the_field(field, value):
-    with pytest.raises(ValidationError) as caught:
-        FrictionChange(**{"time": 1.0, "friction_scale": 0.6, field: value})
-    assert [error["loc"] for error in caught.value.errors()] == [(field,)]
-
-
-def test_change_refuses_a_vanishing_scale_and_an_unknown_field():
-    with pytest.raises(ValidationError, match="friction_scale"):
-        FrictionChange(time=1.0, friction_scale=0.0)
-    with pytest.raises(ValidationError, match="duration"):
-        FrictionChange(time=1.0, friction_scale=0.5, duration=1.0)

@@ -1,5 +1,4 @@
 import math
-import re
 
 import numpy as np
 import pytest
@@ -138,27 +137,3 @@ def test_slow_disturbance_observer_leaves_the_margins_of_the_pi_loop():
 def test_bound_that_the_feedback_alone_exceeds_is_refused():
     with pytest.raises(ValueError, match=r"maximum_sensitivity = 1\.3 is not allowed: .* the loop has 1\.\d+ already"):
         design("DisturbanceObserver", gains=pi_gains(INERTIA, 10.0), maximum_sensitivity=1.3)
-
-
-@observing
-@pytest.mark.parametrize(
-    ("argument", "value"),
-    [
-        *((argument, value) for argument in ("inertia", "period", "bandwidth") for value in (0.0, -1.0, math.nan)),
-        ("bandwidth", 50.1),
-        ("bandwidth", math.inf),
-        ("delay", -1),
-        ("delay", 0.5),
-        ("maximum_sensitivity", 1.0),
-    ],
-)
-def test_argument_out_of_range_is_refused_by_name(name, argument, value):
-    arguments = {"bandwidth": 5.0, argument: value}
-    with pytest.raises(ValueError, match=rf"^{argument} = {re.escape(str(value))} is not allowed: it must be"):
-        design(name, arguments.pop("bandwidth"), **arguments)
-
-
-@pytest.mark.parametrize(("gains", "named"), [((0.0, 1.0), "proportional"), ((1.0, -1.0), "integral")])
-def test_gain_out_of_range_is_refused_by_name(gains, named):
-    with pytest.raises(ValueError, match=rf"^{named} = "):
-        design("DisturbanceObserver", 5.0, gains=gains)

@@ -124,19 +124,3 @@ def test_a_run_in_plain_python_is_the_compiled_one_bit_for_bit(name):
     plain = run_inertia(make_observing(name, 8.0).run_uncompiled(), reference, load=12.0, disturbance=gaps)
     for series, expected in zip(found, plain, strict=True):
         assert np.array_equal(series, expected, equal_nan=True)
-
-
-@observing
-@pytest.mark.parametrize("setting", ["inertia", "bandwidth"])
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-def test_bad_setting_is_refused_by_name(name, setting, value):
-    with pytest.raises(ValueError, match=rf"^{setting} = {value} is not allowed: it must be positive"):
-        make_observing(name, **{"bandwidth": 8.0, "inertia": INERTIA, setting: value})
-
-
-@observing
-def test_bad_gain_and_period_are_refused_by_name(name):
-    with pytest.raises(ValueError, match=r"^proportional = -1\.0 is not allowed"):
-        make_observing(name, 8.0, gains=(-1.0, 0.0))
-    with pytest.raises(ValueError, match=r"^period = 0\.0 is not allowed"):
-        make_observing(name, 8.0, period=0.0)

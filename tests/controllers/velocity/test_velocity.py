@@ -8,9 +8,6 @@ from controllers import (
     VELOCITY_ESTIMATORS,
     difference_velocity,
     direct_velocity,
-    initial_velocity_state,
-    kalman_velocity,
-    kalman_velocity_gains,
     low_pass_lag,
     low_pass_velocity,
 )
@@ -139,30 +136,3 @@ def test_low_pass_leaves_the_noise_that_its_pole_predicts():
     kept = math.exp(-2.0 * math.pi * 40.0 * PERIOD)
     variance = RESOLUTION**2 / 12.0 / PERIOD**2 * 2.0 * (1.0 - kept) ** 2 / (1.0 + kept)
     assert np.std(noise) == pytest.approx(math.sqrt(variance), rel=0.03)
-
-
-@pytest.mark.parametrize(
-    ("make", "arguments"),
-    [
-        (direct_velocity, {"period": PERIOD}),
-        (difference_velocity, {"period": PERIOD}),
-        (low_pass_velocity, {"cutoff": 40.0, "period": PERIOD}),
-        (kalman_velocity_gains, {"position_noise": 1e-4, "acceleration_walk": 100.0, "period": PERIOD}),
-        (
-            kalman_velocity,
-            {"position_gain": 0.5, "velocity_gain": 10.0, "acceleration_gain": 100.0, "period": PERIOD},
-        ),
-    ],
-)
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-def test_bad_setting_is_refused_by_name(make, arguments, value):
-    for name in arguments:
-        with pytest.raises(ValueError, match=rf"^{name} = {value} is not allowed: it must be positive"):
-            make(**{**arguments, name: value})
-
-
-@every
-@pytest.mark.parametrize(("name", "values"), [("position", (math.nan, 0.0)), ("velocity", (0.0, math.inf))])
-def test_start_that_is_not_finite_is_refused(block, name, values):
-    with pytest.raises(ValueError, match=rf"^{name} = .* is not allowed"):
-        initial_velocity_state(block, *values)
