@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Scenario, export_controller
-from adaptive_ff.baselines.model_based import ModelBasedParameters
+from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.comparison.registry import make_controller
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, empty_record, lay_course
 from adaptive_ff.simulation.loop import run_controller, start_position
@@ -154,14 +154,14 @@ class CLoop:
 
     def settings(self, block: Any) -> list[float]:
         """Return what the controller written by hand is given: gains, and model and period where it has a model."""
-        feeds = isinstance(block, ModelBasedParameters)
+        feeds = isinstance(block, ModelBased.Parameters)
         if not feeds and not isinstance(block, PIParameters):
             raise ValueError(f"the C loop serves pi and feedforward from fixed parameters, not {type(block).__name__}")
         gains = list((block.feedback if feeds else block)[:2])
         if not feeds:
             return gains
         model = block.model
-        if block.times.size or any(model[7:]) or block.gravity:
+        if block.schedule.size or any(model[7:]) or block.gravity[0]:
             raise ValueError("the C loop serves a model that is symmetric, without gravity, and does not change")
         numbers = [model.coulomb, model.stiction, model.viscous, model.stribeck_velocity, model.stribeck_shape]
         return [*gains, *numbers, model.inertia, model.friction_lag, block.period]

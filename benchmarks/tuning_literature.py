@@ -11,8 +11,9 @@ bound over the noise times the square of the crossover. ``repetitive``: gain and
 
 from typing import Any
 
-from adaptive_ff.comparison.literature import (
+from adaptive_ff.comparison.registry import (
     REACHES,
+    Maker,
     make_friction_observer,
     make_lee_tomizuka,
     make_lugre_gradient,
@@ -22,7 +23,6 @@ from adaptive_ff.comparison.literature import (
     make_repetitive,
     make_super_twisting,
 )
-from adaptive_ff.comparison.registry import Maker
 from adaptive_ff.scenario.scenario import Scenario
 
 WAYS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0)

@@ -8,9 +8,10 @@ from numba.extending import register_jitable
 
 from controllers.bridging import bridging_share
 from controllers.checks import check_numbers, check_period
+from controllers.declaration import register
 from controllers.delay import check_delay, delay_line, delayed, remember
 from controllers.interface import Controller
-from controllers.kernels import ESTIMATES, INLINED, STEPS, Inputs, Output, without_estimates
+from controllers.kernels import Inputs, Output
 from controllers.plausibility import Guard, checked_inputs, initial_guard
 from controllers.sensitivity import PI_SENSITIVITY
 
@@ -140,9 +141,7 @@ def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
     return state._replace(integral=state.integral - torque)
 
 
-STEPS[PIParameters] = step_pi
-ESTIMATES[PIParameters] = without_estimates
-INLINED.add(PIParameters)
+register(PIParameters, step_pi, initial_pi_state, inlined=True)
 
 
 def check_gains(proportional: float, integral: float, period: float, delay: float = 0.0) -> PIParameters:

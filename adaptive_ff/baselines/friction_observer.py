@@ -18,96 +18,36 @@ friction is that of the lagged Stribeck model.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
+from adaptive_ff.baselines.observed_model import WAITING
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, lagged_ramp, resting_friction
-from adaptive_ff.friction.model import TorqueModel, directed_friction
-from controllers import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    Inputs,
-    KalmanDisturbance,
-    Output,
-    check_positive,
-    delay_line,
-    delayed,
-    plausible_inputs,
-    remember,
-    with_feedforward,
-    without_estimates,
-)
-from controllers.observers.kalman_disturbance import (
-    KalmanDisturbanceParameters,
-    KalmanDisturbanceState,
-    filter_and_feed_back,
-    initial_kalman_disturbance_state,
-)
+from adaptive_ff.friction.model import TorqueModel, checked_model, directed_friction
+from controllers.declaration import argument, controller, derived, positive
+from controllers.delay import delayed, remember
+from controllers.kernels import Inputs, Output, with_feedforward
+from controllers.loops import Observing, PILoop
+from controllers.observers.inertia_observer import ObservedLoopState
+from controllers.observers.kalman_disturbance import KalmanDisturbance, filter_and_feed_back
+from controllers.pi import plausible_inputs
 
 
 class PreslidingState(NamedTuple):
-    """State of elasto-plastic friction along a plan.
+    """State of elasto-plastic friction along a reference."""
 
-    Attributes
-    ----------
-    friction : float
-        Friction torque ``f`` without the offset, N m.
-    turned : float
-        Mobilised share ``q_r`` at the last reversal, from -1 to 1.
-    travel : float
-        Displacement since then, rad, at most ``s`` either way; its sign is the direction of motion.
-    """
-
-    friction: float
-    turned: float
-    travel: float
-
-
-class FrictionObserverParameters(NamedTuple):
-    """Parameters of the controller.
-
-    Attributes
-    ----------
-    feedback : KalmanDisturbanceParameters
-        The PI loop and its observer.
-    friction : TorqueModel
-        The model without its inertia.
-    presliding : float
-        Displacement ``s`` after a reversal until the joint slides, rad.
-    """
-
-    feedback: KalmanDisturbanceParameters
-    friction: TorqueModel
-    presliding: float
+    friction: float  # friction torque ``f`` without the offset, N m
+    turned: float  # mobilised fraction ``q_r`` at the last reversal, from -1 to 1
+    travel: float  # displacement since then, rad, at most ``s`` either way; its sign is the direction of motion
 
 
 class FrictionObserverState(NamedTuple):
-    """State of the controller.
+    """State of the controller."""
 
-    Attributes
-    ----------
-    feedback : KalmanDisturbanceState
-        State of the PI loop and its observer.
-    presliding : PreslidingState
-        State of the friction along the plan.
-    line : tuple of float
-        Torques fed forward that wait for the delay of the drive, N m, newest first.
-    """
-
-    feedback: KalmanDisturbanceState
-    presliding: PreslidingState
-    line: tuple[float, ...]
-
-
-def initial_friction_observer_state(block: FrictionObserverParameters) -> FrictionObserverState:
-    """Return the state of the loop at rest."""
-    return FrictionObserverState(
-        initial_kalman_disturbance_state(block.feedback),
-        PreslidingState(0.0, 0.0, 0.0),
-        delay_line(block.feedback.feedback.delay),
-    )
+    feedback: ObservedLoopState
+    presliding: PreslidingState = PreslidingState(0.0, 0.0, 0.0)
+    line: tuple[float, ...] = WAITING  # torques fed forward that wait for the delay of the drive, N m, newest first
 
 
 @register_jitable
@@ -188,10 +128,10 @@ def presliding_friction(
 
 @register_jitable
 def step_presliding(
-    block: FrictionObserverParameters, state: PreslidingState, start: float, end: float
+    parameters: "FrictionObserver", state: PreslidingState, start: float, end: float
 ) -> tuple[float, PreslidingState]:
     """Return the mean friction (N m) over a period from one planned velocity (rad/s) to another, and the new state."""
-    model, presliding, period = block.friction, block.presliding, block.feedback.period
+    model, presliding, period = parameters.friction, parameters.presliding, parameters.feedback.period
     if start * end < 0.0:
         turn = period * start / (start - end)
         before, state = presliding_friction(model, presliding, state, start, 0.0, turn)
@@ -203,81 +143,50 @@ def step_presliding(
 
 @register_jitable
 def step_friction_observer(
-    block: FrictionObserverParameters, state: FrictionObserverState, inputs: Inputs
+    parameters: "FrictionObserver", state: FrictionObserverState, inputs: Inputs
 ) -> tuple[Output, FrictionObserverState]:
     """Do one sample: friction of the plan, then the loop with its observer."""
-    loop, last = block.feedback, state.feedback
+    loop, last = parameters.feedback, state.feedback
     delay = loop.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, last.feedback, inputs)
     past = FeedforwardState(0.0, last.reference, last.feedback.samples > 0)
     start, end = coming_plan(past, inputs, delay)
-    friction, presliding = step_presliding(block, state.presliding, start, end)
-    aware = KalmanDisturbanceState(last.feedback, last.observer, delayed(state.line, delay), last.reference)
-    known = with_feedforward(inputs, friction + block.friction.offset)
+    friction, presliding = step_presliding(parameters, state.presliding, start, end)
+    aware = ObservedLoopState(last.feedback, last.observer, delayed(state.line, delay), last.reference)
+    known = with_feedforward(inputs, friction + parameters.friction.offset)
     output, after = filter_and_feed_back(loop, aware, known, guard)
     return output, FrictionObserverState(after, presliding, remember(state.line, known.feedforward))
 
 
-STEPS[FrictionObserverParameters] = step_friction_observer
-ESTIMATES[FrictionObserverParameters] = without_estimates
+@controller(step_friction_observer, FrictionObserverState)
+class FrictionObserver(PILoop, Observing):
+    """``u = PI(e) + J dr/dt + f(r) + d^``: elasto-plastic friction, ``d^`` from a Luenberger observer."""
 
+    model: TorqueModel = argument(
+        checked_model,
+        "The joint that is assumed; its inertia is the observer's and must be positive.",
+        kw_only=False,
+        kept=False,
+    )
+    presliding: float = argument(positive, "Displacement ``s`` after a reversal until the joint slides, rad.")
+    velocity_gain: float = argument(
+        positive, "Fraction of the innovation that goes to the velocity; see ``KalmanDisturbance.gains``.", kept=False
+    )
+    disturbance_gain: float = argument(
+        positive, "Torque that the disturbance loses for each unit of innovation, N m s/rad.", kept=False
+    )
+    feedback: KalmanDisturbance = derived("The PI loop and its observer.")  # type: ignore[assignment]
+    friction: TorqueModel = derived("The model without its inertia.")
 
-class FrictionObserver(Controller):
-    """``u = PI(e) + J dr/dt + f(r) + d^``: elasto-plastic friction along the plan, ``d^`` from a Luenberger observer.
-
-    ``e = reference + correction - velocity``; ``r`` is the plan alone.
-
-    Parameters
-    ----------
-    proportional, integral : float
-        Gains of the PI loop, N m s/rad and N m/rad.
-    period : float
-        Nominal sampling period, s.
-    model : TorqueModel
-        The joint that is assumed; its inertia is the observer's and must be positive.
-    presliding : float
-        Displacement ``s`` after a reversal until the joint slides, rad, positive.
-    velocity_gain : float
-        Share of the innovation that goes to the velocity, above 0 and at most 1.
-    disturbance_gain : float
-        Torque that the disturbance loses for each unit of innovation, N m s/rad; see
-        :meth:`controllers.KalmanDisturbance.gains`.
-    delay : float, optional
-        Computation delay of the drive, sampling periods.
-
-    Raises
-    ------
-    ValueError
-        A value is out of range.
-    """
-
-    def __init__(
-        self,
-        proportional: float,
-        integral: float,
-        period: float,
-        model: TorqueModel,
-        *,
-        presliding: float,
-        velocity_gain: float,
-        disturbance_gain: float,
-        delay: float = 0.0,
-    ) -> None:
-        check_positive(presliding=presliding)
+    def derive(self) -> dict[str, Any]:
+        """Return the loop with its observer, and the friction."""
         loop = KalmanDisturbance(
-            proportional,
-            integral,
-            period,
-            inertia=model.inertia,
-            velocity_gain=velocity_gain,
-            disturbance_gain=disturbance_gain,
-            delay=delay,
+            self.proportional,
+            self.integral,
+            self.period,
+            inertia=self.model.inertia,
+            velocity_gain=self.velocity_gain,
+            disturbance_gain=self.disturbance_gain,
+            delay=self.delay,
         )
-        friction = TorqueModel(*(float(value) for value in model._replace(inertia=0.0)))
-        parameters = FrictionObserverParameters(loop.parameters, friction, float(presliding))
-        super().__init__(parameters, period, initial_friction_observer_state)
-
-    @property
-    def disturbance(self) -> float:
-        """Estimated torque that opposes the commanded one beyond the model's friction, N m."""
-        return float(self.state.feedback.observer.disturbance)
+        return {"feedback": loop.parameters, "friction": self.model._replace(inertia=0.0)}

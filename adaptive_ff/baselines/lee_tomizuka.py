@@ -22,47 +22,18 @@ As chosen here:
 """
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 from numba.extending import register_jitable
 
-from adaptive_ff.baselines.observed_model import ObservedModelState, aware_observer, initial_observed_model_state
+from adaptive_ff.baselines.observed_model import ObservedModel, ObservedModelState, aware_observer
 from adaptive_ff.friction.feedforward import step_feedforward
-from adaptive_ff.friction.model import TorqueModel
-from controllers import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    DisturbanceObserver,
-    Inputs,
-    Output,
-    acts_on_plan,
-    plausible_inputs,
-    present_inertia,
-    remember,
-    slope_torque,
-    with_feedforward,
-    without_estimates,
-)
-from controllers.observers.disturbance_observer import (
-    DisturbanceObserverParameters,
-    observe_and_feed_back,
-)
-
-
-class LeeTomizukaParameters(NamedTuple):
-    """Parameters of the controller.
-
-    Attributes
-    ----------
-    feedback : DisturbanceObserverParameters
-        The velocity loop and its observer.
-    friction : TorqueModel
-        Static friction that is compensated; without inertia and lag.
-    """
-
-    feedback: DisturbanceObserverParameters
-    friction: TorqueModel
+from controllers.declaration import controller
+from controllers.delay import remember
+from controllers.kernels import Inputs, Output, acts_on_plan, present_inertia, with_feedforward
+from controllers.observers.disturbance_observer import observe_and_feed_back
+from controllers.pi import plausible_inputs
+from controllers.torques import slope_torque
 
 
 @register_jitable
@@ -88,74 +59,32 @@ def zero_phase_torque(
 
 @register_jitable
 def step_lee_tomizuka(
-    block: LeeTomizukaParameters, state: ObservedModelState, inputs: Inputs
+    parameters: "LeeTomizuka", state: ObservedModelState, inputs: Inputs
 ) -> tuple[Output, ObservedModelState]:
     """Do one sample: friction compensation and zero-phase inverse, then the loop with its observer."""
-    loop, delay = block.feedback, block.feedback.feedback.delay
+    loop, delay = parameters.feedback, parameters.feedback.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
-    friction, feedforward = step_feedforward(block.friction, state.feedforward, inputs, loop.period, delay, 0.0)
-    last, started = state.feedback, state.feedforward.started
+    friction, feedforward = step_feedforward(parameters.friction, state.feedforward, inputs, loop.period, delay, 0.0)
+    last, started = state.feedback.reference, state.feedforward.started
     further = 0.0
     # the observer feeds the slope of the plan itself, which is all where that is known for when the torque acts
     if started and delay > 0.0 and math.isfinite(inputs.next_reference) and not acts_on_plan(inputs):
-        inertia = present_inertia(inputs, loop.inertia)
-        further = zero_phase_torque(
-            inertia, last.reference, inputs.reference, inputs.next_reference, loop.period, delay
-        ) - slope_torque(loop.inertia, inputs, last.reference, started, loop.period)
+        inertia, following = present_inertia(inputs, loop.inertia), inputs.next_reference
+        inverse = zero_phase_torque(inertia, last, inputs.reference, following, loop.period, delay)
+        further = inverse - slope_torque(loop.inertia, inputs, last, started, loop.period)
     known = inputs.feedforward + friction
-    output, after = observe_and_feed_back(
-        loop, aware_observer(state, delay), with_feedforward(inputs, friction + further), guard
-    )
+    fed = with_feedforward(inputs, friction + further)
+    output, after = observe_and_feed_back(loop, aware_observer(state, delay), fed, guard)
     return output, ObservedModelState(after, feedforward, remember(state.line, known))
 
 
-STEPS[LeeTomizukaParameters] = step_lee_tomizuka
-ESTIMATES[LeeTomizukaParameters] = without_estimates
-
-
-class LeeTomizuka(Controller):
+@controller(step_lee_tomizuka, ObservedModelState)
+class LeeTomizuka(ObservedModel):
     """``u = Kp e + f(r) + J Z(r) + d``, ``d = g/(s + g) (u - f - J dw/dt)``, ``Z`` the zero-phase inverse.
 
-    ``e = reference + correction - velocity``: with a position loop of gain ``Kv`` it is the source's feedback,
-    ``Kp (Kv (q_ref - q) + r - w)``. An integral may stand beside it.
-
-    Parameters
-    ----------
-    proportional, integral : float
-        Gains of the velocity loop, N m s/rad and N m/rad; the integral gain may be zero, for the observer integrates.
-    period : float
-        Nominal sampling period, s.
-    model : TorqueModel
-        The joint that is assumed: its static friction is compensated, its lag is not used, its inertia is the nominal
-        one of observer and inverse and must be positive.
-    bandwidth : float
-        Bandwidth of the observer's filter, Hz; :meth:`controllers.DisturbanceObserver.design` says how fast it may be.
-    delay : float, optional
-        Computation delay of the drive, sampling periods.
-
-    Raises
-    ------
-    ValueError
-        A value is out of range.
+    The integral gain may be zero, for the observer integrates. The lag of the model is not used.
     """
 
-    def __init__(
-        self,
-        proportional: float,
-        integral: float,
-        period: float,
-        model: TorqueModel,
-        *,
-        bandwidth: float,
-        delay: float = 0.0,
-    ) -> None:
-        loop = DisturbanceObserver(
-            proportional, integral, period, inertia=model.inertia, bandwidth=bandwidth, delay=delay
-        )
-        friction = TorqueModel(*(float(value) for value in model._replace(inertia=0.0, friction_lag=0.0)))
-        super().__init__(LeeTomizukaParameters(loop.parameters, friction), period, initial_observed_model_state)
-
-    @property
-    def disturbance(self) -> float:
-        """Estimated torque that opposes the commanded one beyond the compensated friction, N m."""
-        return float(self.state.feedback.disturbance)
+    def derive(self) -> dict[str, Any]:
+        """Return the static friction."""
+        return {"friction": self.model._replace(inertia=0.0, friction_lag=0.0)}

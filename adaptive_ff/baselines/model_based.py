@@ -6,11 +6,10 @@ true) and the oracle, which assumes the true parameters of every moment.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.supervision.observer import plan_as_measured
 from adaptive_ff.friction.feedforward import (
@@ -22,230 +21,146 @@ from adaptive_ff.friction.feedforward import (
 )
 from adaptive_ff.friction.model import TorqueModel, checked_model
 from adaptive_ff.friction.turning import Turning, turning_of
-from controllers import (
-    ESTIMATES,
-    INLINED,
-    STEPS,
-    Controller,
-    Inputs,
-    Output,
-    PIParameters,
-    PIState,
-    check_gains,
-    feed_back,
-    initial_pi_state,
-    plausible_inputs,
-    with_feedforward,
-    with_reference,
-    without_estimates,
-)
+from controllers.arrays import NDArray
 from controllers.checks import check_numbers, check_velocity_lag
-
-FIELDS = len(TorqueModel._fields)
-
-
-class ModelBasedParameters(NamedTuple):
-    """Parameters of the loop with an assumed model.
-
-    Attributes
-    ----------
-    feedback : PIParameters
-        The PI loop.
-    model : TorqueModel
-        The joint.
-    turning : Turning
-        When a reversed reference turns the friction of this model.
-    times : ndarray, shape (changes,)
-        When the model changes, s, ascending.
-    models : ndarray, shape (changes * fields,)
-        Fields of the model from each of these times on, one model after the other.
-    gravity, gravity_phase : float
-        Torque ``gravity sin(q + gravity_phase)`` of a weight along the planned position ``q``, N m and rad.
-    ripple, ripple_waves : float
-        Ripple ``ripple sin(ripple_waves q)`` of the drive at the measured position ``q``, N m and 1/rad; at the planned
-        one where none is measured.
-    period : float
-        Nominal period, s.
-    velocity_lag : float
-        Time by which the measured velocity lags behind the joint's, s.
-    held : float
-        Share of what a joint at rest would hold of its friction that this one holds.
-    """
-
-    feedback: PIParameters
-    model: TorqueModel
-    turning: Turning
-    times: NDArray[np.float64]
-    models: NDArray[np.float64]
-    gravity: float
-    gravity_phase: float
-    ripple: float
-    ripple_waves: float
-    period: float
-    velocity_lag: float
-    held: float
+from controllers.declaration import argument, as_given, controller, derived, fraction
+from controllers.kernels import Inputs, Output, with_feedforward, with_reference
+from controllers.loops import PILoop
+from controllers.pi import PIState, feed_back, plausible_inputs
 
 
 class ModelBasedState(NamedTuple):
-    """State of the loop with an assumed model.
-
-    Attributes
-    ----------
-    feedback : PIState
-        State of the PI loop.
-    feedforward : FeedforwardState
-        State of the feedforward.
-    time : float
-        Time since the first sample, s.
-    position : float
-        Integral of the reference since then, rad.
-    seen : float
-        Last reference as the measured velocity shows it, rad/s.
-    """
+    """State of the loop with an assumed model."""
 
     feedback: PIState
-    feedforward: FeedforwardState
-    time: float
-    position: float
-    seen: float
-
-
-def initial_model_based_state(parameters: ModelBasedParameters) -> ModelBasedState:
-    """Return the state of the loop at rest."""
-    return ModelBasedState(initial_pi_state(parameters.feedback), initial_feedforward_state(), 0.0, 0.0, 0.0)
+    feedforward: FeedforwardState = initial_feedforward_state()
+    time: float = 0.0  # time since the first sample, s
+    position: float = 0.0  # integral of the reference since then, rad
+    seen: float = 0.0  # last reference behind the lag of the measured velocity, rad/s
 
 
 @register_jitable
-def model_in_row(models: NDArray[np.float64], row: int) -> TorqueModel:
-    """Return one of the models that stand one after the other in an array."""
-    first = FIELDS * row
+def model_in_row(rows: NDArray[np.float64], row: int) -> TorqueModel:
+    """Return the model in a row of times and models."""
     return TorqueModel(
-        inertia=models[first],
-        coulomb=models[first + 1],
-        stiction=models[first + 2],
-        viscous=models[first + 3],
-        friction_lag=models[first + 4],
-        stribeck_velocity=models[first + 5],
-        stribeck_shape=models[first + 6],
-        offset=models[first + 7],
-        stiction_asymmetry=models[first + 8],
-        viscous_asymmetry=models[first + 9],
-        presliding=models[first + 10],
-        micro_damping=models[first + 11],
+        inertia=rows[row, 1],
+        coulomb=rows[row, 2],
+        stiction=rows[row, 3],
+        viscous=rows[row, 4],
+        friction_lag=rows[row, 5],
+        stribeck_velocity=rows[row, 6],
+        stribeck_shape=rows[row, 7],
+        offset=rows[row, 8],
+        stiction_asymmetry=rows[row, 9],
+        viscous_asymmetry=rows[row, 10],
+        presliding=rows[row, 11],
+        micro_damping=rows[row, 12],
     )
 
 
 @register_jitable
 def step_model_based(
-    block: ModelBasedParameters, state: ModelBasedState, inputs: Inputs
+    parameters: "ModelBased", state: ModelBasedState, inputs: Inputs
 ) -> tuple[Output, ModelBasedState]:
     """Do one sample: feedforward of the model as it is now, then feedback.
 
     The feedback compares the measured velocity with the plan behind the same lag; else it would brake where the
     feedforward accelerates.
     """
-    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
+    inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
     time, position, seen = 0.0, 0.0, inputs.reference
     if state.feedback.samples > 0:
         time = state.time + inputs.dt
         position = state.position + 0.5 * inputs.dt * (state.feedforward.reference + inputs.reference)
-        if block.velocity_lag > 0.0:
-            seen = plan_as_measured(block.velocity_lag, state.seen, inputs.reference, inputs.dt)
-    acting = time + block.feedback.delay * block.period
-    model, turning = block.model, block.turning
-    for change in range(block.times.size):
-        if acting >= block.times[change] - 0.5 * block.period:  # in force for most of the period to come
-            model = model_in_row(block.models, change)
-            turning = turning_of(model, model.inertia, block.feedback.proportional, block.period)
+        if parameters.velocity_lag > 0.0:
+            seen = plan_as_measured(parameters.velocity_lag, state.seen, inputs.reference, inputs.dt)
+    acting = time + parameters.feedback.delay * parameters.period
+    model, turning = parameters.model, parameters.turning
+    for change in range(parameters.schedule.shape[0]):
+        if (
+            acting >= parameters.schedule[change, 0] - 0.5 * parameters.period
+        ):  # in force for most of the period to come
+            model = model_in_row(parameters.schedule, change)
+            turning = turning_of(model, model.inertia, parameters.feedback.proportional, parameters.period)
     torque, feedforward = step_feedforward(
         model,
         state.feedforward,
         inputs,
-        block.period,
-        block.feedback.delay,
+        parameters.period,
+        parameters.feedback.delay,
         inputs.inertia,
         turning.speed,
         turning.path,
     )
-    if block.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, block.feedback.delay):
-        feedforward = released(model, feedforward, block.held, inputs.dt)
-    turn = (block.feedback.delay + 0.5) * block.period * inputs.reference  # to the middle of the coming period
-    if block.gravity > 0.0:
-        torque += block.gravity * math.sin(position + turn + block.gravity_phase)
-    if block.ripple > 0.0:
+    if parameters.held < 1.0 and is_plan_at_rest(state.feedforward, inputs, parameters.feedback.delay):
+        feedforward = released(model, feedforward, parameters.held, inputs.dt)
+    turn = (
+        (parameters.feedback.delay + 0.5) * parameters.period * inputs.reference
+    )  # to the middle of the coming period
+    if parameters.gravity[0] > 0.0:
+        torque += parameters.gravity[0] * math.sin(position + turn + parameters.gravity[1])
+    if parameters.ripple[0] > 0.0:
         there = inputs.position if math.isfinite(inputs.position) else position
-        torque -= block.ripple * math.sin(block.ripple_waves * (there + turn))
+        torque -= parameters.ripple[0] * math.sin(parameters.ripple_waves * (there + turn))
     compared = with_reference(with_feedforward(inputs, torque), seen)
-    output, feedback = feed_back(block.feedback, state.feedback, compared, guard)
+    output, feedback = feed_back(parameters.feedback, state.feedback, compared, guard)
     return output, ModelBasedState(feedback, feedforward, time, position, seen)
 
 
-STEPS[ModelBasedParameters] = step_model_based
-ESTIMATES[ModelBasedParameters] = without_estimates
-INLINED.add(ModelBasedParameters)
+def _rows(name: str, changes: Sequence[tuple[float, TorqueModel]]) -> NDArray[np.float64]:
+    """Return times and models, a row for each change."""
+    for place, (time, changed) in enumerate(changes):
+        check_numbers(**{f"{name}[{place}] time": time})
+        checked_model(f"{name}[{place}]", changed)
+    rows = [[time, *changed] for time, changed in changes]
+    return np.array(rows, dtype=float).reshape(-1, 1 + len(TorqueModel._fields))
 
 
-class ModelBased(Controller):
-    """``u = PI(e) + J dr/dt + f(r) + offset`` with a friction model of given parameters.
+def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
 
-    ``e = reference + correction - velocity``; ``r`` is the plan alone.
 
-    Parameters
-    ----------
-    proportional, integral : float
-        Gains of the PI loop, N m s/rad and N m/rad.
-    period : float
-        Nominal sampling period, s.
-    model : TorqueModel
-        The joint that the feedforward assumes.
-    changes : sequence of (float, TorqueModel), optional
-        Times (s) and models from then on, in ascending order of time.
-    gravity : (float, float), optional
-        Amplitude (N m) and phase (rad) of the torque of a weight along the planned position, zero at the start.
-    ripple : (float, float), optional
-        Amplitude (N m) and period (rad) of a ripple of the drive, a sine of the measured position.
-    delay : float, optional
-        Computation delay of the drive, sampling periods.
-    velocity_lag : float, optional
-        Time by which the measured velocity lags behind the joint's, s; see :func:`controllers.low_pass_lag`.
-    held : float, optional
-        Share, 0 to 1, of the friction that is held at rest, see :func:`adaptive_ff.friction.feedforward.released`: zero
-        for a joint that creeps.
-    """
+@controller(step_model_based, ModelBasedState, inlined=True)
+class ModelBased(PILoop):
+    """``u = PI(e) + J dr/dt + f(r) + offset`` with a friction model of given parameters."""
 
-    def __init__(
-        self,
-        proportional: float,
-        integral: float,
-        period: float,
-        model: TorqueModel,
-        changes: Sequence[tuple[float, TorqueModel]] = (),
-        *,
-        gravity: tuple[float, float] = (0.0, 0.0),
-        ripple: tuple[float, float] = (0.0, 1.0),
-        delay: float = 0.0,
-        velocity_lag: float = 0.0,
-        held: float = 1.0,
-    ) -> None:
-        if not 0.0 <= held <= 1.0:
-            raise ValueError(f"held = {held} is not allowed: it must be from 0 to 1")
-        feedback, assumed = check_gains(proportional, integral, period, delay), checked_model("model", model)
-        check_velocity_lag(velocity_lag, period)
-        for place, (time, changed) in enumerate(changes):
-            check_numbers(**{f"changes[{place}] time": time})
-            checked_model(f"changes[{place}]", changed)
-        parameters = ModelBasedParameters(
-            feedback=feedback,
-            model=assumed,
-            turning=turning_of(assumed, assumed.inertia, feedback.proportional, float(period)),
-            times=np.array([time for time, _ in changes], dtype=float),
-            models=np.array([value for _, changed in changes for value in changed], dtype=float),
-            gravity=float(gravity[0]),
-            gravity_phase=float(gravity[1]),
-            ripple=float(ripple[0]),
-            ripple_waves=2.0 * math.pi / float(ripple[1]),
-            period=float(period),
-            velocity_lag=float(velocity_lag),
-            held=float(held),
-        )
-        super().__init__(parameters, period, initial_model_based_state)
+    model: TorqueModel = argument(checked_model, "The joint that the feedforward assumes.", kw_only=False)
+    changes: Sequence[tuple[float, TorqueModel]] = argument(
+        as_given, "Times (s) and models from then on, ascending.", default=(), kw_only=False, kept=False
+    )
+    gravity: tuple[float, float] = argument(
+        _pair,
+        "Amplitude (N m) and phase (rad) of a weight's torque ``gravity sin(q + phase)`` along the planned position "
+        "``q``, zero at the start.",
+        default=(0.0, 0.0),
+    )
+    ripple: tuple[float, float] = argument(
+        _pair,
+        "Amplitude (N m) and period (rad) of a ripple of the drive, a sine of the measured position, or of the planned "
+        "one where none is measured.",
+        default=(0.0, 1.0),
+    )
+    velocity_lag: float = argument(
+        as_given,
+        "Time by which the measured velocity lags behind the joint's, s; see :func:`controllers.low_pass_lag`.",
+        default=0.0,
+    )
+    held: float = argument(
+        fraction,
+        "Fraction of the friction that is held at standstill, see :func:`adaptive_ff.friction.feedforward.released`: zero "
+        "for a joint that creeps.",
+        default=1.0,
+    )
+    schedule: NDArray[np.float64] = derived("Time and model of each change, a row for each.")
+    turning: Turning = derived("When a reversed reference turns the friction of this model.")
+    ripple_waves: float = derived("Angular frequency of the ripple over the position, 1/rad.")
+
+    def derive(self) -> dict[str, Any]:
+        """Return the delay of the reversal and the ripple's frequency."""
+        check_velocity_lag(self.velocity_lag, self.period)
+        return {
+            "schedule": _rows("changes", self.changes),
+            "velocity_lag": float(self.velocity_lag),
+            "turning": turning_of(self.model, self.model.inertia, float(self.proportional), float(self.period)),
+            "ripple_waves": 2.0 * math.pi / self.ripple[1],
+        }

@@ -1,8 +1,8 @@
 """PI loop with feedforward from a fixed model and a disturbance observer for what the model leaves.
 
-The friction that the model predicts along the plan is fed forward and taken, from the period in which it acts on, for a
-torque known from elsewhere: the observer of ``controllers.observers.disturbance_observer`` sees what is left. The
-inertia's torque is the observer's own, with the model's inertia. This is what is common in machine tools, where the
+The friction that the model predicts along the reference is fed forward and taken, from the period in which it acts on,
+for a torque known from elsewhere: the observer of ``controllers.observers.disturbance_observer`` estimates the rest.
+The inertia's torque is the observer's own, with the model's inertia. This is what is common in machine tools, where the
 feedforward is set once and an observer makes up for its errors, loads and changes.
 """
 
@@ -12,70 +12,29 @@ from typing import Any, NamedTuple
 from numba.extending import register_jitable
 
 from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.friction.model import TorqueModel
+from adaptive_ff.friction.model import TorqueModel, checked_model
 from adaptive_ff.friction.turning import turning_of
-from controllers import (
-    ESTIMATES,
-    STEPS,
-    Controller,
-    DisturbanceObserver,
-    Inputs,
-    Output,
-    delay_line,
-    delayed,
-    plausible_inputs,
-    remember,
-    with_feedforward,
-    without_estimates,
-)
+from controllers.declaration import argument, begin, controller, derived, positive
+from controllers.delay import delay_line, delayed, remember
+from controllers.kernels import Inputs, Output, with_feedforward
+from controllers.loops import Observing, PILoop
 from controllers.observers.disturbance_observer import (
-    DisturbanceObserverParameters,
+    DisturbanceObserver,
     DisturbanceObserverState,
-    initial_disturbance_observer_state,
     observe_and_feed_back,
 )
+from controllers.pi import plausible_inputs
 
-
-class ObservedModelParameters(NamedTuple):
-    """Parameters of the loop with a fixed model and an observer.
-
-    Attributes
-    ----------
-    feedback : DisturbanceObserverParameters
-        The PI loop and its observer.
-    friction : TorqueModel
-        The model without its inertia.
-    """
-
-    feedback: DisturbanceObserverParameters
-    friction: TorqueModel
+WAITING: Any = begin(lambda parameters: delay_line(parameters.feedback.feedback.delay))
+"""Torques fed forward that wait for the delay of the drive, at the start."""
 
 
 class ObservedModelState(NamedTuple):
-    """State of the loop with a fixed model and an observer.
-
-    Attributes
-    ----------
-    feedback : DisturbanceObserverState
-        State of the PI loop and its observer.
-    feedforward : FeedforwardState
-        State of the feedforward.
-    line : tuple of float
-        Torques fed forward that wait for the delay of the drive, N m, newest first.
-    """
+    """State of the loop with a fixed model and an observer."""
 
     feedback: DisturbanceObserverState
-    feedforward: FeedforwardState
-    line: tuple[float, ...]
-
-
-def initial_observed_model_state(block: Any) -> ObservedModelState:
-    """Return the state of the loop at rest, for parameters with a velocity loop and its observer as ``feedback``."""
-    return ObservedModelState(
-        initial_disturbance_observer_state(block.feedback),
-        initial_feedforward_state(),
-        delay_line(block.feedback.feedback.delay),
-    )
+    feedforward: FeedforwardState = initial_feedforward_state()
+    line: tuple[float, ...] = WAITING  # torques fed forward that wait for the delay of the drive, N m, newest first
 
 
 @register_jitable
@@ -87,65 +46,48 @@ def aware_observer(state: ObservedModelState, delay: float) -> DisturbanceObserv
 
 @register_jitable
 def step_observed_model(
-    block: ObservedModelParameters, state: ObservedModelState, inputs: Inputs
+    parameters: "ObservedModel", state: ObservedModelState, inputs: Inputs
 ) -> tuple[Output, ObservedModelState]:
     """Do one sample: feedforward of the friction, then the loop with its observer."""
-    loop, delay = block.feedback, block.feedback.feedback.delay
-    inputs, guard = plausible_inputs(loop.feedback, state.feedback.feedback, inputs)
-    turning = turning_of(block.friction, loop.inertia, loop.feedback.proportional, loop.period)
+    loop, friction = parameters.feedback, parameters.friction
+    pi, period = loop.feedback, loop.period
+    inputs, guard = plausible_inputs(pi, state.feedback.feedback, inputs)
+    turning = turning_of(friction, loop.inertia, pi.proportional, period)
     torque, feedforward = step_feedforward(
-        block.friction, state.feedforward, inputs, loop.period, delay, math.nan, turning.speed, turning.path
+        friction, state.feedforward, inputs, period, pi.delay, math.nan, turning.speed, turning.path
     )
     known = with_feedforward(inputs, torque)
-    output, after = observe_and_feed_back(loop, aware_observer(state, delay), known, guard)
+    output, after = observe_and_feed_back(loop, aware_observer(state, pi.delay), known, guard)
     return output, ObservedModelState(after, feedforward, remember(state.line, known.feedforward))
 
 
-STEPS[ObservedModelParameters] = step_observed_model
-ESTIMATES[ObservedModelParameters] = without_estimates
-
-
-class ObservedModel(Controller):
+@controller(step_observed_model, ObservedModelState)
+class ObservedModel(PILoop, Observing):
     """``u = PI(e) + J dr/dt + f_ref + d``, ``d = g/(s + g) (u - f_ref - J dw/dt)``: fixed feedforward and an observer.
 
-    ``f_ref`` is the friction of the model along the plan, lag included.
-
-    Parameters
-    ----------
-    proportional, integral : float
-        Gains of the PI loop, N m s/rad and N m/rad.
-    period : float
-        Nominal sampling period, s.
-    model : TorqueModel
-        The joint that the feedforward assumes; its inertia is the observer's nominal one and must be positive.
-    bandwidth : float
-        Bandwidth of the observer's filter, Hz; :meth:`controllers.DisturbanceObserver.design` says how fast it may be.
-    delay : float, optional
-        Computation delay of the drive, sampling periods.
-
-    Raises
-    ------
-    ValueError
-        A value is out of range.
+    ``f_ref`` is the friction of the model along the reference, lag included.
     """
 
-    def __init__(
-        self,
-        proportional: float,
-        integral: float,
-        period: float,
-        model: TorqueModel,
-        *,
-        bandwidth: float,
-        delay: float = 0.0,
-    ) -> None:
-        loop = DisturbanceObserver(
-            proportional, integral, period, inertia=model.inertia, bandwidth=bandwidth, delay=delay
-        )
-        friction = TorqueModel(*(float(value) for value in model._replace(inertia=0.0)))
-        super().__init__(ObservedModelParameters(loop.parameters, friction), period, initial_observed_model_state)
+    model: TorqueModel = argument(
+        checked_model,
+        "The joint that the feedforward assumes; its inertia is the observer's nominal one and must be positive.",
+        kw_only=False,
+        kept=False,
+    )
+    bandwidth: float = argument(
+        positive, "Bandwidth of the observer's filter, Hz; ``DisturbanceObserver.design`` computes it.", kept=False
+    )
+    feedback: DisturbanceObserver = derived("The PI loop and its observer.")  # type: ignore[assignment]
+    friction: TorqueModel = derived("The model without its inertia.")
 
-    @property
-    def disturbance(self) -> float:
-        """Estimated torque that opposes the commanded one beyond the model's friction, N m."""
-        return float(self.state.feedback.disturbance)
+    def derive(self) -> dict[str, Any]:
+        """Return the loop with its observer, and the friction."""
+        loop = DisturbanceObserver(
+            self.proportional,
+            self.integral,
+            self.period,
+            inertia=self.model.inertia,
+            bandwidth=self.bandwidth,
+            delay=self.delay,
+        )
+        return {"feedback": loop.parameters, "friction": self.model._replace(inertia=0.0)}

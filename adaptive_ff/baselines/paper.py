@@ -10,12 +10,18 @@ torque and velocity.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
+from adaptive_ff.learning.rls import (
+    RLSState,
+    begin_anew_in_place,
+    initial_rls_state,
+    trace,
+    update_rls_in_place,
+)
 from adaptive_ff.friction.bounds import (
     FRICTION_LAG,
     confine_in_place,
@@ -25,160 +31,80 @@ from adaptive_ff.friction.bounds import (
     write_model,
 )
 from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.friction.model import ESTIMATED, TorqueModel
-from adaptive_ff.learning.rls import (
-    RLSState,
-    begin_anew_in_place,
-    initial_rls_state,
-    trace,
-    update_rls_in_place,
-)
+from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
-from controllers import (
-    ESTIMATES,
-    STEPS,
-    Inputs,
-    Output,
-    PIParameters,
-    PIState,
-    acting_torque,
-    asked_torque,
-    check_gains,
-    check_positive,
-    delay_line,
-    delayed,
-    feed_back,
-    initial_pi_state,
-    plausible_inputs,
-    remember,
-    with_feedforward,
-)
-from controllers.arrays import MutableArray
+from controllers.arrays import MutableArray, NDArray
+from controllers.checks import check_positive
+from controllers.declaration import argument, begin, controller, derived, positive
+from controllers.delay import delay_line, delayed, remember
+from controllers.kernels import Inputs, Output, with_feedforward
+from controllers.loops import DesignedLoop
+from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
+from controllers.torques import acting_torque
 
 INITIAL_COVARIANCE = 1e4
 LARGEST_COVARIANCE = 1e8
-
-
-class PaperParameters(NamedTuple):
-    """Parameters of the controller.
-
-    Attributes
-    ----------
-    feedback : PIParameters
-        The PI loop.
-    stribeck_velocity, stribeck_shape : float
-        Pre-estimated ``Vs`` (rad/s) and ``delta``.
-    inertia : float
-        Inertia that the feedback was designed for, kg m^2.
-    ranges : ndarray, shape (5, 2)
-        Least and largest possible value of each physical parameter.
-    forgetting_factor : float
-        ``lambda``.
-    period : float
-        Sampling period, s.
-    """
-
-    feedback: PIParameters
-    stribeck_velocity: float
-    stribeck_shape: float
-    inertia: float
-    ranges: NDArray[np.float64]
-    forgetting_factor: float
-    period: float
+SIZE = len(COEFFICIENTS)
 
 
 class PaperState(NamedTuple):
-    """State of the controller.
-
-    Attributes
-    ----------
-    feedback : PIState
-        State of the PI loop.
-    feedforward : FeedforwardState
-        State of the feedforward.
-    recursion : RLSState
-        Estimate ``P`` of the six coefficients of (4) and covariance ``R``; changed in place.
-    physical : ndarray, shape (5,)
-        Physical parameters of the last estimate that has any; changed in place.
-    last_velocity, velocity_before : float
-        ``w(k-1)`` and ``w(k-2)``, rad/s.
-    torque : float
-        ``u(k-1)``, N m.
-    known_torques : tuple of float
-        Torque known from elsewhere, N m, the newest first, as far back as the drive may still apply it.
-    valid : int
-        Valid measurements without interruption.
-    enabled : bool
-        Whether the estimates adapt.
-    row : ndarray, shape (6,)
-        Scratch: regressors of the last equation; changed in place.
-    """
+    """State of the controller; its arrays are changed in place."""
 
     feedback: PIState
-    feedforward: FeedforwardState
-    recursion: RLSState
-    physical: MutableArray
-    last_velocity: float
-    velocity_before: float
-    torque: float
-    known_torques: tuple[float, ...]
-    valid: int
-    enabled: bool
-    row: MutableArray
-
-
-def initial_paper_state(block: PaperParameters) -> PaperState:
-    """Return the state at the start: estimates zero, covariance large, as in the paper."""
-    return PaperState(
-        feedback=initial_pi_state(block.feedback),
-        feedforward=initial_feedforward_state(),
-        recursion=initial_rls_state(np.zeros(len(COEFFICIENTS)), INITIAL_COVARIANCE * np.eye(len(COEFFICIENTS))),
-        physical=np.array([block.inertia, 0.0, 0.0, 0.0, 0.0]),
-        last_velocity=0.0,
-        velocity_before=0.0,
-        torque=0.0,
-        known_torques=delay_line(block.feedback.delay),
-        valid=0,
-        enabled=True,
-        row=np.zeros(len(COEFFICIENTS)),
-    )
+    feedforward: FeedforwardState = initial_feedforward_state()
+    # estimate ``P`` of the six coefficients of (4) and covariance ``R``: zero and large, as in the paper
+    recursion: RLSState = begin(lambda _: initial_rls_state(np.zeros(SIZE), INITIAL_COVARIANCE * np.eye(SIZE)))
+    # physical parameters of the last estimate that has any
+    physical: MutableArray = begin(lambda parameters: np.array([parameters.inertia, 0.0, 0.0, 0.0, 0.0]))
+    last_velocity: float = 0.0  # ``w(k-1)``, rad/s
+    velocity_before: float = 0.0  # ``w(k-2)``, rad/s
+    torque: float = 0.0  # ``u(k-1)``, N m
+    # torque known from elsewhere, N m, the newest first, as far back as the drive may still apply it
+    known_torques: tuple[float, ...] = begin(lambda parameters: delay_line(parameters.feedback.delay))
+    valid: int = 0  # valid measurements without interruption
+    enabled: bool = True  # whether the estimates adapt
+    row: MutableArray = begin(lambda _: np.zeros(SIZE))  # regressors of the last equation
 
 
 @register_jitable
-def identified_model(block: PaperParameters, state: PaperState) -> TorqueModel:
+def identified_model(parameters: "PaperController", state: PaperState) -> TorqueModel:
     """Return the model as it is identified now."""
     physical = state.physical
-    return torque_model(physical, physical[FRICTION_LAG], block.stribeck_velocity, block.stribeck_shape)
+    return torque_model(physical, physical[FRICTION_LAG], parameters.stribeck_velocity, parameters.stribeck_shape)
 
 
 @register_jitable
-def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tuple[Output, PaperState]:
+def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs) -> tuple[Output, PaperState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
-    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
+    inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
     finite = math.isfinite(inputs.velocity)
     velocity = inputs.velocity if finite else state.feedback.velocity
-    delay = block.feedback.delay
-    torque = acting_torque(inputs, asked_torque(block.feedback, state.feedback), delayed(state.known_torques, delay))
+    delay = parameters.feedback.delay
+    torque = acting_torque(
+        inputs, asked_torque(parameters.feedback, state.feedback), delayed(state.known_torques, delay)
+    )
     valid = state.valid + 1 if finite else 0
     if state.enabled and valid > 2:
         series_regressors(
             state.row,
             (state.last_velocity, state.velocity_before),
             (torque, state.torque),
-            block.stribeck_velocity,
-            block.stribeck_shape,
+            parameters.stribeck_velocity,
+            parameters.stribeck_shape,
         )
         # without excitation the covariance would grow without bound; the paper leaves this open
-        factor = block.forgetting_factor if trace(state.recursion.covariance) < LARGEST_COVARIANCE else 1.0
+        factor = parameters.forgetting_factor if trace(state.recursion.covariance) < LARGEST_COVARIANCE else 1.0
         update_rls_in_place(state.recursion, state.row, velocity, factor)
         # the physical estimates of before are kept
         anew = begin_anew_in_place(state.recursion, INITIAL_COVARIANCE)
-        if not anew and write_physical(state.recursion.estimate, block.period, state.physical):
-            confine_in_place(state.physical, block.ranges)
-    model = identified_model(block, state)
-    model_torque, feedforward = step_feedforward(model, state.feedforward, inputs, block.period, delay, inputs.inertia)
-    output, feedback = feed_back(block.feedback, state.feedback, with_feedforward(inputs, model_torque), guard)
+        if not anew and write_physical(state.recursion.estimate, parameters.period, state.physical):
+            confine_in_place(state.physical, parameters.ranges)
+    model = identified_model(parameters, state)
+    model_torque, feedforward = step_feedforward(
+        model, state.feedforward, inputs, parameters.period, delay, inputs.inertia
+    )
+    output, feedback = feed_back(parameters.feedback, state.feedback, with_feedforward(inputs, model_torque), guard)
     return output, PaperState(
         feedback=feedback,
         feedforward=feedforward,
@@ -195,67 +121,31 @@ def step_paper(block: PaperParameters, state: PaperState, inputs: Inputs) -> tup
 
 
 @register_jitable
-def write_paper(block: PaperParameters, state: PaperState, row: NDArray[np.float64]) -> None:
+def write_paper(parameters: "PaperController", state: PaperState, row: MutableArray) -> None:
     """Write the physical estimates into a row."""
-    write_model(identified_model(block, state), row)
+    write_model(identified_model(parameters, state), row)
 
 
-STEPS[PaperParameters] = step_paper
-ESTIMATES[PaperParameters] = write_paper
-
-
-class PaperController(IdentifyingController):
-    """``u = PI(e) + J dr/dt + f(r)`` with ``J`` and ``f`` from the paper's recursive least squares on (4).
-
-    ``e = reference + correction - velocity``; ``r`` is the plan alone.
-
-    Parameters
-    ----------
-    proportional, integral : float
-        Gains of the PI loop, N m s/rad and N m/rad.
-    period : float
-        Sampling period, s.
-    inertia : float
-        Inertia that the feedback was designed for, kg m^2.
-    stribeck_velocity, stribeck_shape : float
-        Pre-estimated ``Vs`` (rad/s) and ``delta``.
-    memory : float, optional
-        Memory of the estimator, s; the forgetting factor is ``exp(-period/memory)``.
-    delay : float, optional
-        Computation delay of the drive, sampling periods.
-    """
+@controller(step_paper, PaperState, estimates=write_paper)
+class PaperController(DesignedLoop, IdentifyingController):
+    """``u = PI(e) + J dr/dt + f(r)`` with ``J`` and ``f`` from the paper's recursive least squares on (4)."""
 
     needs_double = "the covariance of its recursion does not stay positive definite, and the estimates diverge"
 
-    def __init__(
-        self,
-        proportional: float,
-        integral: float,
-        period: float,
-        *,
-        inertia: float,
-        stribeck_velocity: float,
-        stribeck_shape: float = 1.0,
-        memory: float = 5.0,
-        delay: float = 0.0,
-    ) -> None:
-        feedback = check_gains(proportional, integral, period, delay)
-        check_positive(
-            proportional=proportional,
-            period=period,
-            inertia=inertia,
-            stribeck_velocity=stribeck_velocity,
-            stribeck_shape=stribeck_shape,
-            memory=memory,
-        )
-        check_positive(forgetting_factor=math.exp(-period / memory))
-        parameters = PaperParameters(
-            feedback,
-            float(stribeck_velocity),
-            float(stribeck_shape),
-            float(inertia),
-            possible_ranges(inertia, largest_lag(inertia / proportional), len(ESTIMATED)),
-            math.exp(-period / memory),
-            float(period),
-        )
-        super().__init__(parameters, period, initial_paper_state)
+    stribeck_velocity: float = argument(positive, "Pre-estimated ``Vs``, rad/s.")
+    stribeck_shape: float = argument(positive, "Pre-estimated ``delta``.", default=1.0)
+    memory: float = argument(
+        positive,
+        "Memory of the estimator, s; the forgetting factor is ``exp(-period/memory)``.",
+        default=5.0,
+        kept=False,
+    )
+    ranges: NDArray[np.float64] = derived("Least and largest possible value of each physical parameter.")
+    forgetting_factor: float = derived("``lambda``.")
+
+    def derive(self) -> dict[str, Any]:
+        """Return the bounds of the estimates and the forgetting factor."""
+        factor = math.exp(-self.period / self.memory)
+        check_positive(forgetting_factor=factor)
+        longest = largest_lag(self.inertia / self.proportional)
+        return {"ranges": possible_ranges(self.inertia, longest, len(ESTIMATED)), "forgetting_factor": factor}

@@ -26,6 +26,7 @@ from scipy.optimize import nnls
 from adaptive_ff.comparison.calibration import identify_joint
 from adaptive_ff.friction.model import TorqueModel, model_friction
 from adaptive_ff.scenario.scenario import Scenario
+from plant import ElastoPlasticJoint, LuGreJoint, MaxwellJoint, RollingJoint
 
 SPREAD = 1.25
 """Largest factor by which a nominal parameter is off."""
@@ -35,6 +36,9 @@ STALE = 1.3
 
 STREAM = 4
 """Stream of random numbers for nominal parameters, beside those of reference and sensor."""
+
+LEAST_REACH = 1e-3
+"""Presliding displacement of a joint that has none, over ``assumed_displacement``."""
 
 SPEEDS = 500
 """Number of speeds that the Coulomb-viscous form is fitted at, evenly spread over the time of the motion."""
@@ -49,26 +53,11 @@ def coulomb_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueMo
     """Return the Coulomb-viscous form of a model that is best along a reference (rad/s)."""
     moving = np.abs(reference[reference != 0.0])
     if moving.size == 0:
-        return stribeck_form(model._replace(stiction=model.coulomb), reference)
+        return model._replace(stiction=model.coulomb, friction_lag=0.0)
     speeds = np.quantile(moving, (np.arange(SPEEDS) + 0.5) / SPEEDS)
     friction = np.array([model_friction(model, float(speed)) for speed in speeds])
     (coulomb, viscous), _ = nnls(np.column_stack([np.ones_like(speeds), speeds]), friction)
     return model._replace(coulomb=float(coulomb), stiction=float(coulomb), viscous=float(viscous), friction_lag=0.0)
-
-
-def stribeck_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueModel:
-    """Return a model without its friction lag."""
-    return model._replace(friction_lag=0.0)
-
-
-def lagged_form(model: TorqueModel, reference: NDArray[np.float64]) -> TorqueModel:
-    """Return a model as it is."""
-    return model
-
-
-def true_source(scenario: Scenario, truth: TorqueModel) -> TorqueModel:
-    """Return the truth."""
-    return truth
 
 
 def nominal_source(scenario: Scenario, truth: TorqueModel) -> TorqueModel:
@@ -87,22 +76,17 @@ def nominal_source(scenario: Scenario, truth: TorqueModel) -> TorqueModel:
     )
 
 
-def stale_source(scenario: Scenario, truth: TorqueModel) -> TorqueModel:
-    """Return the truth of another day."""
-    return with_friction(truth, STALE)
-
-
 FORMS: dict[str, Callable[[TorqueModel, NDArray[np.float64]], TorqueModel]] = {
     "coulomb": coulomb_form,
-    "stribeck": stribeck_form,
-    "lagged": lagged_form,
+    "stribeck": lambda model, reference: model._replace(friction_lag=0.0),
+    "lagged": lambda model, reference: model,
 }
 """How each form is made of a known model and a reference."""
 
 KNOWN: dict[str, Callable[[Scenario, TorqueModel], TorqueModel]] = {
     "nominal": nominal_source,
-    "stale": stale_source,
-    "true": true_source,
+    "stale": lambda scenario, truth: with_friction(truth, STALE),
+    "true": lambda scenario, truth: truth,
 }
 """Sources that know the whole model."""
 
@@ -130,3 +114,34 @@ def fixed_model(scenario: Scenario, truth: TorqueModel, form: str, source: str) 
     if source == "batch":
         return identify_joint(scenario, form)
     return FORMS[form](KNOWN[source](scenario, truth), scenario.reference_velocity())
+
+
+def response_time(scenario: Scenario) -> float:
+    """Compute the time constant ``J/Kp`` of the feedback, s."""
+    return scenario.feedback.inertia / scenario.feedback.gains[0]
+
+
+def assumed_displacement(scenario: Scenario) -> float:
+    """Compute the displacement at ``Vs`` in a time constant of the feedback, rad."""
+    return scenario.adaptation.stribeck_velocity * response_time(scenario)
+
+
+def nominal_presliding(scenario: Scenario) -> float:
+    """Return the displacement (rad) from a reversal until the joint slides, as from a data sheet; least where none is.
+
+    Bristles and elements slip gradually: of a LuGre joint it is twice what the stiction bends, of Maxwell slip the
+    reach of the last element, of rolling friction its range. It is off by a factor as the parameters of ``nominal``
+    models are.
+    """
+    joint, least = scenario.joint, LEAST_REACH * assumed_displacement(scenario)
+    true = 0.0
+    if isinstance(joint, LuGreJoint):
+        true = 2.0 * joint.stiction / joint.stiffness
+    elif isinstance(joint, MaxwellJoint):
+        true = max(joint.displacements)
+    elif isinstance(joint, RollingJoint):
+        true = joint.rolling_range
+    elif isinstance(joint, ElastoPlasticJoint):
+        true = joint.presliding
+    factor = SPREAD ** np.random.default_rng([scenario.seed, STREAM, 1]).uniform(-1.0, 1.0)
+    return max(float(factor) * true, least)

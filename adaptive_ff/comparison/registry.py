@@ -1,26 +1,36 @@
-"""The controllers of a comparison, made for a scenario."""
+"""The controllers of a comparison by name, each made for a scenario by a factory of one argument.
 
+What the sources leave open did best in ``python -m benchmarks.tuning``, on other joints and seeds; the factories take
+it as keyword arguments. Two rates are slower than the best of that search, which hold with little to spare:
+``radial_basis`` where a drive is late, and ``lugre_gradient`` by a factor of four below the rate at which it loses its
+stability.
+"""
+
+import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 from adaptive_ff.adaptive.controller import AdaptiveController, UnsupervisedController
 from adaptive_ff.adaptive.settings import FASTEST
 from adaptive_ff.baselines.canudas import CanudasController, CanudasMeasuredController
 from adaptive_ff.baselines.feedback_error import FeedbackErrorLearning
+from adaptive_ff.baselines.friction_observer import FrictionObserver
+from adaptive_ff.baselines.learnt_feedforward import LearntFeedforward
+from adaptive_ff.baselines.lee_tomizuka import LeeTomizuka
+from adaptive_ff.baselines.lugre_gradient import LuGreGradient
+from adaptive_ff.baselines.lugre_observer import LuGreObserver
 from adaptive_ff.baselines.model_based import ModelBased
 from adaptive_ff.baselines.observed_model import ObservedModel
 from adaptive_ff.baselines.paper import PaperController
-from adaptive_ff.comparison.fixed_models import FORMS, SOURCES, fixed_model
-from adaptive_ff.comparison.literature import (
-    make_friction_observer,
-    make_lee_tomizuka,
-    make_lugre_gradient,
-    make_lugre_observer,
-    make_maxwell_adaptive,
-    make_radial_basis,
-    make_repetitive,
-    make_super_twisting,
+from adaptive_ff.baselines.repetitive import Repetitive
+from adaptive_ff.comparison.fixed_models import (
+    FORMS,
+    SOURCES,
+    assumed_displacement,
+    fixed_model,
+    nominal_presliding,
+    response_time,
 )
 from adaptive_ff.comparison.observer_bandwidth import observer_bandwidth
 from adaptive_ff.comparison.oracle import make_oracle, make_oracle_tuned
@@ -28,197 +38,254 @@ from adaptive_ff.comparison.own import Own, make_own
 from adaptive_ff.comparison.own_bandwidth import in_own_loop
 from adaptive_ff.errors import InputError
 from adaptive_ff.friction.model import ESTIMATED, WITH_OFFSET, TorqueModel
+from adaptive_ff.scenario.reference import Multisine
 from adaptive_ff.scenario.scenario import Scenario
 from adaptive_ff.scenario.truth import true_model
-from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance
+from controllers import PI, DisturbanceObserver, ExtendedState, KalmanDisturbance, SuperTwisting
+
+Made = TypeVar("Made")
 
 Maker = Callable[[Scenario], Any]
 """Makes a controller, any object with a method ``step``, for a scenario."""
 
-
-def _pi(scenario: Scenario) -> PI:
-    return PI(*scenario.feedback.gains, scenario.sampling.period, delay=scenario.assumed_delay)
-
-
-def _with_model(scenario: Scenario, model: TorqueModel) -> ModelBased:
-    return ModelBased(
-        *scenario.feedback.gains,
-        scenario.sampling.period,
-        model,
-        delay=scenario.assumed_delay,
-        velocity_lag=scenario.velocity_lag,
-    )
-
-
-def _inertia_feedforward(scenario: Scenario) -> ModelBased:
-    return _with_model(scenario, TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0))
-
-
-def _fixed(scenario: Scenario) -> ModelBased:
-    return _with_model(scenario, scenario.fixed.model)
-
-
-def _assumed(scenario: Scenario) -> dict[str, Any]:
-    """Return what an identifying controller assumes of the joint and its drive, and nothing else."""
-    return {
-        "period": scenario.sampling.period,
-        "inertia": scenario.feedback.inertia,
-        "stribeck_velocity": scenario.adaptation.stribeck_velocity,
-        "stribeck_shape": scenario.adaptation.stribeck_shape,
-        "delay": scenario.assumed_delay,
-    }
-
-
-def _with_memory(assumed: dict[str, Any], memory: float | None) -> dict[str, Any]:
-    """Return what is assumed, with a memory where the scenario gives one."""
-    return assumed if memory is None else {**assumed, "memory": memory}
-
-
 PAPER_MEMORY = 3.0
-"""Memory of ``adaptive_paper``, s, where the scenario gives none; found best over 100 Hz and 1 kHz together.
+"""Memory of ``adaptive_paper``, s, where the scenario gives none."""
 
-On 16 joints drawn around the built-in one (``adaptive-ff sweep``, seed 101): at 1 kHz 3 s beats all from 0.3 to 100 s;
-at 100 Hz anything from 3 s on does about as well.
-"""
+DEAD_ZONE, MEASURED_DEAD_ZONE = 0.3, 0.1
+"""Dead zones of ``canudas`` and ``canudas_measured``, over the assumed Stribeck velocity."""
 
-DEAD_ZONE = 0.3
-"""Dead zone of ``canudas``, as a share of the assumed Stribeck velocity."""
+REACHES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
+"""Reaches of the stop operators, over the displacement at ``Vs`` in a time constant of the feedback."""
 
-MEASURED_DEAD_ZONE = 0.1
-"""The same of ``canudas_measured``, which compensates in proportion to the velocity there."""
+CENTRES = (-20.0, -6.0, -2.0, -0.6, -0.2, 0.2, 0.6, 2.0, 6.0, 20.0)
+"""Centres of the bells, over ``Vs``."""
+
+SHORTEST_REPEATS = 3
+"""Periods of a motion that a run must hold for it to be worth learning."""
+
+QUIET = 0.02
+"""Least noise that a super-twisting observer is set for, over ``Vs``."""
 
 
-def _adaptive_paper(scenario: Scenario) -> PaperController:
-    memory = scenario.adaptation.memory or PAPER_MEMORY
-    return PaperController(*scenario.feedback.gains, **_assumed(scenario), memory=memory)
-
-
-def _canudas_assumed(scenario: Scenario, dead_zone: float) -> dict[str, Any]:
-    assumed = {
+def made_for(scenario: Scenario, kind: Callable[..., Made], **given: Any) -> Made:
+    """Make a controller with those of its arguments that the loop of a scenario knows, and further ones."""
+    assumed = scenario.adaptation
+    known = {
+        "proportional": scenario.feedback.gains[0],
+        "integral": scenario.feedback.gains[1],
         "period": scenario.sampling.period,
         "inertia": scenario.feedback.inertia,
-        "dead_zone": dead_zone * scenario.adaptation.stribeck_velocity,
+        "stribeck_velocity": assumed.stribeck_velocity,
+        "stribeck_shape": assumed.stribeck_shape,
         "delay": scenario.assumed_delay,
-    }
-    return _with_memory(assumed, scenario.adaptation.memory)
-
-
-def _canudas(scenario: Scenario) -> CanudasController:
-    return CanudasController(*scenario.feedback.gains, **_canudas_assumed(scenario, DEAD_ZONE))
-
-
-def _canudas_measured(scenario: Scenario) -> CanudasMeasuredController:
-    return CanudasMeasuredController(*scenario.feedback.gains, **_canudas_assumed(scenario, MEASURED_DEAD_ZONE))
-
-
-def _feedback_error(scenario: Scenario) -> FeedbackErrorLearning:
-    return FeedbackErrorLearning(*scenario.feedback.gains, **_assumed(scenario))
-
-
-def _adaptive_settings(scenario: Scenario, default: Sequence[str]) -> dict[str, Any]:
-    assumed = _with_memory(_assumed(scenario), scenario.adaptation.memory)
-    return assumed | {
-        "parameters": scenario.adaptation.parameters or default,
         "velocity_lag": scenario.velocity_lag,
-        "ripple_periods": scenario.adaptation.ripple_periods,
+        **({} if assumed.memory is None else {"memory": assumed.memory}),
     }
+    names = inspect.signature(kind).parameters
+    return kind(**{**{name: value for name, value in known.items() if name in names}, **given})
+
+
+def _nominal(scenario: Scenario, form: str = "lagged") -> TorqueModel:
+    return fixed_model(scenario, true_model(scenario), form, "nominal")
+
+
+def fixed(form: str, source: str) -> Maker:
+    """Return the factory of the feedforward from a fixed model, of one of ``FORMS`` and from one of ``SOURCES``."""
+    return lambda scenario: made_for(
+        scenario, ModelBased, model=fixed_model(scenario, true_model(scenario), form, source)
+    )
 
 
 def make_adaptive(scenario: Scenario, **options: Any) -> AdaptiveController:
     """Make the adaptive controller as a scenario asks for it, with further options of :class:`AdaptiveController`."""
-    gains = scenario.feedback.gains
-    fastest = FASTEST / (2.0 * math.pi)
-    bounded = scenario.velocity_lag == 0.0  # else it is told the lag
-    bandwidth = min(observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains, bounded=bounded), fastest)
-    assumed = scenario.adaptation
-    settings = _adaptive_settings(scenario, WITH_OFFSET) | {
+    bounded = scenario.velocity_lag == 0.0  # else the observer knows the lag
+    gains, assumed = scenario.feedback.gains, scenario.adaptation
+    bandwidth = observer_bandwidth(scenario, 1.7, DisturbanceObserver.design, *gains, bounded=bounded)
+    settings = {
+        "parameters": assumed.parameters or WITH_OFFSET,
+        "ripple_periods": assumed.ripple_periods,
         "position_periods": scenario.friction_periods,
         "position_hats": assumed.position_hats,
         "position_range": assumed.position_range,
         "load_friction": assumed.load_friction,
+        "observer_bandwidth": min(bandwidth, FASTEST / (2.0 * math.pi)),
     }
-    settings |= {"observer_bandwidth": bandwidth, **options}
-    return AdaptiveController(*gains, **settings)
+    return made_for(scenario, AdaptiveController, **{**settings, **options})
 
 
 def _adaptive_unsupervised(scenario: Scenario) -> UnsupervisedController:
-    return UnsupervisedController(*scenario.feedback.gains, **_adaptive_settings(scenario, ESTIMATED))
+    parameters, ripple = scenario.adaptation.parameters or ESTIMATED, scenario.adaptation.ripple_periods
+    return made_for(scenario, UnsupervisedController, parameters=parameters, ripple_periods=ripple)
+
+
+def _canudas(kind: Any, dead_zone: float) -> Maker:
+    return lambda scenario: made_for(scenario, kind, dead_zone=dead_zone * scenario.adaptation.stribeck_velocity)
 
 
 def make_disturbance_observer(scenario: Scenario, share: float = 1.7) -> DisturbanceObserver:
-    """Make a PI loop with a disturbance observer; the share did best in ``python -m benchmarks.tuning``."""
-    gains, inertia = scenario.feedback.gains, scenario.feedback.inertia
-    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
-    period, delay = scenario.sampling.period, scenario.assumed_delay
-    return DisturbanceObserver(*gains, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
+    """Make a PI loop with a disturbance observer, whose bandwidth is a fraction of the balance."""
+    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *scenario.feedback.gains)
+    return made_for(scenario, DisturbanceObserver, bandwidth=bandwidth)
 
 
 def make_extended_state(scenario: Scenario, share: float = 3.4) -> ExtendedState:
-    """Make a loop with an extended state observer; the share did best in ``python -m benchmarks.tuning``."""
-    proportional, inertia = scenario.feedback.gains[0], scenario.feedback.inertia
-    bandwidth = observer_bandwidth(scenario, share, ExtendedState.design, proportional)
-    period, delay = scenario.sampling.period, scenario.assumed_delay
-    return ExtendedState(proportional, period, inertia=inertia, bandwidth=bandwidth, delay=delay)
+    """Make a loop with an extended state observer, whose bandwidth is a fraction of the balance."""
+    bandwidth = observer_bandwidth(scenario, share, ExtendedState.design, scenario.feedback.gains[0])
+    return made_for(scenario, ExtendedState, bandwidth=bandwidth)
+
+
+def _kalman_gains(scenario: Scenario, inertia: float, share: float) -> dict[str, float]:
+    noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
+    bandwidth = observer_bandwidth(scenario, share, KalmanDisturbance.design, *scenario.feedback.gains)
+    walk = KalmanDisturbance.walk(inertia, scenario.sampling.period, noise, bandwidth)
+    first, second = KalmanDisturbance.gains(inertia, scenario.sampling.period, noise, walk)
+    return {"velocity_gain": first, "disturbance_gain": second}
 
 
 def make_kalman_disturbance(scenario: Scenario, share: float = 2.4) -> KalmanDisturbance:
-    """Make a PI loop with a Kalman disturbance estimate; the share did best in ``python -m benchmarks.tuning``."""
-    gains, inertia, period = scenario.feedback.gains, scenario.feedback.inertia, scenario.sampling.period
-    noise = scenario.velocity_noise or 1.0  # only its ratio to the walk matters
-    bandwidth = observer_bandwidth(scenario, share, KalmanDisturbance.design, *gains)
-    walk = KalmanDisturbance.walk(inertia, period, noise, bandwidth)
-    first, second = KalmanDisturbance.gains(inertia, period, noise, walk)
-    settings = {"inertia": inertia, "velocity_gain": first, "disturbance_gain": second, "delay": scenario.assumed_delay}
-    return KalmanDisturbance(*gains, period, **settings)
+    """Make a PI loop with a Kalman disturbance estimate, whose bandwidth is a fraction of the balance."""
+    return made_for(scenario, KalmanDisturbance, **_kalman_gains(scenario, scenario.feedback.inertia, share))
 
 
-def make_observed(scenario: Scenario, source: str, share: float) -> ObservedModel:
-    """Make a fixed feedforward with lag and an observer around it.
+def _observed(scenario: Scenario, source: str, share: float) -> ObservedModel:
+    model = fixed_model(scenario, true_model(scenario), "lagged", source)
+    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *scenario.feedback.gains)
+    return made_for(scenario, ObservedModel, model=model, bandwidth=bandwidth)
+
+
+def make_observed_nominal(scenario: Scenario, share: float = 0.28) -> ObservedModel:
+    """Make an observer around a feedforward from nominal parameters."""
+    return _observed(scenario, "nominal", share)
+
+
+def make_observed_batch(scenario: Scenario, share: float = 0.1) -> ObservedModel:
+    """Make an observer around a feedforward identified in a calibration run."""
+    return _observed(scenario, "batch", share)
+
+
+def learning_rate(scenario: Scenario, share: float, caution: float) -> float:
+    """Compute a fraction of the feedback's crossover, 1/s, less where a delay of the drive makes the loop late."""
+    return share / (response_time(scenario) + caution * scenario.assumed_delay * scenario.sampling.period)
+
+
+def make_maxwell_adaptive(
+    scenario: Scenario, rate: float = 1.0, reaches: tuple[float, ...] = REACHES, caution: float = 5.0
+) -> LearntFeedforward:
+    """Make an adaptive Maxwell-slip compensation; rate and caution are those of ``learning_rate``."""
+    displacements = [reach * assumed_displacement(scenario) for reach in reaches]
+    rate = learning_rate(scenario, rate, caution)
+    return made_for(scenario, LearntFeedforward, reaches=displacements, rate=rate)
+
+
+def make_radial_basis(
+    scenario: Scenario, rate: float = 6.0, lag: float = 2.0, caution: float = 20.0
+) -> LearntFeedforward:
+    """Make a radial-basis feedforward; rate and caution are those of ``learning_rate``, the lag in time constants."""
+    bells = {"centres": CENTRES, "lag": lag * response_time(scenario)}
+    rate = learning_rate(scenario, rate, caution)
+    return made_for(scenario, LearntFeedforward, rate=rate, **bells)
+
+
+def cycle_of(scenario: Scenario) -> int:
+    """Return the samples in a period of the scenario's plan; zero where it has none that repeats in the run.
+
+    A machine that repeats a motion knows its period; here it is that of the multisine's frequencies.
+    """
+    reference = scenario.reference
+    if not isinstance(reference, Multisine):
+        return 0
+    slowest = min(reference.frequencies)
+    for count in range(1, 101):
+        length = count / slowest
+        if SHORTEST_REPEATS * length > scenario.length:
+            return 0
+        samples = length / scenario.sampling.period
+        whole = [abs(length * frequency - round(length * frequency)) < 1e-6 for frequency in reference.frequencies]
+        if all(whole) and abs(samples - round(samples)) < 1e-6:
+            return round(samples)
+    return 0
+
+
+def make_repetitive(scenario: Scenario, gain: float = 0.9, lead: float = 0.5) -> Repetitive:
+    """Make a repetitive feedforward; the lead is in time constants of the feedback."""
+    period, cycle = scenario.sampling.period, cycle_of(scenario)
+    samples = math.ceil(lead * response_time(scenario) / period + scenario.assumed_delay - 1e-9)
+    places = {"cycle": cycle, "lead": min(samples, max(cycle - 1, 0))}
+    return made_for(scenario, Repetitive, gain=gain, **places)
+
+
+def make_lugre_observer(scenario: Scenario, way: float = 0.3, gain: float = 1.0) -> LuGreObserver:
+    """Make a LuGre observer from nominal parameters; it breaks away after a displacement in the unit of ``REACHES``."""
+    model = _nominal(scenario)
+    stiffness = model.stiction / (way * assumed_displacement(scenario))
+    return made_for(scenario, LuGreObserver, model=model, stiffness=stiffness, gain=gain)
+
+
+def make_lugre_gradient(scenario: Scenario, rate: float = 0.8, way: float = 0.3, floor: float = 1.2) -> LuGreGradient:
+    """Make a LuGre feedforward tuned by gradient; the rate is a fraction of the crossover, the way as above."""
+    torque = scenario.feedback.gains[0] * scenario.adaptation.stribeck_velocity
+    settings = {"stiffness": torque / (way * assumed_displacement(scenario)), "rate": rate / response_time(scenario)}
+    return made_for(scenario, LuGreGradient, floor=floor, **settings)
+
+
+def make_friction_observer(scenario: Scenario, stretch: float = 1.0, share: float = 0.2) -> FrictionObserver:
+    """Make a feed-forward friction observer from nominal parameters.
 
     Parameters
     ----------
     scenario : Scenario
         The scenario.
-    source : str
-        Source of the fixed model, see ``fixed_models``.
-    share : float
-        Bandwidth of the observer over the balance, as found by ``python -m benchmarks.tuning``.
+    stretch : float, optional
+        Presliding displacement that is assumed, over the nominal one.
+    share : float, optional
+        Bandwidth of the observer over the balance.
     """
-    model = fixed_model(scenario, true_model(scenario), "lagged", source)
-    gains, period, delay = scenario.feedback.gains, scenario.sampling.period, scenario.assumed_delay
-    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains)
-    return ObservedModel(*gains, period, model, bandwidth=bandwidth, delay=delay)
+    model, presliding = _nominal(scenario), stretch * nominal_presliding(scenario)
+    gains = _kalman_gains(scenario, model.inertia, share)
+    return made_for(scenario, FrictionObserver, model=model, presliding=presliding, **gains)
 
 
-def make_observed_nominal(scenario: Scenario, share: float = 0.28) -> ObservedModel:
-    """Make an observer around a feedforward from nominal parameters."""
-    return make_observed(scenario, "nominal", share)
+def make_lee_tomizuka(
+    scenario: Scenario, form: str = "coulomb", share: float = 6.0, integrates: bool = False
+) -> LeeTomizuka:
+    """Make Lee and Tomizuka's controller from nominal parameters.
 
-
-def make_observed_batch(scenario: Scenario, share: float = 0.1) -> ObservedModel:
-    """Make an observer around a feedforward identified in a calibration run.
-
-    Where the model is right the slowest observer is the best; twice as fast as the slowest of the search costs 1 %
-    there, and follows loads and changes sooner.
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    form : "coulomb" or "stribeck", optional
+        Curve of the friction compensation.
+    share : float, optional
+        Bandwidth of the observer over the balance.
+    integrates : bool, optional
+        Whether the integral of the PI loop stands beside the observer.
     """
-    return make_observed(scenario, "batch", share)
+    gains = scenario.feedback.gains if integrates else (scenario.feedback.gains[0], 0.0)
+    # behind a position loop, which it was made for, the bound on the margin makes it worse
+    bounded = scenario.position is None
+    bandwidth = observer_bandwidth(scenario, share, DisturbanceObserver.design, *gains, bounded=bounded)
+    settings = {"integral": gains[1], "bandwidth": bandwidth}
+    return made_for(scenario, LeeTomizuka, model=_nominal(scenario, form), **settings)
 
 
-def _fixed_maker(form: str, source: str) -> Maker:
-    def make(scenario: Scenario) -> ModelBased:
-        return _with_model(scenario, fixed_model(scenario, true_model(scenario), form, source))
+def make_super_twisting(scenario: Scenario, share: float = 40.0) -> SuperTwisting:
+    """Make a super-twisting observer: ``L`` is a multiple of noise times the square of the feedback's crossover."""
+    noise = max(scenario.velocity_noise, QUIET * scenario.adaptation.stribeck_velocity)
+    bound = share * noise / response_time(scenario) ** 2
+    return made_for(scenario, SuperTwisting, bound=bound)
 
-    return make
 
-
-FIXED: dict[str, Maker] = {f"{form}_{source}": _fixed_maker(form, source) for form in FORMS for source in SOURCES}
-del FIXED["lagged_true"]  # that is the oracle, which follows changes as well
-
+# of the true parameters with their lag there is the oracle, which follows changes as well
+FIXED = {f"{f}_{s}": fixed(f, s) for f in FORMS for s in SOURCES if (f, s) != ("lagged", "true")}
+"""Feedforwards from fixed models by name."""
 
 CONTROLLERS: dict[str, Maker] = {
-    "pi": _pi,
-    "pi_inertia": _inertia_feedforward,
-    "fixed": _fixed,
+    "pi": lambda scenario: made_for(scenario, PI),
+    "pi_inertia": lambda scenario: made_for(
+        scenario, ModelBased, model=TorqueModel(scenario.feedback.inertia, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+    ),
+    "fixed": lambda scenario: made_for(scenario, ModelBased, model=scenario.fixed.model),
     "oracle": make_oracle,
     "oracle_tuned": make_oracle_tuned,
     "disturbance_observer": make_disturbance_observer,
@@ -226,12 +293,14 @@ CONTROLLERS: dict[str, Maker] = {
     "kalman_disturbance": make_kalman_disturbance,
     "observed_nominal": make_observed_nominal,
     "observed_batch": make_observed_batch,
-    "adaptive_paper": _adaptive_paper,
+    "adaptive_paper": lambda scenario: made_for(
+        scenario, PaperController, memory=scenario.adaptation.memory or PAPER_MEMORY
+    ),
     "adaptive_unsupervised": _adaptive_unsupervised,
     "adaptive": make_adaptive,
-    "canudas": _canudas,
-    "canudas_measured": _canudas_measured,
-    "feedback_error": _feedback_error,
+    "canudas": _canudas(CanudasController, DEAD_ZONE),
+    "canudas_measured": _canudas(CanudasMeasuredController, MEASURED_DEAD_ZONE),
+    "feedback_error": lambda scenario: made_for(scenario, FeedbackErrorLearning),
     "lugre_observer": make_lugre_observer,
     "lugre_gradient": make_lugre_gradient,
     "friction_observer": make_friction_observer,
@@ -242,7 +311,7 @@ CONTROLLERS: dict[str, Maker] = {
     "repetitive": make_repetitive,
     **FIXED,
 }
-"""Controllers by name."""
+"""Factories by the names that scenarios, command line and results know."""
 
 
 def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None) -> Scenario:
@@ -266,7 +335,7 @@ def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None)
     """
     own = own or {}
     if name in own:
-        return in_own_loop(scenario, _pi)
+        return in_own_loop(scenario, CONTROLLERS["pi"])
     if name not in CONTROLLERS:
         raise InputError(f"controllers = {name!r} is not known; there are {', '.join([*CONTROLLERS, *own])}")
     return in_own_loop(scenario, CONTROLLERS[name])

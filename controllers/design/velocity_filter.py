@@ -11,10 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controllers.velocity.difference import DifferenceVelocity
-from controllers.velocity.estimators import DirectVelocity
-from controllers.velocity.kalman import KalmanVelocity
-from controllers.velocity.low_pass import LowPassVelocity
+from controllers.velocity import DifferenceVelocity, DirectVelocity, KalmanVelocity, LowPassVelocity
 
 
 class VelocityFilter(NamedTuple):

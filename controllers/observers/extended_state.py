@@ -12,140 +12,46 @@ joint then follows the reference itself, not a filtered one, as it does with eve
 """
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from numba.extending import register_jitable
 
-from controllers.checks import check_positive
-from controllers.interface import Controller
-from controllers.kernels import (
-    ESTIMATES,
-    STEPS,
-    Inputs,
-    Output,
-    present_inertia,
-    with_feedforward,
-    with_velocity,
-    without_estimates,
-)
-from controllers.observers.inertia_observer import ObserverState, correct, double_pole_gains, predict
-from controllers.pi import (
-    PIParameters,
-    PIState,
-    asked_torque,
-    check_gains,
-    feed_back,
-    initial_pi_state,
-    plausible_inputs,
-)
-from controllers.plausibility import kept
-from controllers.sensitivity import OBSERVER_SENSITIVITY
-from controllers.torques import acting_torque, slope_torque
+from controllers.declaration import argument, as_given, controller, derived, positive
+from controllers.kernels import Inputs, Output, present_inertia, with_feedforward, with_velocity
+from controllers.loops import DELAY, Observing, designing
+from controllers.observers.inertia_observer import ObservedLoopState, double_pole_gains, observe
+from controllers.pi import PIParameters, check_gains, feed_back, plausible_inputs
+from controllers.torques import slope_torque
 
 if TYPE_CHECKING:
     from controllers.design.observer_design import ObserverDesign
 
 
-class ExtendedStateParameters(NamedTuple):
-    """Parameters of the loop with an extended state observer.
-
-    Attributes
-    ----------
-    feedback : PIParameters
-        The feedback; its integral gain is zero.
-    inertia : float
-        Nominal inertia, kg m^2.
-    pole : float
-        Both poles ``wo`` of the observer, rad/s.
-    period : float
-        Nominal period, s.
-    """
-
-    feedback: PIParameters
-    inertia: float
-    pole: float
-    period: float
-
-
-class ExtendedStateState(NamedTuple):
-    """State of the loop with an extended state observer.
-
-    Attributes
-    ----------
-    feedback : PIState
-        State of the feedback; its velocity is the observed one at the last valid measurement.
-    observer : ObserverState
-        Velocity and total disturbance.
-    known_torque : float
-        Torque known from elsewhere in the last period, N m.
-    reference : float
-        Last reference, rad/s.
-    """
-
-    feedback: PIState
-    observer: ObserverState
-    known_torque: float
-    reference: float
-
-
-def initial_extended_state_state(block: ExtendedStateParameters) -> ExtendedStateState:
-    """Return the state of a loop at rest."""
-    return ExtendedStateState(initial_pi_state(block.feedback), ObserverState(0.0, 0.0), 0.0, 0.0)
-
-
 @register_jitable
 def step_extended_state(
-    block: ExtendedStateParameters, state: ExtendedStateState, inputs: Inputs
-) -> tuple[Output, ExtendedStateState]:
+    parameters: "ExtendedState", state: ObservedLoopState, inputs: Inputs
+) -> tuple[Output, ObservedLoopState]:
     """Do one sample: observe the period that ends, add disturbance and inertia's torque, feed the velocity back."""
-    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
-    last, observer = state.feedback, state.observer
-    valid, inertia = math.isfinite(inputs.velocity), present_inertia(inputs, block.inertia)
-    if last.samples > last.rejected:  # the observer has started
-        torque = acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
-        observer = predict(inertia, observer, torque, inputs.dt)
-        if valid:
-            velocity_gain, disturbance_gain = double_pole_gains(inertia, block.pole, inputs.dt)
-            observer = correct(observer, inputs.velocity, velocity_gain, disturbance_gain)
-    elif valid:
-        observer = ObserverState(inputs.velocity, observer.disturbance)
-    observer = ObserverState(kept(observer.velocity), kept(observer.disturbance))
-    ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
-    seen = with_velocity(inputs, observer.velocity if valid else inputs.velocity)
-    output, feedback = feed_back(block.feedback, last, with_feedforward(seen, ahead + observer.disturbance), guard)
-    return Output(output.torque, inputs.feedforward + ahead), ExtendedStateState(
+    inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
+    inertia = present_inertia(inputs, parameters.inertia)
+    gains = double_pole_gains(inertia, parameters.pole, inputs.dt)
+    observer = observe(parameters.feedback, state, inputs, inertia, gains)
+    started = state.feedback.samples > 0
+    ahead = slope_torque(parameters.inertia, inputs, state.reference, started, parameters.period)
+    observed = with_velocity(inputs, observer.velocity if math.isfinite(inputs.velocity) else inputs.velocity)
+    fed = with_feedforward(observed, ahead + observer.disturbance)
+    output, feedback = feed_back(parameters.feedback, state.feedback, fed, guard)
+    return Output(output.torque, inputs.feedforward + ahead), ObservedLoopState(
         feedback, observer, inputs.feedforward, inputs.reference
     )
 
 
-STEPS[ExtendedStateParameters] = step_extended_state
-ESTIMATES[ExtendedStateParameters] = without_estimates
-
-
-class ExtendedState(Controller):
+@controller(step_extended_state, ObservedLoopState)
+class ExtendedState(Observing):
     """``u = Kp (reference + correction - w^) + J dr/dt + d^``: loop with an extended state observer (ADRC).
 
-    ``w^`` and ``d^`` are the observed velocity and total disturbance, ``r`` is the plan alone.
-
-    After a lost measurement the observer goes on with its prediction; the gains are always those for the last period.
-
-    Parameters
-    ----------
-    proportional : float
-        Proportional gain ``Kp = wc J``, N m s/rad.
-    period : float
-        Nominal sampling period, s.
-    inertia : float
-        Nominal inertia, kg m^2.
-    bandwidth : float
-        Bandwidth ``wo/(2 pi)`` of the observer, Hz; :meth:`design` says how fast it may be.
-    delay : float, optional
-        Computation delay of the drive, sampling periods: it applies the torque of a sample from that much later on.
-
-    Raises
-    ------
-    ValueError
-        A value is out of range.
+    ``w^`` and ``d^`` are the observed velocity and total disturbance, ``r`` is the reference alone. After a lost
+    measurement the observer goes on with its prediction; the gains are always those for the last period.
 
     Examples
     --------
@@ -155,57 +61,25 @@ class ExtendedState(Controller):
     >>> torque = controller.step(0.1, 0.0, next_reference=0.101)
     """
 
-    def __init__(
-        self, proportional: float, period: float, *, inertia: float, bandwidth: float, delay: float = 0.0
-    ) -> None:
-        feedback = check_gains(proportional, 0.0, period, delay)
-        check_positive(inertia=inertia, bandwidth=bandwidth)
-        parameters = ExtendedStateParameters(feedback, float(inertia), 2.0 * math.pi * float(bandwidth), float(period))
-        super().__init__(parameters, period, initial_extended_state_state)
+    proportional: float = argument(as_given, "Gain ``Kp = wc J``, N m s/rad.", kw_only=False, kept=False)
+    feedback: PIParameters = derived("The feedback, without an integral.")
+    inertia: float = argument(positive, "Nominal inertia ``J``, kg m^2.")
+    bandwidth: float = argument(
+        positive, "Bandwidth ``wo/(2 pi)`` of the observer, Hz; ``design`` computes it.", kept=False
+    )
+    pole: float = derived("Both poles ``wo`` of the observer, rad/s.")
+    period: float = argument(as_given, "Nominal sampling period, s.", kw_only=False)
+    delay: float = argument(as_given, DELAY, default=0.0, kept=False)
 
-    @property
-    def disturbance(self) -> float:
-        """Estimated torque that opposes the commanded one, N m."""
-        return float(self.state.observer.disturbance)
+    def derive(self) -> dict[str, Any]:
+        """Return the feedback and the poles."""
+        feedback = check_gains(self.proportional, 0.0, self.period, self.delay)
+        return {"feedback": feedback, "period": feedback.period, "pole": 2.0 * math.pi * self.bandwidth}
 
     @staticmethod
     def design(
-        inertia: float,
-        period: float,
-        proportional: float,
-        bandwidth: float | None = None,
-        *,
-        delay: int = 0,
-        maximum_sensitivity: float = OBSERVER_SENSITIVITY,
-        velocity: Any = None,
+        inertia: float, period: float, proportional: float, bandwidth: float | None = None, **options: Any
     ) -> "ObserverDesign":
-        """Return the margins of the loop with an observer, or the fastest observer that a margin allows.
-
-        Parameters
-        ----------
-        inertia : float
-            Nominal inertia, kg m^2.
-        period : float
-            Sampling period, s.
-        proportional : float
-            Proportional gain, N m s/rad.
-        bandwidth : float, optional
-            Bandwidth of the observer, Hz. By default the largest one that the margin allows.
-        delay : int, optional
-            Computation delay, whole periods.
-        maximum_sensitivity : float, optional
-            Bound on ``max |1/(1 + L)|`` where no bandwidth is given.
-        velocity : NamedTuple, optional
-            Estimator of :mod:`controllers.velocity` that makes the measured velocity of positions.
-
-        Raises
-        ------
-        ValueError
-            An argument is out of range, or no bandwidth meets the bound.
-        """
-        from controllers.design.compensations import extended_state_compensation as compensation
-        from controllers.design.observer_design import design_observer
-
-        return design_observer(
-            inertia, period, (proportional, 0.0), bandwidth, delay, maximum_sensitivity, compensation, velocity
-        )
+        """Compute the margins of the loop, or its fastest observer, with the options of the other observers."""
+        made = designing("extended_state_compensation")
+        return made(inertia, period, proportional, 0.0, bandwidth, **options)

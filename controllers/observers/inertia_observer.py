@@ -12,20 +12,26 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from controllers.kernels import Inputs
+from controllers.pi import PIParameters, PIState, asked_torque
+from controllers.plausibility import kept
+from controllers.torques import acting_torque
+
 
 class ObserverState(NamedTuple):
-    """Estimated state of the joint.
+    """Estimated state of the joint."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity, rad/s.
-    disturbance : float
-        Torque that opposes the commanded one, N m.
-    """
+    velocity: float = 0.0  # velocity, rad/s
+    disturbance: float = 0.0  # torque that opposes the commanded one, N m
 
-    velocity: float
-    disturbance: float
+
+class ObservedLoopState(NamedTuple):
+    """State of a loop with such an observer."""
+
+    feedback: PIState
+    observer: ObserverState = ObserverState()
+    known_torque: float = 0.0  # torque known from elsewhere in the last period, N m
+    reference: float = 0.0  # last reference, rad/s
 
 
 @register_jitable
@@ -45,13 +51,30 @@ def correct(state: ObserverState, velocity: float, velocity_gain: float, disturb
     velocity : float
         Measured velocity, rad/s.
     velocity_gain : float
-        Share of the innovation that goes to the velocity.
+        Fraction of the innovation that goes to the velocity.
     disturbance_gain : float
         Torque that the disturbance *loses* for each unit of innovation, N m s/rad, positive: a joint that is faster
         than predicted is disturbed less.
     """
     innovation = velocity - state.velocity
     return ObserverState(state.velocity + velocity_gain * innovation, state.disturbance - disturbance_gain * innovation)
+
+
+@register_jitable
+def observe(
+    feedback: PIParameters, state: ObservedLoopState, inputs: Inputs, inertia: float, gains: tuple[float, float]
+) -> ObserverState:
+    """Predict over the period that ends, and correct with gains of velocity and disturbance where one is measured."""
+    last, observer = state.feedback, state.observer
+    valid = math.isfinite(inputs.velocity)
+    if last.samples > last.rejected:  # the observer has started
+        torque = acting_torque(inputs, asked_torque(feedback, last), state.known_torque)
+        observer = predict(inertia, observer, torque, inputs.dt)
+        if valid:
+            observer = correct(observer, inputs.velocity, gains[0], gains[1])
+    elif valid:
+        observer = ObserverState(inputs.velocity, observer.disturbance)
+    return ObserverState(kept(observer.velocity), kept(observer.disturbance))
 
 
 @register_jitable

@@ -18,18 +18,10 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers.checks import check_positive
-from controllers.interface import Controller
-from controllers.kernels import ESTIMATES, STEPS, Inputs, Output, present_inertia, with_feedforward, without_estimates
-from controllers.pi import (
-    PIParameters,
-    PIState,
-    asked_torque,
-    check_gains,
-    feed_back,
-    initial_pi_state,
-    plausible_inputs,
-)
+from controllers.declaration import argument, controller, positive
+from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
+from controllers.loops import Observing, PILoop
+from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
 from controllers.plausibility import kept
 from controllers.torques import acting_torque, slope_torque
 
@@ -37,60 +29,16 @@ FIRST, SECOND = 1.5, 1.1
 """Gains of the algorithm, over ``sqrt(L)`` and ``L``."""
 
 
-class SuperTwistingParameters(NamedTuple):
-    """Parameters of the loop with a super-twisting observer.
-
-    Attributes
-    ----------
-    feedback : PIParameters
-        The PI loop.
-    inertia : float
-        Nominal inertia, kg m^2.
-    bound : float
-        ``L``, rad/s^3.
-    period : float
-        Nominal period, s.
-    """
-
-    feedback: PIParameters
-    inertia: float
-    bound: float
-    period: float
-
-
 class SuperTwistingState(NamedTuple):
-    """State of the loop with a super-twisting observer.
-
-    Attributes
-    ----------
-    feedback : PIState
-        State of the PI loop.
-    velocity : float
-        Reconstructed velocity, rad/s.
-    disturbance : float
-        Estimated disturbance, N m; positive where it opposes the torque.
-    impulse : float
-        Integral of the acting torque since the last valid measurement, N m s.
-    elapsed : float
-        Time since then, s.
-    known_torque : float
-        Torque known from elsewhere in the last period, N m.
-    reference : float
-        Last reference, rad/s.
-    """
+    """State of the loop with a super-twisting observer."""
 
     feedback: PIState
-    velocity: float
-    disturbance: float
-    impulse: float
-    elapsed: float
-    known_torque: float
-    reference: float
-
-
-def initial_super_twisting_state(block: SuperTwistingParameters) -> SuperTwistingState:
-    """Return the state of a loop at rest."""
-    return SuperTwistingState(initial_pi_state(block.feedback), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    velocity: float = 0.0  # reconstructed velocity, rad/s
+    disturbance: float = 0.0  # estimated disturbance, N m; positive where it opposes the torque
+    impulse: float = 0.0  # integral of the acting torque since the last valid measurement, N m s
+    elapsed: float = 0.0  # time since then, s
+    known_torque: float = 0.0  # torque known from elsewhere in the last period, N m
+    reference: float = 0.0  # last reference, rad/s
 
 
 @register_jitable
@@ -117,74 +65,38 @@ def twisted(error: float, bound: float, duration: float) -> tuple[float, float]:
 
 @register_jitable
 def step_super_twisting(
-    block: SuperTwistingParameters, state: SuperTwistingState, inputs: Inputs
+    parameters: "SuperTwisting", state: SuperTwistingState, inputs: Inputs
 ) -> tuple[Output, SuperTwistingState]:
     """Do one sample: observe the period that ends, add the disturbance and the inertia's torque, then feedback."""
-    inputs, guard = plausible_inputs(block.feedback, state.feedback, inputs)
+    inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
     last = state.feedback
-    impulse = state.impulse + inputs.dt * acting_torque(inputs, asked_torque(block.feedback, last), state.known_torque)
+    command = asked_torque(parameters.feedback, last)
+    impulse = state.impulse + inputs.dt * acting_torque(inputs, command, state.known_torque)
     elapsed = state.elapsed + inputs.dt
     velocity, disturbance = state.velocity, state.disturbance
     if math.isfinite(inputs.velocity):
         if last.samples > last.rejected:  # there is a measurement to compare with
-            inertia = present_inertia(inputs, block.inertia)
+            inertia = present_inertia(inputs, parameters.inertia)
             predicted = velocity + (impulse - elapsed * disturbance) / inertia
-            error, sign = twisted(predicted - inputs.velocity, block.bound, elapsed)
+            error, sign = twisted(predicted - inputs.velocity, parameters.bound, elapsed)
             velocity = inputs.velocity + error
-            disturbance += SECOND * inertia * block.bound * elapsed * sign
+            disturbance += SECOND * inertia * parameters.bound * elapsed * sign
         else:
             velocity = inputs.velocity
         impulse, elapsed = 0.0, 0.0
     velocity, disturbance, impulse = kept(velocity), kept(disturbance), kept(impulse)
-    ahead = slope_torque(block.inertia, inputs, state.reference, last.samples > 0, block.period)
-    output, feedback = feed_back(block.feedback, last, with_feedforward(inputs, ahead + disturbance), guard)
+    ahead = slope_torque(parameters.inertia, inputs, state.reference, last.samples > 0, parameters.period)
+    output, feedback = feed_back(parameters.feedback, last, with_feedforward(inputs, ahead + disturbance), guard)
     return Output(output.torque, inputs.feedforward + ahead), SuperTwistingState(
         feedback, velocity, disturbance, impulse, elapsed, inputs.feedforward, inputs.reference
     )
 
 
-STEPS[SuperTwistingParameters] = step_super_twisting
-ESTIMATES[SuperTwistingParameters] = without_estimates
+@controller(step_super_twisting, SuperTwistingState)
+class SuperTwisting(PILoop, Observing):
+    """``u = PI(e) + J dr/dt + d``, ``d`` by the super-twisting algorithm from torque and measured velocity."""
 
-
-class SuperTwisting(Controller):
-    """``u = PI(e) + J dr/dt + d``, ``d`` by the super-twisting algorithm from torque and measured velocity.
-
-    Parameters
-    ----------
-    proportional, integral : float
-        Gains of the PI loop, N m s/rad and N m/rad.
-    period : float
-        Nominal sampling period, s.
-    inertia : float
-        Nominal inertia, kg m^2.
-    bound : float
-        ``L``, rad/s^3: the disturbance changes by at most ``J L`` in a second. The larger, the faster and the louder.
-    delay : float, optional
-        Computation delay of the drive, sampling periods.
-
-    Raises
-    ------
-    ValueError
-        A value is out of range.
-    """
-
-    def __init__(
-        self,
-        proportional: float,
-        integral: float,
-        period: float,
-        *,
-        inertia: float,
-        bound: float,
-        delay: float = 0.0,
-    ) -> None:
-        feedback = check_gains(proportional, integral, period, delay)
-        check_positive(inertia=inertia, bound=bound)
-        parameters = SuperTwistingParameters(feedback, float(inertia), float(bound), float(period))
-        super().__init__(parameters, period, initial_super_twisting_state)
-
-    @property
-    def disturbance(self) -> float:
-        """Estimated torque that opposes the commanded one, N m."""
-        return float(self.state.disturbance)
+    inertia: float = argument(positive, "Nominal inertia ``J``, kg m^2.")
+    bound: float = argument(
+        positive, "``L``, rad/s^3: the disturbance changes by at most ``J L`` in a second; larger is faster and louder."
+    )

@@ -113,7 +113,7 @@ def feedforward_at(joint, velocity):
     """Friction torque that a joint with known friction compensates at a constant reference of 0.2 rad/s."""
     joint.state.physical[:] = TRUE
     joint.enabled = False
-    feedback = joint.parameters if isinstance(joint, CanudasController) else joint.parameters.adaptation
+    feedback = joint.parameters
     torque = joint.step(0.2, velocity, next_reference=0.2)
     error = 0.2 - velocity
     return torque - (feedback.feedback.proportional + feedback.feedback.integral * PERIOD) * error
@@ -182,8 +182,7 @@ def test_wrong_values_are_refused_by_name(controller, wrong):
 @pytest.mark.parametrize("name", ["canudas", "canudas_measured"])
 def test_memory_that_a_scenario_tells_reaches_the_controller(name):
     def memory(scenario):
-        block = CONTROLLERS[name](scenario).parameters
-        return getattr(block, "adaptation", block).memory
+        return CONTROLLERS[name](scenario).memory
 
     assert memory(SCENARIO.modified(adaptation={"memory": 7.0})) == 7.0
     assert memory(SCENARIO) == 5.0

@@ -10,7 +10,7 @@ from adaptive_ff import load_scenario
 from adaptive_ff.baselines.learnt_feedforward import FIRST, LearntFeedforward
 from adaptive_ff.baselines.lugre_observer import LuGreObserver, bent
 from adaptive_ff.baselines.repetitive import Repetitive
-from adaptive_ff.comparison.literature import cycle_of
+from adaptive_ff.comparison.registry import cycle_of
 from adaptive_ff.friction.model import TorqueModel
 from controllers import PI
 from plant import Joint, JointModel, MaxwellJoint

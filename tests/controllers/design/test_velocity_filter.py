@@ -19,7 +19,7 @@ from controllers import (
 from controllers.design.compensations import disturbance_observer_compensation
 from controllers.design.observer_design import SLOWEST, SampledLoop, open_loop
 from controllers.design.velocity_filter import NO_FILTER, velocity_filter
-from controllers.velocity.estimators import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state
+from controllers.velocity import VELOCITY_ESTIMATORS, direct_velocity, initial_velocity_state
 
 PERIOD = 0.01
 ESTIMATORS = {

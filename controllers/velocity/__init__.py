@@ -1,1 +1,0 @@
-"""Velocity of a joint from the readings of an encoder."""
