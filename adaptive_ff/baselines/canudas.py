@@ -30,10 +30,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from adaptive_ff.learning.rls import RLSState, initial_rls_state, trace, update_rls_in_place
 from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.learning.rls import RLSState, initial_rls_state, trace, update_rls_in_place
 from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive
 from controllers.declaration import argument, begin, controller, derived, fraction, positive

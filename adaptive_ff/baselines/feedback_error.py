@@ -42,8 +42,8 @@ from adaptive_ff.baselines.feedback_learning import (
 )
 from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
 from adaptive_ff.friction.feedforward import FeedforwardState, step_feedforward
-from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive
 from controllers.declaration import argument, as_given, begin, controller, derived, positive

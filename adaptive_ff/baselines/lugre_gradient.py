@@ -31,8 +31,8 @@ from numba.extending import register_jitable
 from adaptive_ff.baselines.feedback_learning import was_refused
 from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
-from adaptive_ff.friction.model import adhesion_share
 from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.friction.model import adhesion_share
 from controllers.arrays import MutableArray, NDArray
 from controllers.declaration import argument, begin, controller, derived, positive
 from controllers.kernels import Inputs, Output, present_inertia, with_feedforward

@@ -147,7 +147,7 @@ class ModelBased(PILoop):
     )
     held: float = argument(
         fraction,
-        "Fraction of the friction that is held at standstill, see :func:`adaptive_ff.friction.feedforward.released`: zero "
+        "Fraction of the friction held at standstill, see :func:`adaptive_ff.friction.feedforward.released`: zero "
         "for a joint that creeps.",
         default=1.0,
     )

@@ -15,13 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from adaptive_ff.learning.rls import (
-    RLSState,
-    begin_anew_in_place,
-    initial_rls_state,
-    trace,
-    update_rls_in_place,
-)
 from adaptive_ff.friction.bounds import (
     FRICTION_LAG,
     confine_in_place,
@@ -31,8 +24,15 @@ from adaptive_ff.friction.bounds import (
     write_model,
 )
 from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
-from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from adaptive_ff.friction.identifying import IdentifyingController
+from adaptive_ff.friction.model import ESTIMATED, TorqueModel
+from adaptive_ff.learning.rls import (
+    RLSState,
+    begin_anew_in_place,
+    initial_rls_state,
+    trace,
+    update_rls_in_place,
+)
 from adaptive_ff.learning.series import COEFFICIENTS, series_regressors, write_physical
 from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive
