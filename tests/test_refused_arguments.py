@@ -72,12 +72,13 @@ UNCHECKED = """
     plant.encoder_reading plant.scaled_friction plant.stribeck_decay controllers.Controller controllers.Native
     controllers.check_positive controllers.compiled controllers.delayed controllers.estimate_velocity
     controllers.natural controllers.planned_inputs controllers.remember controllers.step_in_memory
+    controllers.PILoop controllers.DesignedLoop controllers.Observing controllers.argument controllers.controller
     adaptive_ff.OwnController.step
     adaptive_ff.Comparison.plot adaptive_ff.Run.plot
     adaptive_ff.LogIdentification.plot adaptive_ff.LogIdentification.torque_model
     adaptive_ff.LogIdentification.first_estimate"""
-"""Parts of loops, which are given what has been checked before; what a user's controller overrides; and what results
-do, which are not made here."""
+"""Parts of loops, which are given what has been checked before; bases and declarations of controllers; what a user's
+controller overrides; and what results do, which are not made here."""
 
 SIGNED = """
     torque reference velocity position planned friction_slope next_reference correction realised_torque feedforward
