@@ -263,14 +263,10 @@ def within(allowed: str, holds: Callable[[float], bool]) -> Rule:
             raise ValueError(f"{name} = {value} is not allowed: it must be {allowed}")
         return float(value)
 
+    rule.__doc__ = f"Check that a number is {allowed}."
     return rule
 
 
 fraction = within("from 0 to 1", lambda value: 0.0 <= value <= 1.0)
-"""Rule of a fraction that may be none or all."""
-
 portion = within("above 0 and at most 1", lambda value: 0.0 < value <= 1.0)
-"""Rule of a fraction that may be all."""
-
 not_negative = within("finite and not negative", lambda value: 0.0 <= value < math.inf)
-"""Rule of a number that may be zero."""
