@@ -14,12 +14,6 @@ PAGES = sorted(
 )
 STUBS = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("__init__.pyi"))
 
-ROOMS = [
-    *(f"adaptive/{room}".rstrip("/") for room in ("", "learning", "supervision", "at_rest", "faults")),
-    *(f"identify/{room}".rstrip("/") for room in ("", "rows", "fitting", "maps", "alternatives", "words", "open_loop")),
-]
-"""Folders of adaptive_ff whose page says what each of their files holds."""
-
 
 def test_every_folder_of_tests_is_that_of_a_package():
     folders = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests").rglob("test_*.py")}
@@ -78,10 +72,3 @@ def test_links_to_headings_find_them(page):
         headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
         anchors = {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in headings}
         assert heading in anchors, f"{page}: {target}#{heading}"
-
-
-@pytest.mark.parametrize("room", ROOMS)
-def test_pages_of_rooms_name_every_file_of_their_room(room):
-    folder = ROOT / "adaptive_ff" / room
-    page = (folder / "README.md").read_text()
-    assert [path.name for path in folder.glob("[a-z]*.py") if f"`{path.name}`" not in page] == []
