@@ -34,6 +34,9 @@ from plant.friction import Stribeck, yield_torque
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import friction_at
 
+UNDERFLOW = 1e-300
+"""Share of the presliding displacement below which a step leaves the joint at rest: floats end soon after."""
+
 
 class ElastoPlasticParameters(NamedTuple):
     """What the step needs to know of an elasto-plastic joint.
@@ -193,7 +196,7 @@ def step_elasto_plastic(
     share = mobilised(joint.presliding, state.turned, state.travel)
     held = share * (joint.friction if share > 0.0 else joint.backward).stiction
     pull = free - kappa * held
-    if pull == 0.0:
+    if abs(pull) * period < UNDERFLOW * joint.presliding:
         return ElastoPlasticState(0.0, carried + period * held / divisor, state.position, state.turned, state.travel)
     way = 1.0 if pull > 0.0 else -1.0
     turned, travel = state.turned, state.travel
