@@ -11,7 +11,6 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
-from numba import njit
 from numpy.typing import NDArray
 from rich.box import SIMPLE
 from rich.table import Table
@@ -20,6 +19,7 @@ from adaptive_ff.files import write_json
 from adaptive_ff.logs.log import Log
 from benchmarks.coverage import NAMES, Case, examine
 from benchmarks.wide import wide_console
+from controllers import compiled
 
 Array = NDArray[np.float64]
 
@@ -48,36 +48,39 @@ class Bristles(NamedTuple):
     elements: bool
 
 
-@njit(cache=True)
-def bent_friction(velocity: Array, step: float, coulomb: float, stiction: float, slow: float, path: float) -> Array:
-    """Return the friction of bristles, ``dz/dt = w - |w| z Fc/(path g(w))``, with exact steps at a given velocity."""
-    made, bent = np.empty_like(velocity), 0.0
+def _write_bent(velocity: Array, step: float, bristles: Bristles, made: Array) -> None:
+    """Write the friction of bristles, ``dz/dt = w - |w| z Fc/(path g(w))``, with exact steps at a given velocity."""
+    bent, coulomb = 0.0, bristles.coulomb
     for k in range(velocity.size):
         speed = abs(velocity[k])
-        level = coulomb + (stiction - coulomb) * math.exp(-speed / slow)
+        level = coulomb + (bristles.stiction - coulomb) * math.exp(-speed / bristles.slow)
         end = math.copysign(level, velocity[k])
-        bent = end + (bent - end) * math.exp(-speed * step * coulomb / (path * level))
+        bent = end + (bent - end) * math.exp(-speed * step * coulomb / (bristles.path * level))
         made[k] = bent
-    return made
 
 
-@njit(cache=True)
-def slipping_friction(velocity: Array, step: float, coulomb: float, paths: Array) -> Array:
-    """Return the friction of elements that stick and slip, each over its own path, with equal shares."""
-    made, loads = np.empty_like(velocity), np.zeros(paths.size)
+def _write_slipping(velocity: Array, step: float, coulomb: float, paths: Array, loads: Array, made: Array) -> None:
+    """Write the friction of elements that stick and slip, each over its own path, with equal shares."""
     for k in range(velocity.size):
+        total = 0.0
         for i in range(paths.size):
             loads[i] = min(max(loads[i] + velocity[k] * step / paths[i], -1.0), 1.0)
-        made[k] = coulomb * loads.mean()
-    return made
+            total += loads[i]
+        made[k] = coulomb * total / paths.size
+
+
+write_bent, write_slipping = compiled(_write_bent), compiled(_write_slipping)
 
 
 def friction_of(bristles: Bristles, velocity: Array, step: float) -> Array:
     """Return the friction without its viscous part along a velocity (rad/s), N m."""
-    coulomb, stiction, slow, path, elements = bristles
-    if elements:
-        return np.asarray(slipping_friction(velocity, step, coulomb, path * np.array(SLIPS) / np.mean(SLIPS)))
-    return np.asarray(bent_friction(velocity, step, coulomb, stiction, slow, path))
+    made = np.empty_like(velocity)
+    if bristles.elements:
+        paths = bristles.path * np.array(SLIPS) / np.mean(SLIPS)
+        write_slipping(velocity, step, bristles.coulomb, paths, np.zeros(paths.size), made)
+    else:
+        write_bent(velocity, step, bristles, made)
+    return made
 
 
 def make_case(seed: int, path: float) -> Case:

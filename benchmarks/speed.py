@@ -179,7 +179,7 @@ def command_line(command: Sequence[str] = COMPARE) -> list[Row]:
     """
     elapsed, used = [], []
     with tempfile.TemporaryDirectory() as folder:
-        caches = {name: str(Path(folder, name)) for name in ("NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
+        caches = {name: str(Path(folder, name)) for name in ("ADAPTIVE_FF_CACHE", "MPLCONFIGDIR")}
         for path in caches.values():
             os.mkdir(path)
         for attempt in range(1 + LATER_RUNS):
@@ -224,7 +224,7 @@ def machine() -> dict[str, str]:
         "cores": str(cores),
         "load": f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
         "Python": platform.python_version(),
-        **{name: version(name) for name in ("numba", "numpy", "control")},
+        **{name: version(name) for name in ("numpy", "control")},
         "C compiler": lines.partition("\n")[0] or "none",
     }
 

@@ -1,102 +1,150 @@
-"""Compilation of entry points, cached on disk by the content of the sources.
-
-Numba's own cache looks only at the file of the compiled function: after an edit of a kernel in another file it
-would go on running the old one. Here every entry point is cached in a directory named after a hash of all sources
-on which compiled code depends, so stale code cannot be found; where the packages lie plays no part, so that a second
-clone or an installed copy of the same sources compiles nothing.
+"""Entry points: kernels that are called from Python, compiled.
 
 Kernels themselves are plain functions: called from Python they run as Python, called from an entry point they are
-compiled. Marked ``numba.extending.register_jitable``, they can be called by functions that numba compiles, too.
+compiled. An entry point is compiled once a machine and once a version of the sources (:mod:`controllers.kernels`).
 """
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+import ctypes
+import inspect
+import os
+import warnings
+from collections.abc import Callable, Hashable
+from functools import cache
+from typing import Any, NamedTuple, TypeVar
 
-import numba
-from numba.core import config
-from numba.extending import overload
-
-from controllers.cache_directory import cache_directory
-from controllers.kernel_cache import EntryCache
-from controllers.kernel_language.dispatch import DISPATCHED
-from controllers.kernel_language.machine_code import Translated
+from controllers.kernels.compiler import NoCompiler, compiler
+from controllers.kernels.entry import entry_text, symbol_of
+from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.language import dispatched as dispatched
+from controllers.kernels.library import built, is_kept, loaded
+from controllers.kernels.memory import Memory, structure
+from controllers.kernels.sources import read_kernel
+from controllers.kernels.types import sample_of, type_of
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def compiled(function: Function, *, allocates: bool = True) -> Function:
-    """Let numba compile a function at its first call, once a machine and once a version of the sources.
-
-    That is for what is called often for little work, and for what makes arrays; all else is quicker to compile by
-    :func:`compiled_in_place`.
+def compiled(function: Function) -> Function:
+    """Compile a function at its first call for kinds of arguments, once a machine and once a version of the sources.
 
     Parameters
     ----------
     function : callable
-        An entry point; everything that it calls must be compilable.
-    allocates : bool, optional
-        Whether it makes arrays. Where it does not, numba need not count references to those that it is given, which
-        would double the time of a step (``python -m benchmarks.speed`` measures it).
+        An entry point; it and everything that it calls are kernels (:mod:`controllers.kernels`).
 
     Returns
     -------
-    numba dispatcher
+    Compiled
         The plain function stays available as its attribute ``py_func``.
     """
-    options = {"error_model": "numpy"} if allocates else {"error_model": "numpy", "_nrt": False}
-    entry: Any = numba.njit(**options)(function)
-    if compiles():
-        entry._cache = EntryCache(function, cache_directory())
-    return entry  # type: ignore[no-any-return]
+    return Compiled(function) if compiles() else function  # type: ignore[return-value]
 
 
-def compiled_in_place(function: Function) -> Function:
-    """Compile a function that makes no arrays at its first call, once a machine and once a version of the sources.
-
-    Parameters
-    ----------
-    function : callable
-        An entry point; it and everything that it calls are kernels (:mod:`controllers.kernel_language`).
-
-    Returns
-    -------
-    Translated
-        The plain function stays available as its attribute ``py_func``.
-    """
-    return Translated(function) if compiles() else function  # type: ignore[return-value]
+compiled_in_place = compiled
 
 
+@cache
 def compiles() -> bool:
-    """Tell whether numba compiles: ``NUMBA_DISABLE_JIT=1`` makes all kernels run as plain Python, to be debugged."""
-    return not config.DISABLE_JIT  # type: ignore[attr-defined]
+    """Tell whether kernels are compiled: not with ``ADAPTIVE_FF_COMPILE=0`` nor where there is nothing to do it.
+
+    Then they all run as plain Python, which can be debugged.
+    """
+    if os.environ.get("ADAPTIVE_FF_COMPILE", "") == "0":
+        return False
+    if built() or compiler() is not None:
+        return True
+    warnings.warn(f"{NO_COMPILER}; kernels run as plain Python, some hundred times slower", stacklevel=2)
+    return False
+
+
+NO_COMPILER = "there is no C compiler: install one, or pip install ziglang"
 
 
 def is_cached(entry: Any) -> bool:
     """Tell whether an entry point has been compiled for any arguments, in this process or an earlier one."""
-    if not compiles():
-        return True  # there is nothing to wait for
-    return entry.is_made() if isinstance(entry, Translated) else bool(entry.signatures) or entry._cache.is_filled()
+    return not isinstance(entry, Compiled) or entry.is_made()  # of what is not compiled there is nothing to wait for
 
 
-def dispatched(kernels: dict[type, Callable[..., Any]], function: Function) -> Function:
-    """Make a generic kernel choose its implementation by the class of its first argument, compiled or not.
+class _Made(NamedTuple):
+    """A compiled kernel for kinds of arguments: the function of C, a sample of what it gives, and its structure."""
+
+    function: Any
+    sample: Any
+    form: Hashable
+
+
+class Compiled:
+    """A kernel that is called from Python compiled; that is made at the first call for kinds of arguments.
 
     Parameters
     ----------
-    kernels : dict
-        Implementation for each ``NamedTuple`` class of parameters; may grow until the first compilation for it.
-    function : callable
-        The plain function, which looks the implementation up in ``kernels`` by ``type(first argument)``.
+    kernel : callable
+        The kernel.
 
-    Returns
-    -------
-    callable
-        The same function, now also callable from compiled code.
+    Attributes
+    ----------
+    py_func : callable
+        The kernel as it is.
     """
 
-    def choose(block: Any, *_: Any) -> Callable[..., Any] | None:
-        return kernels.get(getattr(block, "instance_class", None))  # type: ignore[arg-type]
+    def __init__(self, kernel: Callable[..., Any]) -> None:
+        self.py_func = kernel
+        self._known: dict[Hashable, _Made | None] = {}
 
-    overload(function, strict=False)(choose)
-    DISPATCHED[function] = kernels
-    return function
+    def __call__(self, *arguments: Any) -> Any:
+        """Return what the kernel returns; its arrays are those of the arguments.
+
+        Raises
+        ------
+        NotTranslatable
+            The kernel, or one that it calls, has no translation.
+        TypeError
+            An argument is of a kind that kernels do not take; or what is given back is an array that is no argument.
+        """
+        form = structure(arguments)
+        if form not in self._known:
+            self._known[form] = self._made(arguments)
+        made = self._known[form]
+        if made is None:
+            return self.py_func(*arguments)
+        try:
+            taken = Memory(arguments, form)
+        except TypeError as error:
+            raise self._error(str(error)) from None
+        if made.sample is None:
+            made.function(taken.address, None)
+            return None
+        given = Memory.like(made.sample, made.form)
+        made.function(taken.address, given.address)
+        try:
+            return given.value_with_arrays_of(taken)
+        except KeyError:
+            raise self._error("gives back an array that is no argument; return its elements or the whole one") from None
+
+    def is_made(self) -> bool:
+        """Tell whether it has been compiled, for any kinds of arguments, in this process or an earlier one."""
+        return bool(self._known) or is_kept(self.py_func.__name__)
+
+    def _made(self, arguments: tuple[Any, ...]) -> _Made | None:
+        """Return the compiled kernel for kinds of arguments; none where it cannot be compiled on this machine."""
+        expected = len(inspect.signature(self.py_func).parameters)
+        if len(arguments) != expected:
+            raise self._error(f"compiled it takes {expected} arguments, was given {len(arguments)}")
+        try:
+            kinds = tuple(map(type_of, arguments))
+        except NotTranslatable as error:
+            raise self._error(str(error)) from None
+        kernel = self.py_func
+        symbol = symbol_of((kernel,), kinds)
+        try:
+            found = loaded((kernel, kinds), symbol, lambda unit: entry_text(unit, kernel, kinds, symbol))
+        except NoCompiler as error:
+            warnings.warn(f"{kernel.__name__} runs as plain Python: {error}", stacklevel=3)
+            return None
+        function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(found.address(symbol))
+        sample = sample_of(found.result)
+        return _Made(function, sample, structure(sample))
+
+    def _error(self, problem: str) -> TypeError:
+        kernel = read_kernel(self.py_func)
+        return TypeError(str(kernel.refusal(kernel.tree, problem)))

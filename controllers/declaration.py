@@ -30,7 +30,7 @@ from typing import Any, Literal, NamedTuple, TypeVar, dataclass_transform
 
 from controllers.checks import check_numbers, check_positive
 from controllers.interface import Controller
-from controllers.kernels import ESTIMATES, INLINED, STEPS, without_estimates
+from controllers.registry import ESTIMATES, INLINED, STEPS, without_estimates
 
 Rule = Callable[[str, Any], Any]
 """Checks an argument, given its name and value, and returns what is kept of it."""

@@ -11,9 +11,8 @@ no more than a number, and kernels are compiled anew for a length: there are few
 
 import math
 
-from numba.extending import register_jitable
-
 from controllers.checks import check_numbers
+from controllers.kernels.language import natural
 
 LENGTHS = (1, 3, 11)
 """Lengths of lines: for no delay, for delays that drives have, and for the longest that is accepted."""
@@ -42,10 +41,9 @@ def delay_line(delay: float) -> tuple[float, ...]:
     return (0.0,) * min(length for length in LENGTHS if length >= needed)
 
 
-@register_jitable
 def delayed(line: tuple[float, ...], delay: float) -> float:
     """Return the mean over the period that ends now of what the line held back, computed at earlier samples."""
-    whole = int(delay)
+    whole = natural(int(delay))
     mean = line[whole]
     if whole < delay:
         rest = delay - whole
@@ -53,7 +51,6 @@ def delayed(line: tuple[float, ...], delay: float) -> float:
     return mean
 
 
-@register_jitable
 def remember(line: tuple[float, ...], value: float) -> tuple[float, ...]:
     """Return the line with what has been computed at this sample."""
     return (value, *line[:-1])

@@ -3,7 +3,6 @@
 import copy
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
 from math import isfinite
 from typing import Any, Self
 
@@ -12,9 +11,9 @@ import numpy as np
 from controllers.bridging import BRIDGED
 from controllers.checks import check_finite, check_numbers, check_period, check_positive
 from controllers.compiled import compiles
-from controllers.kernels import Inputs, Output, planned_inputs, step, write_estimates
-from controllers.native import ACTING, TORQUE, Native, NativeParameters, empty_exchange, step_at
+from controllers.native import ACTING, TORQUE, Native, NativeParameters, bound_step, empty_exchange
 from controllers.plausible_sizes import largest_torque
+from controllers.registry import Inputs, Output, planned_inputs, step, write_estimates
 from controllers.saved_state import check_it_goes_on, restored, saved_text
 
 
@@ -69,7 +68,7 @@ class Controller:
 
     def _first_compiled_step(self, *inputs: float) -> float:
         block = self.native
-        self._compute = partial(step_at(), block.step, block.parameters, block.state, block.exchange)
+        self._compute = bound_step(block)
         return self._compute(*inputs)
 
     def step_plain(self, inputs: Inputs) -> Output:
@@ -310,7 +309,7 @@ class Controller:
         native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
         block = native.block
         numbers = planned_inputs(0.0, 0.0, 0.0, 0.0, self.period)
-        step_at()(block.step, block.parameters, block.state, block.exchange, *numbers[:ACTING])
+        bound_step(block)(*numbers[:ACTING])
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly, with what it belongs to."""

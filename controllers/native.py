@@ -1,26 +1,26 @@
-"""Controllers as machine code: a step at an address, parameters and state in memory.
+"""Controllers in memory: a compiled step at an address, parameters and state as structs of C.
 
-The kernels of a controller are compiled once for its types, as functions that C could call. A single step from Python,
-the closed loop and a group of joints call them by address: nothing of these is compiled anew for another controller,
-and none hands over the hundred numbers of its state. Only the shortest steps, those of ``INLINED``, are part of a loop.
+The kernels of a controller are compiled once for its types, as functions of C. A single step from Python, the closed
+loop and a group of joints call them by address: nothing of these is compiled anew for another controller, and none
+hands over the hundred numbers of its state. Only the shortest steps, those of ``INLINED``, are part of a loop.
 """
 
+import ctypes
 import math
 from collections import ChainMap
 from collections.abc import Callable, Hashable
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import register_jitable
 
 from controllers.arrays import MutableArray, NDArray
-from controllers.compiled import compiled
-from controllers.kernel_language.dispatch import DISPATCHED
-from controllers.kernel_language.kinds import INTEGER, REAL, kind_of, pointer_to
-from controllers.kernel_language.machine_code import address_of
-from controllers.kernels import (
+from controllers.kernels.entry import controller_text, symbol_of
+from controllers.kernels.language import DISPATCHED, call
+from controllers.kernels.library import loaded
+from controllers.kernels.memory import Memory, structure
+from controllers.kernels.stepper import stepper
+from controllers.kernels.types import type_of
+from controllers.registry import (
     ESTIMATES,
     MONITORS,
     STEPS,
@@ -29,10 +29,7 @@ from controllers.kernels import (
     step,
     without_estimates,
     write_estimates,
-    write_monitors,
 )
-from controllers.memory_layout import Memory, structure
-from controllers.pointers import call, load, row_at, store
 
 TORQUE = len(Inputs._fields)
 """Place of the torque in what is exchanged at a step, behind the inputs; the feedforward follows."""
@@ -40,57 +37,35 @@ TORQUE = len(Inputs._fields)
 ACTING = Inputs._fields.index("acting_reference")
 """Place of the plan over the period in which the torque acts; the last of the inputs, as few controllers need it."""
 
-
-def _step_once(parameters: Any, state: Any, row: Any, count: int) -> None:
-    inputs = Inputs(
-        reference=row[0],
-        velocity=row[1],
-        next_reference=row[2],
-        correction=row[3],
-        position=row[4],
-        realised_torque=row[5],
-        feedforward=row[6],
-        inertia=row[7],
-        dt=row[8],
-        acting_reference=row[9],
-        next_acting_reference=row[10],
-    )
-    row[ACTING], row[ACTING + 1] = math.nan, math.nan  # known for one sample, to whoever does not write them anew
-    output, new = step(load(parameters), load(state), inputs)
-    store(state, new)
-    row[TORQUE] = output.torque
-    row[TORQUE + 1] = output.feedforward
-
-
-def _write_estimates_once(parameters: Any, state: Any, row: Any, count: int) -> None:
-    write_estimates(load(parameters), load(state), row_at(row, count))
-
-
-def _write_monitors_once(parameters: Any, state: Any, row: Any, count: int) -> None:
-    write_monitors(load(parameters), load(state), row_at(row, count))
-
-
-def _address(function: Callable[..., None], parameters: Any, state: Any) -> int:
-    """Return where the machine code of a function lies that is compiled, or loaded, for a controller."""
-    return address_of(function, (kind_of(parameters), kind_of(state), pointer_to(REAL), INTEGER))
-
+INPUTS = type_of(Inputs(*[0.0] * TORQUE))
+"""Type of the inputs."""
 
 _KNOWN: dict[Hashable, tuple[int, int, int]] = {}
-"""Addresses of the kernels by the structure of parameters and state: numba's own types are slow to make and compare."""
+"""Addresses of the kernels by the structure of parameters and state."""
 
 
 def _addresses(parameters: Any, state: Any, *structures: Hashable) -> tuple[int, int, int]:
     """Return where the kernels of a controller lie; zero for what it does not have."""
     kind = type(parameters)
-    kernels = ESTIMATES[kind], MONITORS.get(kind)
+    estimates, monitors = (_own(kernel) for kernel in (ESTIMATES[kind], MONITORS.get(kind)))
+    kernels = STEPS[kind], estimates, monitors
     key = (*structures, *kernels)
     if key not in _KNOWN:
-        _KNOWN[key] = (
-            _address(_step_once, parameters, state),
-            0 if kernels[0] is without_estimates else _address(_write_estimates_once, parameters, state),
-            0 if kernels[1] is without_estimates else _address(_write_monitors_once, parameters, state),
-        )
+        kinds = type_of(parameters, "parameters"), type_of(state, "state"), INPUTS
+        symbol = symbol_of([kernel for kernel in kernels if kernel is not None], kinds)
+
+        def write(unit: Any) -> tuple[str, None]:
+            return controller_text(unit, kernels, kinds, symbol, TORQUE, ACTING), None
+
+        library = loaded((*kernels, *kinds), symbol, write)
+        places = [library.address(f"{symbol}_{name}") for name in ("step", "estimates", "monitors")]
+        _KNOWN[key] = places[0], places[1], places[2]
     return _KNOWN[key]
+
+
+def _own(kernel: Any) -> Any:
+    """Return a kernel of estimates or monitors; None for the one of those that have none."""
+    return None if kernel is without_estimates else kernel
 
 
 class NativeParameters(NamedTuple):
@@ -114,13 +89,11 @@ class NativeParameters(NamedTuple):
     exchange: MutableArray
 
 
-@register_jitable
 def step_in_memory(address: int, parameters: int, state: int, row: NDArray[np.float64]) -> None:
     """Do one sample of a controller in memory; the row holds the inputs and is given torque and feedforward, N m."""
-    call(address, parameters, state, row.ctypes.data, row.size)
+    call(address, parameters, state, row)
 
 
-@register_jitable
 def step_native(block: NativeParameters, state: int, inputs: Inputs) -> tuple[Output, int]:
     """Do one sample of a controller in memory; the state that is handed through is that of no one."""
     row = block.exchange
@@ -132,18 +105,16 @@ def step_native(block: NativeParameters, state: int, inputs: Inputs) -> tuple[Ou
     return Output(row[TORQUE], row[TORQUE + 1]), state
 
 
-@register_jitable
 def write_native_estimates(block: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
     """Write the physical estimates of a controller in memory into a row."""
     if block.estimates != 0:
-        call(block.estimates, block.parameters, block.state, row.ctypes.data, row.size)
+        call(block.estimates, block.parameters, block.state, row)
 
 
-@register_jitable
 def write_native_monitors(block: NativeParameters, state: int, row: NDArray[np.float64]) -> None:
     """Write what a controller in memory watches itself by into a row."""
     if block.monitors != 0:
-        call(block.monitors, block.parameters, block.state, row.ctypes.data, row.size)
+        call(block.monitors, block.parameters, block.state, row)
 
 
 # beside the registries, which list the controllers that there are
@@ -152,66 +123,30 @@ DISPATCHED[write_estimates] = ChainMap(ESTIMATES, {NativeParameters: write_nativ
 MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for every class, one that writes nothing
 
 
-def _step_at(
-    address: int,
-    parameters: int,
-    state: int,
-    exchange: NDArray[np.float64],
-    reference: float,
-    velocity: float,
-    next_reference: float,
-    correction: float,
-    position: float,
-    realised_torque: float,
-    feedforward: float,
-    inertia: float,
-    dt: float,
-) -> float:
-    """Do one sample of a controller in memory; what is not known is not a number, as in :class:`controllers.Inputs`.
+STEP = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
+"""A compiled step as a function of C: parameters, state, row, numbers in the row."""
+
+
+def bound_step(block: NativeParameters) -> Callable[..., float]:
+    """Return a function that does one sample: the inputs before ``acting_reference`` in, the torque out, N m.
 
     The plan over the period in which the torque acts is taken from what is exchanged, where it may have been written.
-
-    Parameters
-    ----------
-    address, parameters, state : int
-        Addresses of the step's machine code, and of the controller's parameters and state.
-    exchange : ndarray, shape (13,)
-        Takes inputs and output of the step.
-    reference, velocity, next_reference, correction : float
-        Planned and measured velocity, the plan at the next sample, and what an outer loop adds to it, rad/s.
-    position : float
-        Measured position, rad.
-    realised_torque, feedforward : float
-        Mean torque of the drive over the last period, and torque known from elsewhere, N m.
-    inertia : float
-        Inertia of the present configuration, kg m^2.
-    dt : float
-        Time since the last sample, s.
-
-    Returns
-    -------
-    float
-        The commanded torque, N m.
     """
-    exchange[0], exchange[1], exchange[2] = reference, velocity, next_reference
-    exchange[3], exchange[4], exchange[5] = correction, position, realised_torque
-    exchange[6], exchange[7], exchange[8] = feedforward, inertia, dt
-    step_in_memory(address, parameters, state, exchange)
-    torque: float = exchange[TORQUE]
-    return torque
+    fast = stepper()
+    exchange = block.exchange
+    if fast is not None:
+        places = block.step, block.parameters, block.state, exchange.ctypes.data
+        bound: Callable[..., float] = fast.bind(*places, ACTING, exchange.size, TORQUE)
+        return bound
+    function, place = STEP(block.step), exchange.ctypes.data
 
+    def do_step(*inputs: float) -> float:
+        exchange[:ACTING] = inputs
+        function(block.parameters, block.state, place, exchange.size)
+        torque: float = exchange.item(TORQUE)
+        return torque
 
-@cache
-def step_at() -> Callable[..., float]:
-    """Return :func:`_step_at` compiled, as what takes any numbers and makes floats of them, texts of digits included.
-
-    It is numba's wrapper for these types alone: to be asked for the types of thirteen arguments first takes as long as
-    the rest of a call.
-    """
-    signature = types.float64(*[types.intp] * 3, types.float64[::1], *[types.float64] * ACTING)
-    entry: Any = compiled(_step_at, allocates=False)
-    entry.compile(signature)
-    return entry.get_overload(signature)  # type: ignore[no-any-return]
+    return do_step
 
 
 def empty_exchange() -> MutableArray:

@@ -11,8 +11,8 @@ from controllers.checks import check_numbers, check_period
 from controllers.declaration import register
 from controllers.delay import check_delay, delay_line, delayed, remember
 from controllers.interface import Controller
-from controllers.kernels import Inputs, Output
 from controllers.plausibility import Guard, checked_inputs, initial_guard
+from controllers.registry import Inputs, Output
 from controllers.sensitivity import PI_SENSITIVITY
 
 if TYPE_CHECKING:

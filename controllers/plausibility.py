@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers.kernels import Inputs
 from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds, largest_torque
+from controllers.registry import Inputs
 
 LARGEST_POSITION = 1e12
 """Largest plausible position, rad or m: beyond it not even its period of 2 pi is resolved to four digits."""

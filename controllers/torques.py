@@ -4,7 +4,7 @@ import math
 
 from numba.extending import register_jitable
 
-from controllers.kernels import Inputs, acts_on_plan, present_inertia
+from controllers.registry import Inputs, acts_on_plan, present_inertia
 
 
 @register_jitable

@@ -11,7 +11,7 @@ def _step_group(addresses: NDArray[np.intp], rows: NDArray[np.float64]) -> None:
         step_in_memory(addresses[k, 0], addresses[k, 1], addresses[k, 2], rows[k])
 
 
-step_group = compiled(_step_group, allocates=False)
+step_group = compiled(_step_group)
 """Step all joints of a group.
 
 Parameters

@@ -37,10 +37,10 @@ from adaptive_ff.learning.rls import RLSState, initial_rls_state, trace, update_
 from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive
 from controllers.declaration import argument, begin, controller, derived, fraction, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
 from controllers.loops import DesignedLoop
 from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
 from controllers.plausibility import Guard
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward
 from controllers.torques import acting_torque
 
 NAMES = ("inertia", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")

@@ -47,9 +47,9 @@ from adaptive_ff.friction.model import ESTIMATED, TorqueModel
 from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive
 from controllers.declaration import argument, as_given, begin, controller, derived, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
 from controllers.loops import DesignedLoop
 from controllers.pi import PIState, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward
 
 RATE = 0.3
 """Learning rate, over the crossover ``Kp/J`` of the feedback; see ``FeedbackErrorLearning``."""

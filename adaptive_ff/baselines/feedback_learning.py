@@ -17,8 +17,8 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from controllers.arrays import MutableArray
-from controllers.kernels import Inputs
 from controllers.pi import PIParameters, PIState, asked_torque
+from controllers.registry import Inputs
 
 INERTIA, VISCOUS, OFFSET, FIRST = range(4)
 """Places of the features; those of friction begin at the last."""

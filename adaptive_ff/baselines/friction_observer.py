@@ -27,11 +27,11 @@ from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, lagg
 from adaptive_ff.friction.model import TorqueModel, checked_model, directed_friction
 from controllers.declaration import argument, controller, derived, positive
 from controllers.delay import delayed, remember
-from controllers.kernels import Inputs, Output, with_feedforward
 from controllers.loops import Observing, PILoop
 from controllers.observers.inertia_observer import ObservedLoopState
 from controllers.observers.kalman_disturbance import KalmanDisturbance, filter_and_feed_back
 from controllers.pi import plausible_inputs
+from controllers.registry import Inputs, Output, with_feedforward
 
 
 class PreslidingState(NamedTuple):

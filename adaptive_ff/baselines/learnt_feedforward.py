@@ -36,9 +36,9 @@ from adaptive_ff.baselines.feedback_learning import (
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from controllers.arrays import MutableArray, NDArray
 from controllers.declaration import argument, as_given, begin, controller, derived, not_negative, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
 from controllers.loops import DesignedLoop
 from controllers.pi import PIParameters, PIState, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward
 
 LASTING = 3.0
 """Refusal that lasts longer is no mere lag of the drive, in time constants of the integral's anti-windup ..."""

@@ -30,9 +30,9 @@ from adaptive_ff.baselines.observed_model import ObservedModel, ObservedModelSta
 from adaptive_ff.friction.feedforward import step_feedforward
 from controllers.declaration import controller
 from controllers.delay import remember
-from controllers.kernels import Inputs, Output, acts_on_plan, present_inertia, with_feedforward
 from controllers.observers.disturbance_observer import observe_and_feed_back
 from controllers.pi import plausible_inputs
+from controllers.registry import Inputs, Output, acts_on_plan, present_inertia, with_feedforward
 from controllers.torques import slope_torque
 
 

@@ -35,9 +35,9 @@ from adaptive_ff.friction.identifying import IdentifyingController
 from adaptive_ff.friction.model import adhesion_share
 from controllers.arrays import MutableArray, NDArray
 from controllers.declaration import argument, begin, controller, derived, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
 from controllers.loops import DesignedLoop
 from controllers.pi import PIState, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward
 
 NAMES = ("inertia", "viscous", "offset", "coulomb", "stiction", "stiffness")
 """What is tuned: kg m^2, N m s/rad, N m, N m, N m, N m/rad."""

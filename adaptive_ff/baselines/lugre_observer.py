@@ -20,9 +20,9 @@ from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.friction.model import TorqueModel, checked_model, directed_friction
 from controllers.checks import check_positive
 from controllers.declaration import argument, controller, not_negative, positive
-from controllers.kernels import Inputs, Output, with_feedforward
 from controllers.loops import PILoop
 from controllers.pi import PIState, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, with_feedforward
 from controllers.torques import slope_torque
 
 

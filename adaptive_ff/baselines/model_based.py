@@ -24,9 +24,9 @@ from adaptive_ff.friction.turning import Turning, turning_of
 from controllers.arrays import NDArray
 from controllers.checks import check_numbers, check_velocity_lag
 from controllers.declaration import argument, as_given, controller, derived, fraction
-from controllers.kernels import Inputs, Output, with_feedforward, with_reference
 from controllers.loops import PILoop
 from controllers.pi import PIState, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, with_feedforward, with_reference
 
 
 class ModelBasedState(NamedTuple):

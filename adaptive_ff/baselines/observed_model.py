@@ -16,7 +16,6 @@ from adaptive_ff.friction.model import TorqueModel, checked_model
 from adaptive_ff.friction.turning import turning_of
 from controllers.declaration import argument, begin, controller, derived, positive
 from controllers.delay import delay_line, delayed, remember
-from controllers.kernels import Inputs, Output, with_feedforward
 from controllers.loops import Observing, PILoop
 from controllers.observers.disturbance_observer import (
     DisturbanceObserver,
@@ -24,6 +23,7 @@ from controllers.observers.disturbance_observer import (
     observe_and_feed_back,
 )
 from controllers.pi import plausible_inputs
+from controllers.registry import Inputs, Output, with_feedforward
 
 WAITING: Any = begin(lambda parameters: delay_line(parameters.feedback.feedback.delay))
 """Torques fed forward that wait for the delay of the drive, at the start."""

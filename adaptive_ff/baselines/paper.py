@@ -38,9 +38,9 @@ from controllers.arrays import MutableArray, NDArray
 from controllers.checks import check_positive
 from controllers.declaration import argument, begin, controller, derived, positive
 from controllers.delay import delay_line, delayed, remember
-from controllers.kernels import Inputs, Output, with_feedforward
 from controllers.loops import DesignedLoop
 from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, with_feedforward
 from controllers.torques import acting_torque
 
 INITIAL_COVARIANCE = 1e4

@@ -18,9 +18,9 @@ from numba.extending import register_jitable
 
 from controllers.arrays import MutableArray
 from controllers.declaration import argument, as_given, begin, controller, portion, positive
-from controllers.kernels import Inputs, Output, with_feedforward
 from controllers.loops import PILoop
 from controllers.pi import PIState, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, with_feedforward
 from controllers.torques import slope_torque
 
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.export.leaves import Leaf, leaves, rebuilt, value_at
-from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL, Type, type_of
 from controllers import Controller
+from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Type, type_of
 
 MAGIC = b"AFFS"
 VERSION = 1
@@ -28,7 +28,7 @@ HEADER = struct.Struct("<4sIIIQ")
 
 def layout(controller: Controller) -> list[Leaf]:
     """Return the numbers of a controller's state in their order."""
-    return list(leaves(type_of(controller.state, "state")))
+    return list(leaves(type_of(controller.state, "state", sizes=True)))
 
 
 def formats(single: bool) -> dict[Type, str]:

@@ -3,12 +3,12 @@
 import math
 
 from adaptive_ff.adaptive.settings import LARGEST_REGRESSOR
-from adaptive_ff.export.comments import joined
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.names import c_name
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.export.tables import arrays_of, has_arrays, has_own_start
-from adaptive_ff.export.types import Record, passed_by_pointer
+from controllers.kernels.comments import joined
+from controllers.kernels.names import c_name
+from controllers.kernels.types import Record, passed_by_pointer
 
 
 def entry_points(export: Export) -> str:

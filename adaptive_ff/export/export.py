@@ -8,21 +8,24 @@ from typing import Any
 
 from adaptive_ff.errors import check_kind
 from adaptive_ff.export.buffer import layout_hash, payload_size
-from adaptive_ff.export.errors import NotExportable
-from adaptive_ff.export.functions import Function
+from adaptive_ff.export.errors import NotExportable, exporting
 from adaptive_ff.export.leaves import Leaf, leaves
-from adaptive_ff.export.literals import DOUBLE, SINGLE
-from adaptive_ff.export.names import FILES, RESERVED
 from adaptive_ff.export.sample import Recording, check_exportable, new_one, record, regressor_leaf, restarted, switches
-from adaptive_ff.export.types import REAL, Array, Record, type_of
-from adaptive_ff.export.unit import Unit
+from adaptive_ff.export.single import SINGLE
 from controllers import ESTIMATES, STEPS, Controller, Inputs, Output
 from controllers.checks import checked_switch
+from controllers.kernels.functions import Function
+from controllers.kernels.literals import DOUBLE
+from controllers.kernels.names import FILES, RESERVED
+from controllers.kernels.types import REAL, Array, Record, type_of
+from controllers.kernels.unit import Unit
 
 
 def as_record(value: Any, where: str) -> Record:
     """Return the type of a named tuple."""
-    kind = type_of(value, where, fixed=where == "parameters")  # which are constant, so that they may decide branches
+    # parameters are constant, so that they may decide branches
+    with exporting():
+        kind = type_of(value, where, sizes=True, values=where == "parameters")
     if not isinstance(kind, Record):
         raise NotExportable(f"{where} cannot be exported: it must be a NamedTuple")
     return kind
@@ -64,7 +67,7 @@ class Export:
         self.single = single
         self.precision = SINGLE if single else DOUBLE
         self.fresh = new_one(controller)
-        self.unit = Unit(self.precision, prefix)
+        self.unit = Unit(self.precision, prefix, fixed=True)
         self.parameters = as_record(controller.parameters, "parameters")
         self.state = as_record(controller.state, "state")
         self.inputs = as_record(Inputs(*[0.0] * len(Inputs._fields)), "inputs")
@@ -73,12 +76,13 @@ class Export:
             self.unit.struct(kind)
         self.public_structs = list(self.unit.structs.values())
         kernel = STEPS[type(controller.parameters)]
-        self.step: Function = self.unit.function(kernel, (self.parameters, self.state, self.inputs))
         self.write_estimates: Function | None = None
-        if controller.estimate_names:
-            row = Array(REAL, (len(controller.estimate_names),))
-            writes = ESTIMATES[type(controller.parameters)]
-            self.write_estimates = self.unit.function(writes, (self.parameters, self.state, row))
+        with exporting():
+            self.step: Function = self.unit.function(kernel, (self.parameters, self.state, self.inputs))
+            if controller.estimate_names:
+                row = Array(REAL, (len(controller.estimate_names),))
+                writes = ESTIMATES[type(controller.parameters)]
+                self.write_estimates = self.unit.function(writes, (self.parameters, self.state, row))
         self.switches = switches(controller)
         self.regressors = regressor_leaf(controller)
         self.restarted = restarted(controller)

@@ -10,8 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from adaptive_ff.export.comments import plain, section
-from adaptive_ff.export.compiler import compile_library, compiler
+from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu_source import fmu_source, regressor_count
 from adaptive_ff.export.header import header
@@ -20,6 +19,8 @@ from adaptive_ff.export.sample import optional_inputs
 from adaptive_ff.export.source import source
 from adaptive_ff.export.units import estimate_unit, field_units
 from controllers import Inputs, Output
+from controllers.kernels.comments import plain, section
+from controllers.kernels.compiler import compiler
 
 PLATFORMS = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "x86_64"): ("darwin64", ".dylib")}
 """Folder and ending of binaries that FMI 2.0 names, by system and processor."""
@@ -168,5 +169,5 @@ def _binary(prefix: str, sources: dict[str, str]) -> bytes:
         for name, text in sources.items():
             (Path(folder) / name).write_text(text, encoding="ascii")
         library = Path(folder) / "library"
-        compile_library([Path(folder) / f"{prefix}.c", Path(folder) / f"{prefix}_fmu.c"], library)
+        compile_export([Path(folder) / f"{prefix}.c", Path(folder) / f"{prefix}_fmu.c"], library)
         return library.read_bytes()

@@ -3,8 +3,8 @@
 import math
 
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.names import c_name
 from adaptive_ff.export.sample import optional_inputs
+from controllers.kernels.names import c_name
 
 FUNCTIONS = """/* FMI 2.0 for co-simulation around {prefix}.h.
  *

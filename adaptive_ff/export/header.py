@@ -4,12 +4,12 @@ from importlib.metadata import version
 
 from adaptive_ff.adaptive.settings import LARGEST_REGRESSOR
 from adaptive_ff.export.buffer import HEADER
-from adaptive_ff.export.comments import block_comment, joined
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf
 from adaptive_ff.export.sample import optional_inputs, unchecked_inputs
 from adaptive_ff.export.tables import arrays_of
 from adaptive_ff.export.units import estimate_unit
+from controllers.kernels.comments import block_comment, joined
 
 USE = """{title}
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from adaptive_ff.errors import InputError
 from adaptive_ff.export.buffer import state_from_bytes, state_to_bytes
-from adaptive_ff.export.compiler import compile_library
+from adaptive_ff.export.errors import compile_export
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.header import header
 from adaptive_ff.export.source import source
@@ -156,7 +156,7 @@ def run_in_c(controller: Controller, *, single: bool = False) -> Any:
         file = Path(folder) / f"{PREFIX}.c"
         file.write_text(source(export), encoding="ascii")
         library = Path(folder) / "controller.so"
-        compile_library([file], library, ["-fvisibility=default"])
+        compile_export([file], library, ["-fvisibility=default"])
         return InC(own, library, declarations(declared), export.single)
 
 

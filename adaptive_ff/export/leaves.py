@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from adaptive_ff.export.names import c_name
-from adaptive_ff.export.types import Array, Line, Record, Scalar, Type
+from controllers.kernels.names import c_name
+from controllers.kernels.types import Array, Line, Record, Scalar, Type
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def leaves(kind: Type, path: tuple[str | int, ...] = ()) -> Iterator[Leaf]:
         for place in range(kind.length):
             yield from leaves(kind.element, (*path, place))
     elif isinstance(kind, Array):
-        yield Leaf(path, kind.element, kind.shape, True)
+        yield Leaf(path, kind.element, tuple(extent for extent in kind.shape if extent is not None), True)
     else:
         yield Leaf(path, Scalar(kind.kind))
 

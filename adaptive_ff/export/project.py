@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from adaptive_ff.errors import checked_path
+from adaptive_ff.export.errors import exporting
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.fmu import fmu
 from adaptive_ff.export.header import header
@@ -88,8 +89,9 @@ def export_controller(
     """
     folder, also_fmu = checked_path("out", out), checked_switch("with_fmu", with_fmu)
     export = Export(controller, prefix, single)
-    files = project_files(export)
-    archive = fmu(export) if also_fmu else None
+    with exporting():  # a number may be too large for single precision
+        files = project_files(export)
+        archive = fmu(export) if also_fmu else None
     names = [*files, *([f"{prefix}.fmu"] if archive is not None else [])]
     with staged(folder) as stage:
         for name, text in files.items():

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.export.comments import section
 from adaptive_ff.export.errors import NotExportable
 from adaptive_ff.export.leaves import Leaf, leaves, rebuilt, value_at
-from adaptive_ff.export.types import BOOLEAN, type_of
 from controllers import ESTIMATES, STEPS, Controller, Inputs
+from controllers.kernels.comments import section
+from controllers.kernels.types import BOOLEAN, type_of
 
 SAMPLES = 200
 """Length of the recorded run."""
@@ -102,7 +102,7 @@ def switches(controller: Controller) -> list[Switch]:
         on, off = states
         differ = [
             leaf
-            for leaf in leaves(type_of(controller.state, "state"))
+            for leaf in leaves(type_of(controller.state, "state", sizes=True))
             if not np.array_equal(value_at(on, leaf.path), value_at(off, leaf.path), equal_nan=True)
         ]
         plain = all(leaf.kind == BOOLEAN and not leaf.is_array and value_at(on, leaf.path) for leaf in differ)
@@ -124,7 +124,7 @@ def restarted(controller: Controller) -> list[tuple[Leaf, Any]]:
     NotExportable
         What is set depends on the state.
     """
-    found = list(leaves(type_of(controller.state, "state")))
+    found = list(leaves(type_of(controller.state, "state", sizes=True)))
     pairs = []
     for marks in ({"real": 0.125, "integer": 3, "boolean": True}, {"real": 0.375, "integer": 5, "boolean": False}):
         marked = copy.deepcopy(controller).run_uncompiled()
@@ -149,7 +149,7 @@ def regressor_leaf(controller: Controller) -> Leaf | None:
     held = getattr(controller, "regressors", None)
     if held is None:
         return None
-    found = [leaf for leaf in leaves(type_of(controller.state, "state")) if leaf.is_array and leaf.count]
+    found = [leaf for leaf in leaves(type_of(controller.state, "state", sizes=True)) if leaf.is_array and leaf.count]
     return next((leaf for leaf in found if np.shares_memory(value_at(controller.state, leaf.path), held)), None)
 
 
@@ -165,7 +165,7 @@ def record(controller: Controller, samples: int = SAMPLES) -> Recording:
         A step replaces an array of the state by another one: in C they have fixed places.
     """
     own = copy.deepcopy(controller).run_uncompiled()
-    arrays = [leaf for leaf in leaves(type_of(own.state, "state")) if leaf.is_array]
+    arrays = [leaf for leaf in leaves(type_of(own.state, "state", sizes=True)) if leaf.is_array]
     held = [value_at(own.state, leaf.path) for leaf in arrays]
     inputs = made_up_inputs(own.period, samples)
     outputs = []

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.names import c_name
 from controllers import feedback_state
 from controllers.interface import inertia_of
+from controllers.kernels.names import c_name
 
 TOLERANCE = {False: 1e-9, True: 7e-5}
 """Largest difference to the recorded run, as a share of its largest torque, in double and in single precision.
 
 In single precision 2.0e-5 was measured at most for the adaptive controllers, whose candidates have another prior there
-(``literals.IN_SINGLE``; 1.6e-6 with that of double precision), and 1.3e-5 for the others.
+(``single.IN_SINGLE``; 1.6e-6 with that of double precision), and 1.3e-5 for the others.
 """
 
 SELF_TEST = """/* Test of {prefix}.c on a machine: a run recorded in Python in double precision, repeated here.

@@ -3,13 +3,14 @@
 import importlib
 import re
 
-from adaptive_ff.export.comments import block_comment, joined, plain, summary
 from adaptive_ff.export.entry_points import entry_points, estimates
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.functions import Function
 from adaptive_ff.export.state_functions import state_buffer
 from adaptive_ff.export.tables import state_tables
-from controllers.kernel_language.sources import Constant
+from controllers.kernels.comments import block_comment, joined, plain, summary
+from controllers.kernels.functions import Function
+from controllers.kernels.helpers import helper_texts
+from controllers.kernels.sources import Constant
 
 GUARD = """#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "fast-math drops the tests for what is not a number, on which this controller depends: compile without it"
@@ -20,35 +21,6 @@ CONTRACTION = """#if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #endif
 """
-
-CHOICE = """static {kind} {name}({kind} first, {kind} second)
-{{{{
-    return second {sign} first ? second : first;
-}}}}
-"""
-"""Of equal values, and beside what is not a number, the first one is taken, as in Python."""
-
-HELPERS = {  # rest and quotient of integers are rounded down as in Python
-    "square": "static {real} square({real} value)\n{{\n    return value * value;\n}}\n",
-    "larger": CHOICE.format(kind="{real}", name="larger", sign=">"),
-    "smaller": CHOICE.format(kind="{real}", name="smaller", sign="<"),
-    "larger_integer": CHOICE.format(kind="int64_t", name="larger_integer", sign=">"),
-    "floored_rest": """static int64_t floored_rest(int64_t value, int64_t divisor)
-{{
-    int64_t rest = divisor == 0 ? 0 : value % divisor;
-    return rest != 0 && (rest < 0) != (divisor < 0) ? rest + divisor : rest;
-}}
-""",
-    "floored_quotient": """static int64_t floored_quotient(int64_t value, int64_t divisor)
-{{
-    if (divisor == 0) {{
-        return 0;
-    }}
-    return value / divisor - (value % divisor != 0 && (value < 0) != (divisor < 0));
-}}
-""",
-    "smaller_integer": CHOICE.format(kind="int64_t", name="smaller_integer", sign="<"),
-}
 
 
 def source(export: Export) -> str:
@@ -62,7 +34,7 @@ def source(export: Export) -> str:
         CONTRACTION,
         _constants(export),
         *(struct.text for struct in list(export.unit.structs.values())[public:]),
-        *(HELPERS[name].format(real=export.precision.real) for name in sorted(export.unit.helpers)),
+        *helper_texts(export.unit.helpers, export.precision.real),
         kernels,
         state_tables(export),
         entry_points(export),

@@ -4,7 +4,7 @@ from adaptive_ff.export.buffer import HEADER, MAGIC, VERSION
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf
 from adaptive_ff.export.tables import has_arrays
-from adaptive_ff.export.types import BOOLEAN, INTEGER, REAL
+from controllers.kernels.types import BOOLEAN, INTEGER, REAL
 
 BUFFER = """/* A number, or an array of them, of the state: where it is, how many there are, of which kind. */
 typedef struct {{

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 
 from adaptive_ff.export.buffer import state_to_bytes
-from adaptive_ff.export.comments import joined
 from adaptive_ff.export.export import Export
 from adaptive_ff.export.leaves import Leaf, value_at
-from adaptive_ff.export.names import c_name
-from adaptive_ff.export.types import Array, Line, Record, Type
+from controllers.kernels.comments import joined
+from controllers.kernels.names import c_name
+from controllers.kernels.types import Array, Line, Record, Type
 
 WIDTH = 100
 """Longest initialiser on one line."""

@@ -1,7 +1,7 @@
 """Units of inputs, outputs and estimates."""
 
-from adaptive_ff.export.comments import plain, section, unit
 from adaptive_ff.friction.model import unit_of
+from controllers.kernels.comments import plain, section, unit
 
 
 def estimate_unit(name: str) -> str:

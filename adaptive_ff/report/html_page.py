@@ -17,7 +17,7 @@ from adaptive_ff.report.notebook import table_html
 NAME = "report.html"
 """Of the file in the folder of the results."""
 
-LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")
+LIBRARIES = ("numpy", "scipy", "matplotlib")
 """Beside this package and Python: what the figures depend on."""
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"

@@ -15,7 +15,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import WITH_OFFSET
@@ -23,7 +22,7 @@ from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.stepped import controller_class
 from benchmarks.suite import Case
-from controllers import PI, DisturbanceObserver, PositionLoop
+from controllers import PI, DisturbanceObserver, PositionLoop, compiled
 
 DURATION = 40.0  # s
 STEP = 2e-4  # s, of the physics at most
@@ -96,8 +95,7 @@ class DrawnLoop(NamedTuple):
         return {"tracked encoder": 2.0 / TRACKING, **filters}.get(self.sensor, 0.0)
 
 
-@njit(cache=True)
-def advance_joint(joint: DrawnJoint, motion: Array, torque: float, duration: float, steps: int) -> None:
+def _advance_joint(joint: DrawnJoint, motion: Array, torque: float, duration: float, steps: int) -> None:
     """Advance position and velocity under a torque (N m) for a time (s); friction holds what it can."""
     step = duration / steps
     for _ in range(steps):
@@ -107,6 +105,9 @@ def advance_joint(joint: DrawnJoint, motion: Array, torque: float, duration: flo
         free, held = velocity + step * driving / joint.inertia, step * (joint.coulomb + falling) / joint.inertia
         motion[1] = 0.0 if abs(free) <= held else free - math.copysign(held, free)
         motion[0] += step * motion[1]
+
+
+advance_joint = compiled(_advance_joint)
 
 
 def drawn_plan(kind: str, speed: float, period: float, random: np.random.Generator) -> Array:

@@ -14,8 +14,8 @@ from types import FunctionType
 from typing import Annotated
 from unittest.mock import patch
 
-# before numba and numpy are loaded; a fork must not find threads waited for that it does not have
-os.environ |= {"NUMBA_DISABLE_JIT": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+# before numpy is loaded; a fork must not find threads waited for that it does not have
+os.environ |= {"ADAPTIVE_FF_COMPILE": "0", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 import numpy as np
 import pytest

@@ -103,7 +103,7 @@ def simulate_torque(torque: Array, solver_period: float = SOLVER_PERIOD) -> Data
     joint = joint_of(TRUE)
     parts = round(PERIOD / solver_period)
     velocity = np.zeros(torque.size * parts + 1)
-    run_held(joint, JointState(0.0, 0.0, 0.0), torque, parts, solver_period, velocity)
+    run_held(joint, JointState(0.0, 0.0, 0.0), np.ascontiguousarray(torque), parts, solver_period, velocity)
     commanded = np.append(torque, torque[-1])
     acting = np.append(0.0, torque)
     fine = velocity[:: round(SOLVER_PERIOD / solver_period)]

@@ -15,6 +15,9 @@ from plant import JointParameters, JointState, Stribeck, step_joint
 FIRST = 2
 """First sample that (4) can predict."""
 
+FIELDS = len(SeriesCoefficients._fields)
+"""Coefficients of (4)."""
+
 
 def rms(values: Array) -> float:
     """Return the root mean square."""
@@ -23,7 +26,8 @@ def rms(values: Array) -> float:
 
 def regression(velocity: Array, torque: Array) -> tuple[Array, Array]:
     """Return regressors and outputs of (4), shapes (n - 2, 6) and (n - 2,), with the true Vs and delta."""
-    rows = np.zeros((velocity.size, len(SeriesCoefficients._fields)))
+    rows = np.zeros((velocity.size, FIELDS))
+    velocity, torque = np.ascontiguousarray(velocity), np.ascontiguousarray(torque)
     series_rows(velocity, torque, TRUE.stribeck_velocity, TRUE.stribeck_shape, rows)
     return rows[FIRST:], velocity[FIRST:]
 
@@ -39,7 +43,8 @@ def series_one_step(coefficients: Array, velocity: Array, torque: Array) -> Arra
 def series_free_run(coefficients: Array, velocity: Array, torque: Array) -> Array:
     """Return the velocity (rad/s) that (4) produces from its own outputs, started with the first two samples."""
     course = velocity.copy()
-    run_series(np.ascontiguousarray(coefficients), torque, TRUE.stribeck_velocity, TRUE.stribeck_shape, course)
+    shape = TRUE.stribeck_velocity, TRUE.stribeck_shape
+    run_series(np.ascontiguousarray(coefficients), np.ascontiguousarray(torque), *shape, np.zeros(FIELDS), course)
     return course
 
 
@@ -64,7 +69,8 @@ def models_one_step(models: Array, velocity: Array, torque: Array) -> Array:
         Velocity at the samples, rad/s, and torque over the period that ends there, N m.
     """
     errors = np.zeros(velocity.size)
-    run_models(joint_of(TRUE), models, torque, velocity, round(PERIOD / SOLVER_PERIOD), SOLVER_PERIOD, errors)
+    series = (np.ascontiguousarray(each) for each in (models, torque, velocity))
+    run_models(joint_of(TRUE), *series, round(PERIOD / SOLVER_PERIOD), SOLVER_PERIOD, errors)
     return errors
 
 
@@ -78,15 +84,14 @@ def model_free_run(model: TorqueModel, data: Data) -> Array:
 
 
 def _run_series(
-    coefficients: Array, torque: Array, stribeck_velocity: float, stribeck_shape: float, velocity: Array
+    coefficients: Array, torque: Array, stribeck_velocity: float, stribeck_shape: float, row: Array, velocity: Array
 ) -> None:
-    row = np.empty(6)
     for k in range(2, velocity.size):
         series_regressors(
             row, (velocity[k - 1], velocity[k - 2]), (torque[k], torque[k - 1]), stribeck_velocity, stribeck_shape
         )
         total = 0.0
-        for i in range(6):
+        for i in range(row.size):
             total += row[i] * coefficients[i]
         velocity[k] = total if math.isfinite(total) else math.inf
 
@@ -103,8 +108,8 @@ def _run_models(
     state = JointState(velocity[0], 0.0, 0.0)
     stribeck_velocity, stribeck_shape = first.friction.stribeck_velocity, first.friction.stribeck_shape
     for k in range(1, velocity.size):
-        inertia, coulomb, stiction, viscous, lag = models[k - 1]
-        friction = Stribeck(coulomb, max(coulomb, stiction), viscous, stribeck_velocity, stribeck_shape)
+        inertia, coulomb, viscous, lag = models[k - 1, 0], models[k - 1, 1], models[k - 1, 3], models[k - 1, 4]
+        friction = Stribeck(coulomb, max(coulomb, models[k - 1, 2]), viscous, stribeck_velocity, stribeck_shape)
         for _ in range(parts):
             joint = JointParameters(inertia, friction, friction, 0.0, lag)
             state = step_joint(joint, state, torque[k], solver_period)

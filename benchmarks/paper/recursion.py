@@ -46,7 +46,8 @@ def run_rls(regressors: Array, outputs: Array, forgetting_factor: float, covaria
     """
     size = regressors.shape[1]
     recursion = Recursion(np.zeros(regressors.shape), np.zeros(outputs.size))
-    rls_loop(np.zeros(size), covariance * np.eye(size), regressors, outputs, forgetting_factor, *recursion)
+    state = RLSState(np.zeros(size), covariance * np.eye(size), np.zeros(size))
+    rls_loop(state, regressors, outputs, forgetting_factor, *recursion)
     return recursion
 
 
@@ -82,18 +83,12 @@ def run_torque_form(
 
 
 def _rls_loop(
-    estimate: Array,
-    covariance: Array,
-    regressors: Array,
-    outputs: Array,
-    forgetting_factor: float,
-    estimates: Array,
-    errors: Array,
+    state: RLSState, regressors: Array, outputs: Array, forgetting_factor: float, estimates: Array, errors: Array
 ) -> None:
-    state = RLSState(estimate, covariance, np.zeros(estimate.size))
     for k in range(outputs.size):
         errors[k] = update_rls_in_place(state, regressors[k], outputs[k], forgetting_factor)
-        estimates[k] = estimate
+        row = estimates[k]
+        row[:] = state.estimate
 
 
 def _torque_form_loop(

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.learning.batch_least_squares import Array
 from adaptive_ff.learning.rls import RLSState, update_rls_in_place, write_projection
@@ -51,24 +50,19 @@ class History(NamedTuple):
         return float((found[0] + 1) * BLOCK * PERIOD) if found.size else float("inf")
 
 
-@register_jitable
 def update_rls_printed(
-    estimate: Array,
-    covariance: Array,
-    regressors: Array,
-    output: float,
-    forgetting_factor: float,
+    state: RLSState, room: Array, regressors: Array, output: float, forgetting_factor: float
 ) -> float:
-    """Take one equation into account, (11)-(13) as the paper prints them, in some n^3 operations.
+    """Take one equation into account, (11)-(13) as the paper prints them, in some n^3 operations; return the error.
 
     ``adaptive_ff.learning.rls.update_rls_in_place`` is the one to use: it does the same in n^2 operations.
 
     Parameters
     ----------
-    estimate : ndarray, shape (n,)
-        Parameters ``P``; changed in place.
-    covariance : ndarray, shape (n, n)
-        Covariance ``R``; changed in place.
+    state : RLSState
+        Parameters ``P``, covariance ``R`` and gain; changed in place.
+    room : ndarray, shape (n, n)
+        Room for the covariance that comes next.
     regressors : ndarray, shape (n,)
         Regressors ``X(k)``.
     output : float
@@ -76,57 +70,51 @@ def update_rls_printed(
     forgetting_factor : float
         ``lambda``, in (0, 1].
     """
-    size = estimate.size
-    gain = np.empty(size)  # R(k-1) X(k), then gamma
+    estimate, covariance, gain = state.estimate, state.covariance, state.gain  # first R(k-1) X(k), then gamma
     error, denominator = write_projection(estimate, covariance, regressors, output, forgetting_factor, gain)
-    for i in range(size):
+    for i in range(estimate.size):
         gain[i] /= denominator  # (12)
         estimate[i] += gain[i] * error  # (11)
-    updated = np.empty((size, size))
-    for i in range(size):
-        for j in range(size):
+    for i in range(estimate.size):
+        for j in range(estimate.size):
             total = 0.0
-            for k in range(size):
+            for k in range(estimate.size):
                 kept = 1.0 if i == k else 0.0
                 total += (kept - gain[i] * regressors[k]) * covariance[k, j]
-            updated[i, j] = total / forgetting_factor  # (13)
-    covariance[:, :] = updated
+            room[i, j] = total / forgetting_factor  # (13)
+    covariance[:, :] = room
     return error
 
 
-@register_jitable
-def update_rls_economical(
-    estimate: Array, covariance: Array, regressors: Array, output: float, forgetting_factor: float
-) -> float:
-    """Take one equation into account, with ``(R - gamma (R X)') / lambda`` for (13)."""
-    size = estimate.size
-    projected = np.zeros(size)
+def update_rls_economical(state: RLSState, regressors: Array, output: float, forgetting_factor: float) -> float:
+    """Take one equation into account, with ``(R - gamma (R X)') / lambda`` for (13); return the error."""
+    estimate, covariance, projected = state.estimate, state.covariance, state.gain
     error, denominator = output, forgetting_factor
-    for i in range(size):
-        for j in range(size):
+    for i in range(estimate.size):
+        projected[i] = 0.0
+        for j in range(estimate.size):
             projected[i] += covariance[i, j] * regressors[j]
         error -= regressors[i] * estimate[i]
         denominator += regressors[i] * projected[i]
-    for i in range(size):
+    for i in range(estimate.size):
         gain = projected[i] / denominator
         estimate[i] += gain * error
-        for j in range(size):
+        for j in range(estimate.size):
             covariance[i, j] = (covariance[i, j] - gain * projected[j]) / forgetting_factor
     return error
 
 
-def _run_printed(p: Array, r: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
+def _run_printed(state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
     for k in range(outputs.size):
-        errors[k] = update_rls_printed(p, r, rows[k], outputs[k], factor)
+        errors[k] = update_rls_printed(state, room, rows[k], outputs[k], factor)
 
 
-def _run_economical(p: Array, r: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
+def _run_economical(state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
     for k in range(outputs.size):
-        errors[k] = update_rls_economical(p, r, rows[k], outputs[k], factor)
+        errors[k] = update_rls_economical(state, rows[k], outputs[k], factor)
 
 
-def _run_symmetric(p: Array, r: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
-    state = RLSState(p, r, np.zeros(p.size))
+def _run_symmetric(state: RLSState, room: Array, rows: Array, outputs: Array, factor: float, errors: Array) -> None:
     for k in range(outputs.size):
         errors[k] = update_rls_in_place(state, rows[k], outputs[k], factor)
 
@@ -141,13 +129,13 @@ FORMS = {
 def watch(form: str, rows: Array, outputs: Array, covariance: float) -> History:
     """Run one form of the recursion and watch its covariance; stop where it has grown beyond all bounds."""
     size = rows.shape[1]
-    estimate, matrix = np.zeros(size), covariance * np.eye(size)
+    state, room = RLSState(np.zeros(size), covariance * np.eye(size), np.zeros(size)), np.zeros((size, size))
     seen, errors = [], np.zeros(outputs.size)
     for start in range(0, outputs.size - BLOCK + 1, BLOCK):
         part = slice(start, start + BLOCK)
-        FORMS[form](estimate, matrix, rows[part], outputs[part], FORGETTING_FACTOR, errors[part])
-        seen.append(matrix.copy())
-        if not np.max(np.abs(matrix)) < LARGEST:
+        FORMS[form](state, room, rows[part], outputs[part], FORGETTING_FACTOR, errors[part])
+        seen.append(state.covariance.copy())
+        if not np.max(np.abs(state.covariance)) < LARGEST:
             break
     matrices = np.array(seen)
     scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=1, axis2=2)))

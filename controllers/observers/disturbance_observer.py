@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 from numba.extending import register_jitable
 
 from controllers.declaration import argument, controller, derived, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
 from controllers.loops import Observing, PILoop, designing
 from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
 from controllers.plausibility import Guard, kept
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward
 from controllers.torques import acting_torque, slope_torque
 
 

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 from numba.extending import register_jitable
 
 from controllers.declaration import argument, as_given, controller, derived, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward, with_velocity
 from controllers.loops import DELAY, Observing, designing
 from controllers.observers.inertia_observer import ObservedLoopState, double_pole_gains, observe
 from controllers.pi import PIParameters, check_gains, feed_back, plausible_inputs
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward, with_velocity
 from controllers.torques import slope_torque
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from controllers.kernels import Inputs
 from controllers.pi import PIParameters, PIState, asked_torque
 from controllers.plausibility import kept
+from controllers.registry import Inputs
 from controllers.torques import acting_torque
 
 

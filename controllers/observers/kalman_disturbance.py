@@ -23,11 +23,11 @@ from numba.extending import register_jitable
 
 from controllers.checks import check_positive
 from controllers.declaration import argument, controller, portion, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
 from controllers.loops import Observing, PILoop, designing
 from controllers.observers.inertia_observer import ObservedLoopState, observe
 from controllers.pi import feed_back, plausible_inputs
 from controllers.plausibility import Guard
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward
 from controllers.torques import slope_torque
 
 

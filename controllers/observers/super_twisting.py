@@ -19,10 +19,10 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from controllers.declaration import argument, controller, positive
-from controllers.kernels import Inputs, Output, present_inertia, with_feedforward
 from controllers.loops import Observing, PILoop
 from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
 from controllers.plausibility import kept
+from controllers.registry import Inputs, Output, present_inertia, with_feedforward
 from controllers.torques import acting_torque, slope_torque
 
 FIRST, SECOND = 1.5, 1.1

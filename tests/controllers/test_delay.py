@@ -1,7 +1,6 @@
-import numba
 import pytest
 
-from controllers import delay_line, delayed, remember
+from controllers import compiled, delay_line, delayed, remember
 
 
 def through(delay, values):
@@ -12,7 +11,8 @@ def through(delay, values):
     return found
 
 
-compiled = numba.njit(lambda line, delay, value: (delayed(line, delay), remember(line, value)))
+def both(line, delay, value):
+    return delayed(line, delay), remember(line, value)
 
 
 @pytest.mark.parametrize(
@@ -32,5 +32,5 @@ def test_line_gives_the_mean_of_what_was_applied_over_the_period_that_ends(delay
 def test_line_is_long_enough_for_the_delay_and_compiled_it_is_the_same(delay):
     line = tuple(float(i) for i in range(1, 1 + len(delay_line(delay))))
     assert len(line) == {0.0: 1, 0.5: 3, 1.0: 3, 3.0: 11}[delay]
-    assert compiled(line, delay, 9.0) == (delayed(line, delay), remember(line, 9.0))
+    assert compiled(both)(line, delay, 9.0) == (delayed(line, delay), remember(line, 9.0))
     assert len(remember(line, 9.0)) == len(line)

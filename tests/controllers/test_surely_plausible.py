@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from controllers.kernels import Inputs
 from controllers.plausibility import Guard, checked_inputs, replaced_inputs, surely_plausible
+from controllers.registry import Inputs
 
 BOUNDS = (0.0, 1e-6, 1e-3, 1.0, 1e3, 1e4, 1e5, 1e12, 1e306, math.inf)
 AROUND = [np.nextafter(bound, way) for bound in BOUNDS for way in (-math.inf, bound, math.inf)]

@@ -3,7 +3,7 @@
 import importlib
 import sys
 
-from controllers.kernel_language.machine_code import Translated
+from controllers.compiled import Compiled
 
 
 def from_text(text, tmp_path, monkeypatch, name="kernel"):
@@ -13,6 +13,6 @@ def from_text(text, tmp_path, monkeypatch, name="kernel"):
     monkeypatch.syspath_prepend(tmp_path)
     importlib.invalidate_caches()
     try:
-        return Translated(getattr(importlib.import_module(module), name))
+        return Compiled(getattr(importlib.import_module(module), name))
     finally:
         sys.modules.pop(module)

@@ -2,19 +2,31 @@
 
 import numpy as np
 
+from adaptive_ff.simulation.loop import step_joint
+from controllers import compiled
 
-def with_torques(step):
-    """Return a function, for numba as well, that steps a joint: its state after each step; row 0 is the start."""
 
-    def run(joint, state, torques, period):
-        motion = np.empty((torques.size + 1, len(state)))
-        motion[0] = state
-        for k in range(torques.size):
-            state = step(joint, state, torques[k], period)
-            motion[k + 1] = state
-        return motion
+def follow(joint, state, torques, period, motion):
+    """Write the state after each step into a row of its own; row 0 is the start."""
+    motion[0] = state
+    for k in range(torques.size):
+        state = step_joint(joint, state, torques[k], period)
+        motion[k + 1] = state
 
-    return run
+
+FOLLOW = compiled(follow)
+
+
+def run(joint, state, torques, period, way=FOLLOW):
+    """State of a joint after each step with torques; row 0 is the start."""
+    motion = np.empty((torques.size + 1, len(state)))
+    way(joint, state, np.ascontiguousarray(torques, dtype=float), period, motion)
+    return motion
+
+
+def run_in_python(joint, state, torques, period):
+    """Do the same in plain Python."""
+    return run(joint, state, torques, period, follow)
 
 
 def along_paths(step, rest):

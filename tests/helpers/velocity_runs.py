@@ -3,7 +3,7 @@
 import numpy as np
 
 from controllers import (
-    compiled_in_place,
+    compiled,
     difference_velocity,
     direct_velocity,
     estimate_velocity,
@@ -30,7 +30,7 @@ def run_plain(block, state, measured, dt, velocities):
     return state
 
 
-run_compiled = compiled_in_place(run_plain)
+run_compiled = compiled(run_plain)
 
 
 def estimate(block, measured, *, dt=PERIOD, velocity=0.0, run=run_plain):

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controllers.compiled import dispatched
-from controllers.kernel_language.indices import natural
+from controllers.kernels.language import dispatched, natural
 
 LEVEL = 2.5
 STEPS_OF = (1.5, -2.5, 4.0)

@@ -2,14 +2,13 @@
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import with_torques
+from stepped_joint import run, run_in_python
 
 from plant import (
     BacklashJoint,
@@ -29,10 +28,6 @@ MOTOR, LINK = 8.0, 12.0
 RESONANCE = math.sqrt(5e4 / MOTOR + 5e4 / LINK)  # rad/s
 REST = BacklashState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HELD = {"link_inertia": 1e15, "motor_inertia": 1e15}
-
-
-run_in_python = with_torques(step_backlash)
-run = numba.njit(run_in_python)
 
 
 def model(**changes):

@@ -7,26 +7,20 @@ order, single velocities with about the square root.
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from event_driven import motion
+from stepped_joint import run
 
-from plant import JointParameters, JointState, Stribeck, step_joint
+from plant import JointParameters, JointState, Stribeck
 
 STRIBECK = Stribeck(60.0, 90.0, 80.0, 0.05, 1.0)
 PERIODS = (1e-3, 5e-4, 2.5e-4, 1.25e-4)
 GRID = 1e-3
 
 
-@numba.njit
 def velocities(joint, torques, period):
-    state = JointState(0.0, 0.0, 0.0)
-    found = np.zeros(torques.size + 1)
-    for k in range(torques.size):
-        state = step_joint(joint, state, torques[k], period)
-        found[k + 1] = state.velocity
-    return found
+    return run(joint, JointState(0.0, 0.0, 0.0), torques, period)[:, 0]
 
 
 def sines(*waves):

@@ -2,14 +2,13 @@
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import with_torques
+from stepped_joint import run, run_in_python
 
 from plant import (
     ElasticJoint,
@@ -35,10 +34,6 @@ REST = ElasticState(0.0, 0.0, 0.0, 0.0, 0.0)
 UNEVEN = ElasticJoint(
     **FIELDS, link_damping=20.0, friction_lag=0.02, coulomb_backward=40.0, viscous_backward=90.0, offset=7.0
 )
-
-
-run_in_python = with_torques(step_elastic)
-run = numba.njit(run_in_python)
 
 
 def model(**changes):

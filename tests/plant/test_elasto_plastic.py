@@ -2,14 +2,13 @@
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import along_paths, with_torques
+from stepped_joint import along_paths, run
 
 from plant import (
     ElastoPlasticJoint,
@@ -33,8 +32,6 @@ def model(**changes):
     return ElastoPlasticJoint(**{**FIELDS, **changes})
 
 
-run_in_python = with_torques(step_elasto_plastic)
-run = numba.njit(run_in_python)
 friction_along = along_paths(step_elasto_plastic, REST)
 
 

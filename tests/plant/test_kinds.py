@@ -2,11 +2,11 @@
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from pydantic import BaseModel
 
+from controllers import compiled
 from plant import (
     CHECK_PERIOD,
     INITIAL_STATE,
@@ -105,7 +105,7 @@ def test_own_loop_moves_both_ways(model):
 
 
 def test_own_loop_is_the_compiled_series(model):
-    step = numba.njit(error_model="numpy")(STEP_JOINT[type(model.parameters)])
+    step = compiled(STEP_JOINT[type(model.parameters)])
     state = initial_state(model.parameters, 0.1)
     for plain, torque in zip(moved(model, 0.1), TORQUES, strict=True):
         state = step(model.parameters, state, torque, 0.001)

@@ -2,14 +2,13 @@
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import with_torques
+from stepped_joint import run, run_in_python
 
 from plant import LuGreJoint, LuGreParameters, LuGreState, Stribeck, initial_state, sliding_friction, step_lugre
 from plant.lugre import scaled_lugre
@@ -30,10 +29,6 @@ UNEVEN = LuGreJoint(
 ).parameters
 HELD = JOINT._replace(inertia=1e12)  # its velocity is forced: friction does not change it
 REST = LuGreState(0.0, 0.0, 0.0, 0.0)
-
-
-run_in_python = with_torques(step_lugre)
-run = numba.njit(run_in_python)
 
 
 def friction_force(joint, velocity, deflection):

@@ -1,13 +1,13 @@
 import math
 from unittest.mock import patch
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from stepped_joint import run, run_in_python
 
 from plant import JointParameters, JointState, Stribeck, initial_state, sliding, sliding_friction, step_joint
 from plant.friction import sliding_friction_and_slope
@@ -25,19 +25,6 @@ def symmetric(friction, lag):
 
 PROMPT = symmetric(STRIBECK, 0.0)
 LAGGED = symmetric(STRIBECK, 0.02)
-
-
-def run_in_python(joint, state, torques, period):
-    """Velocity, friction torque and position after each step; row 0 is the start."""
-    motion = np.empty((torques.size + 1, 3))
-    motion[0] = state
-    for k in range(torques.size):
-        state = step_joint(joint, state, torques[k], period)
-        motion[k + 1] = state
-    return motion
-
-
-run = numba.njit(run_in_python)
 
 
 def constant(torque, duration, period):

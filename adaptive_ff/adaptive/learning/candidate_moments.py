@@ -25,7 +25,7 @@ what the plan did then would pass for bristles.
 LEAST_LEFT = 0.0
 """Squared error that an estimate leaves at least, over the mean squared torque: nothing in double precision.
 
-In single precision, what rounding leaves of the moments stands here (``export.literals``): below it, errors are none.
+In single precision, what rounding leaves of the moments stands here (``export.single``): below it, errors are none.
 """
 
 

@@ -90,7 +90,7 @@ PRIOR = 0.02
 """Weight ``rho`` of the estimate in use, times the mean squared error in units of the torque scale squared ..."""
 
 LEAST_PRIOR = 1e-9
-"""... and at least this; in single precision more, above what rounding makes of the moments (``export.literals``)."""
+"""... and at least this; in single precision more, above what rounding makes of the moments (``export.single``)."""
 
 
 @register_jitable

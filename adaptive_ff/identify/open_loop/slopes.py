@@ -15,7 +15,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from adaptive_ff.adaptive.learning.friction_map import MapParameters, hat_place, limited_factor, map_value
@@ -30,6 +29,36 @@ The larger it is, the further the fit is from the model that is used: with 0.002
 that starts with so small a one stops at another bend after a change of 1e-12 of the log; see
 :data:`adaptive_ff.identify.open_loop.shrinkage.ROUNDINGS`.
 """
+
+
+class Fitted(NamedTuple):
+    """Parameters of a fit, parts of one row, and room for the derivatives of the motion by them.
+
+    Attributes
+    ----------
+    parameters : ndarray, shape (n,)
+        All of them: those of ``FIRST``, force at the knots, coefficients of the map.
+    force, coefficients : ndarray
+        The last two.
+    of_velocity, of_position : ndarray, shape (n,)
+        Derivatives of velocity and position.
+    basis : ndarray
+        Functions of the map, of each coefficient.
+    """
+
+    parameters: Array
+    force: Array
+    coefficients: Array
+    of_velocity: Array
+    of_position: Array
+    basis: Array
+
+
+def fitted(parameters: Array, knots: int) -> Fitted:
+    """Return parameters of a number of knots with room for a simulation."""
+    force, coefficients = parameters[len(FIRST) : len(FIRST) + knots], parameters[len(FIRST) + knots :]
+    room = np.zeros(parameters.size), np.zeros(parameters.size), np.zeros(coefficients.size)
+    return Fitted(parameters, force, coefficients, *room)
 
 
 class Training(NamedTuple):
@@ -53,33 +82,33 @@ class Training(NamedTuple):
     skipped: int
 
 
-@register_jitable
 def _basis_in_place(variation: MapParameters, angle: float, out: Array) -> None:
     """Write the functions of a map of the position (rad), in the order of its coefficients."""
     waves = variation.waves.size
     for i in range(waves):
         phase = variation.waves[i] * angle
-        out[2 * i], out[2 * i + 1] = np.cos(phase), np.sin(phase)
+        out[2 * i], out[2 * i + 1] = math.cos(phase), math.sin(phase)
     if variation.hats > 1:
-        out[2 * waves :] = 0.0
+        for i in range(2 * waves, out.size):
+            out[i] = 0.0
         below, share = hat_place(variation, angle)
         out[2 * waves + below], out[2 * waves + below + 1] = 1.0 - share, share
 
 
-@register_jitable
 def _map_slope(variation: MapParameters, coefficients: Array, angle: float) -> float:
     """Return the derivative of a map by the position, 1/rad."""
     value = 0.0
     for i in range(variation.waves.size):
         phase = variation.waves[i] * angle
-        value += variation.waves[i] * (coefficients[2 * i + 1] * np.cos(phase) - coefficients[2 * i] * np.sin(phase))
+        value += variation.waves[i] * (
+            coefficients[2 * i + 1] * math.cos(phase) - coefficients[2 * i] * math.sin(phase)
+        )
     if variation.hats > 1 and 0.0 < (angle - variation.lowest) / variation.spacing < variation.hats - 1.0:
         place = 2 * variation.waves.size + hat_place(variation, angle)[0]
         value += (coefficients[place + 1] - coefficients[place]) / variation.spacing
     return value
 
 
-@register_jitable
 def _force_at(force: Array, low: float, width: float, position: float) -> tuple[int, float, float, float]:
     """Return the knot below a position, the share of the one above, the force there, and its derivative, N m/rad."""
     if force.size == 1:
@@ -92,8 +121,7 @@ def _force_at(force: Array, low: float, width: float, position: float) -> tuple[
 
 
 def _follow_with_slopes(
-    parameters: Array,
-    knots: int,
+    fit: Fitted,
     low: float,
     width: float,
     variation: MapParameters,
@@ -107,13 +135,14 @@ def _follow_with_slopes(
     slopes: Array,
 ) -> int:
     """Write errors and their derivatives of every so many samples of each simulation; return how many were written."""
+    parameters = fit.parameters
     inertia, coulomb, viscous, asymmetry = parameters[0], parameters[1], parameters[2], parameters[3]
-    force, coefficients, first = parameters[4 : 4 + knots], parameters[4 + knots :], 4 + knots
+    of_velocity, of_position, basis, knots = fit.of_velocity, fit.of_position, fit.basis, fit.force.size
+    force, coefficients, first = fit.force, fit.coefficients, 4 + knots
     period, row = record.period, 0
     gain = period / inertia
-    of_velocity, of_position = np.zeros(parameters.size), np.zeros(parameters.size)
-    basis = np.zeros(coefficients.size)
-    for start in starts:
+    for run in range(starts.size):
+        start = starts[run]
         velocity, position = record.velocity[start], record.position[start]
         of_velocity[:] = 0.0
         of_position[:] = 0.0
@@ -158,7 +187,8 @@ def _follow_with_slopes(
                 of_position[i] += period * of_velocity[i]
             if k >= skipped and k % stride == 0:
                 errors[row] = position - record.position[start + k]
-                slopes[row] = of_position
+                into = slopes[row]
+                into[:] = of_position
                 row += 1
     return row
 
@@ -208,7 +238,8 @@ def errors_and_slopes(
     errors = np.empty(training.starts.size * (training.length // stride + 1))
     slopes = np.empty((errors.size, parameters.size))
     width = (model.high - model.low) / max(1, model.force.size - 1)
-    place = model.force.size, model.low, width, model.variation
+    place = model.low, width, model.variation
     smooth = rounding * SMOOTH * float(np.sqrt(np.mean(record.velocity**2)))
-    count = follow_with_slopes(parameters, *place, *training, stride, smooth, errors, slopes)
+    first, how = (fitted(parameters, model.force.size), *place, record), (stride, smooth, errors, slopes)
+    count = follow_with_slopes(*first, training.starts, training.length, training.skipped, *how)
     return errors[:count], slopes[:count]

@@ -34,7 +34,7 @@ def test_the_copy_is_the_same_and_names_the_columns(result):
     assert found["columns"] == {"time": "time", "position": "position", "torque": "torque"}
 
 
-def test_what_numba_compiles_is_known_to_be_compiled(result):
+def test_what_has_been_compiled_is_known_to_be(result):
     assert is_cached(follow_with_slopes)
 
 

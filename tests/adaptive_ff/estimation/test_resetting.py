@@ -1,6 +1,5 @@
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +15,7 @@ from adaptive_ff.estimation.resetting import (
     update_resetting_in_place,
 )
 from adaptive_ff.learning.rls import initial_rls_state, update_rls_in_place
+from controllers import compiled
 
 SIZE = 5
 FLOOR = 3e-5
@@ -28,10 +28,8 @@ def update(information, floor, keep, instrument, error):
     return gain
 
 
-def run_in_python(information, floor, keep, regressors, instruments, outputs, estimate):
-    """Go through the data; the smallest and the largest entry on the diagonal, and the largest correction seen."""
-    correction, instrument = np.empty(estimate.size), np.empty(estimate.size)
-    state = ResettingState(estimate, information, instrument, correction, np.empty_like(information))
+def follow(state, floor, keep, regressors, instruments, outputs):
+    estimate, information, correction, instrument = state.estimate, state.information, state.gain, state.instrument
     least, most, largest = math.inf, 0.0, 0.0
     for k in range(outputs.size):
         error = outputs[k]
@@ -46,7 +44,14 @@ def run_in_python(information, floor, keep, regressors, instruments, outputs, es
     return least, most, largest
 
 
-run = numba.njit(run_in_python)
+FOLLOW = compiled(follow)
+
+
+def run(information, floor, keep, regressors, instruments, outputs, estimate, way=FOLLOW):
+    """Go through the data; the smallest and the largest entry on the diagonal, and the largest correction seen."""
+    room = np.empty(estimate.size), np.empty(estimate.size), np.empty_like(information)
+    state = ResettingState(estimate, information, *room)
+    return way(state, floor, keep, regressors, instruments, outputs)
 
 
 @pytest.mark.parametrize(("keep", "prior"), [(0.998, 1e4), (0.9, 10.0)])

@@ -23,7 +23,7 @@ from exports import (
 from adaptive_ff import AdaptiveController, run_in_c
 from adaptive_ff.baselines.repetitive import Repetitive
 from adaptive_ff.errors import InputError
-from adaptive_ff.export import compiler as c_compiler
+from adaptive_ff.export import errors as c_compiler
 from adaptive_ff.export.buffer import HEADER, state_from_bytes, state_to_bytes
 from controllers import PI
 

@@ -8,7 +8,7 @@ from exports import adaptive, needs_gcc
 
 from adaptive_ff import AdaptiveController, run_in_c
 from adaptive_ff.export.export import Export
-from adaptive_ff.export.literals import IN_SINGLE
+from adaptive_ff.export.single import IN_SINGLE
 from adaptive_ff.export.source import source
 from controllers import PI
 

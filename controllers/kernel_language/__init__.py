@@ -1,1 +1,0 @@
-"""The language in which kernels are written, and its translation to machine code."""

@@ -1,0 +1,1 @@
+"""What a kernel may contain, and its translation to C."""

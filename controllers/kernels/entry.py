@@ -1,0 +1,157 @@
+"""The text in C of entry points: a kernel called with what lies in memory, and the kernels of a controller."""
+
+import hashlib
+import re
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from controllers.kernels.comments import joined
+from controllers.kernels.helpers import helper_texts
+from controllers.kernels.literals import DOUBLE
+from controllers.kernels.record import foreign_files
+from controllers.kernels.types import REAL, Array, Record, Type, passed_by_pointer, text_of
+from controllers.kernels.unit import Unit
+
+HEAD = """#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#if defined(__FAST_MATH__)
+#error "kernels test for what is not a number: compile them without fast-math"
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#define KERNEL static inline __attribute__((always_inline))
+#define WHOLE
+#else
+#define KERNEL static inline
+#define WHOLE __attribute__((flatten))
+#endif
+#if defined(_WIN32)
+#define PUBLIC __declspec(dllexport)
+#else
+#define PUBLIC __attribute__((visibility("default")))
+#endif
+"""
+
+ROW = Array(REAL, (None,))
+"""Type of a row of numbers."""
+
+
+def library_unit() -> Unit:
+    """Return a unit of kernels for this machine: sizes are known at run time."""
+    return Unit(DOUBLE, "aff", fixed=False)
+
+
+def symbol_of(kernels: Sequence[Callable[..., Any]], kinds: tuple[Type, ...]) -> str:
+    """Return the name in C of kernels for types of arguments."""
+    names = " ".join(f"{kernel.__module__}.{kernel.__qualname__}" for kernel in kernels)
+    files = " ".join(sorted(foreign_files(kernels, kinds)))
+    key = f"{names} {' '.join(map(text_of, kinds))} {files}"
+    return f"{kernels[0].__name__.strip('_')}_{hashlib.sha256(key.encode()).hexdigest()[:20]}"
+
+
+def entry_text(unit: Unit, kernel: Callable[..., Any], kinds: tuple[Type, ...], symbol: str) -> tuple[str, Type | None]:
+    """Return ``void symbol(arguments, result)`` with both as structs in memory, and what the kernel gives."""
+    made = unit.function(kernel, kinds)
+    declared = "\n".join(f"    {unit.declaration(kind, f'f{k}')};" for k, kind in enumerate(kinds))
+    passed = ", ".join(f"{'&' if passed_by_pointer(kind) else ''}own->f{k}" for k, kind in enumerate(kinds))
+    given = "(void)result;\n    " if made.result is None else f"*({unit.c_type(made.result)} *)result = "
+    text = f"""typedef struct {{
+{declared}
+}} {symbol}_arguments;
+
+WHOLE PUBLIC void {symbol}(const void *restrict arguments, void *restrict result)
+{{
+    const {symbol}_arguments *restrict own = arguments;
+    {given}{made.name}({passed});
+}}
+"""
+    return text, made.result
+
+
+def controller_text(
+    unit: Unit, kernels: tuple[Any, Any, Any], kinds: tuple[Type, Type, Type], symbol: str, torque: int, acting: int
+) -> str:
+    """Return step, estimates and monitors of a controller, each ``void (parameters, state, row, count)``.
+
+    Parameters
+    ----------
+    unit : Unit
+        Holds the functions that they call.
+    kernels : tuple
+        The three kernels; None for what the controller does not have.
+    kinds : tuple of Type
+        Of parameters, state and inputs.
+    symbol : str
+        Begins their names.
+    torque, acting : int
+        Places, in the row, of what the step gives, and of the last two inputs, which hold for one sample.
+    """
+    parameters, state, inputs = kinds
+    step = unit.function(kernels[0], kinds)
+    assert isinstance(step.result, Record)
+    assert isinstance(inputs, Record)
+    output, new = (name for name, _ in step.result.fields)
+    own, block = unit.c_type(state), f"((const {unit.c_type(parameters)} *)parameters)"
+    passed = f"{block if passed_by_pointer(parameters) else '*' + block}"
+    passed += f", {'own' if passed_by_pointer(state) else '*own'}"
+    head = "const void *restrict parameters, void *restrict state, double *restrict row, int64_t count"
+    fields = ", ".join(f"row[{k}]" for k in range(len(inputs.fields)))
+    texts = [
+        f"""WHOLE PUBLIC void {symbol}_step({head})
+{{
+    {own} *restrict own = state;
+    (void)count;
+    const {unit.c_type(inputs)} inputs = {{{fields}}};
+    row[{acting}] = NAN;
+    row[{acting + 1}] = NAN;
+    const {unit.c_type(step.result)} result = {step.name}({passed}, &inputs);
+    *own = result.{new};
+    row[{torque}] = result.{output}.torque;
+    row[{torque + 1}] = result.{output}.feedforward;
+}}
+"""
+    ]
+    for kernel, name in zip(kernels[1:], ("estimates", "monitors"), strict=True):
+        if kernel is not None:
+            made = unit.function(kernel, (parameters, state, ROW))
+            texts.append(
+                f"""PUBLIC void {symbol}_{name}({head})
+{{
+    const {own} *restrict own = state;
+    {made.name}({passed}, ({unit.c_type(ROW)}){{row, count}});
+}}
+"""
+            )
+    return "\n".join(texts)
+
+
+def file_text(unit: Unit, entries: Sequence[str]) -> str:
+    """Return a file of C: what entries need of a unit, and the entries."""
+    constants = []
+    for name, constant in sorted(unit.constants.items()):
+        is_tuple = isinstance(constant.value, tuple)
+        pairs = [(f"{name}_{i}", v) for i, v in enumerate(constant.value)] if is_tuple else [(name, constant.value)]
+        for key, value in pairs:
+            text = unit.precision.literal(value)
+            constants.append(f"#define {key} {f'({text})' if text.startswith('-') else text}")
+    known = {made.name: made for made in unit.functions.values()}
+    used: set[str] = set()
+    pending = re.findall(r"\b(\w+)\(", "\n".join(entries))
+    while pending:
+        name = pending.pop()
+        if name in known and name not in used:
+            used.add(name)
+            pending += re.findall(r"\b(\w+)\(", known[name].text)
+    return joined(
+        [
+            HEAD,
+            "\n".join(constants),
+            *(struct.text for struct in unit.structs.values()),
+            *helper_texts(unit.helpers, unit.precision.real, "KERNEL"),
+            *(made.text for made in unit.functions.values() if made.name in used),
+            *entries,
+        ]
+    )

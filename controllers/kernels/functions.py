@@ -1,0 +1,114 @@
+"""One kernel as a function in C."""
+
+import inspect
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from controllers.kernels.comments import block_comment, wrapped_code
+from controllers.kernels.expressions import Expressions
+from controllers.kernels.names import c_name
+from controllers.kernels.results import ResultNames
+from controllers.kernels.scope import Declaration, Scope, Unused, Variable
+from controllers.kernels.sources import Kernel
+from controllers.kernels.statements import Statements
+from controllers.kernels.types import Line, Record, Type, passed_by_pointer
+
+if TYPE_CHECKING:
+    from controllers.kernels.unit import Unit
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of C.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    result : Type, optional
+        What it returns; none for one that changes arrays in place only.
+    kernel : Kernel
+        What it was translated from.
+    text : str
+        Its definition with its comment.
+    writes : bool
+        Whether it changes arrays in place.
+    constant : int, optional
+        What it returns, where that is an integer or truth value that is known at translation.
+    """
+
+    name: str
+    result: Type | None
+    kernel: Kernel
+    text: str
+    writes: bool
+    constant: int | None = None
+
+
+def translate_function(
+    unit: "Unit", kernel: Kernel, kinds: tuple[Type, ...], constants: tuple[Any, ...], name: str
+) -> Function:
+    """Translate a kernel for arguments of some types, some of them known; ``NotTranslatable`` where it cannot be."""
+    arguments = kernel.tree.args
+    if arguments.vararg or arguments.kwarg or arguments.posonlyargs:
+        raise kernel.refusal(kernel.tree, "its arguments must be named one by one")
+    scope = Scope(kernel)
+    declared, opening = [], []
+    given_all = zip([*arguments.args, *arguments.kwonlyargs], kinds, constants, strict=True)
+    restrict = "" if unit.fixed else "restrict "  # records never change, nor overlap with what does
+    for argument, kind, known in given_all:
+        wish = c_name(argument.arg)
+        if argument.arg == "_" and scope.stores["_"]:
+            raise kernel.refusal(kernel.tree, "_ keeps no value; give the argument a name")
+        if not passed_by_pointer(kind):
+            declared.append(unit.declaration(kind, wish))
+            changes, is_value = scope.stores[argument.arg] > 0, isinstance(known, int)
+            constant = known if is_value and not changes else None
+            natural = not changes and known is not None and (not is_value or known >= 0)
+            scope.variables[argument.arg] = Variable(wish, kind, constant=constant, natural=natural)
+        elif scope.stores[argument.arg]:
+            given = scope.fresh(f"given_{argument.arg}")
+            declared.append(f"const {unit.c_type(kind)} *{restrict}{given}")
+            opening.append((1, f"{unit.c_type(kind)} {wish} = *{given};"))
+            scope.variables[argument.arg] = Variable(wish, kind)
+        else:
+            declared.append(f"const {unit.c_type(kind)} *{restrict}{wish}")
+            scope.variables[argument.arg] = Variable(wish, kind, pointer=True)
+        scope.declare(argument.arg)
+        scope.given.add(argument.arg)
+    statements = Statements(Expressions(unit, scope), ResultNames(name))
+    statements.body()
+    code = [item for _, item in scope.lines if isinstance(item, str) and not item.startswith("/*")]
+    texts = code + [text for _, text in opening]
+    for argument in [*arguments.args, *arguments.kwonlyargs] if unit.fixed else []:  # compilers warn of what is unused
+        if not _uses(texts, c_name(argument.arg)):
+            opening.append((1, f"(void){c_name(argument.arg)};"))
+    result = statements.result
+    returned = "void" if result is None else unit.c_type(result) if isinstance(result, Record | Line) else ""
+    head = f"{returned} {name}" if returned else unit.declaration(result, name) if result else name
+    static = "static inline" if unit.fixed else "KERNEL"
+    lines = [f"{static} {head}({', '.join(declared) or 'void'})", "{"]
+    lines += [f"{'    ' * depth}{text}" for depth, text in opening]
+    for depth, item in scope.lines:
+        if isinstance(item, Unused):
+            if not unit.fixed or _uses(texts, c_name(item.name)) > 1:
+                continue  # its declaration is one
+            item = f"(void){c_name(item.name)};"
+        if isinstance(item, Declaration):
+            variable = scope.variables.get(item.name)
+            if variable is None:
+                continue  # its only values are in branches for other sizes
+            item = f"{unit.declaration(variable.type, variable.name)};"
+        lines.append(f"{'    ' * depth}{item}")
+    lines.append("}")
+    if unit.fixed:
+        lines = [piece for line in lines for piece in wrapped_code(line)]
+    text = "\n".join(lines) + "\n"
+    comment = block_comment(inspect.getdoc(kernel.function) or "") if unit.fixed else ""
+    return Function(name, result, kernel, comment + text, scope.writes > 0, statements.constant)
+
+
+def _uses(texts: list[str], name: str) -> int:
+    """Return how many lines name a variable, which a field of the same name does not."""
+    return sum(bool(re.search(rf"(?<![.>\w]){name}\b", text)) for text in texts)

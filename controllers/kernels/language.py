@@ -1,0 +1,38 @@
+"""What kernels may call beside mathematics, named tuples and each other."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+DISPATCHED: dict[Callable[..., Any], Mapping[type, Callable[..., Any]]] = {}
+"""Kernel for each class of the first argument, by the kernel that chooses."""
+
+
+def dispatched(kernels: Mapping[type, Callable[..., Any]], function: Function) -> Function:
+    """Make a generic kernel choose its implementation by the class of its first argument, compiled or not.
+
+    Parameters
+    ----------
+    kernels : mapping
+        Implementation for each ``NamedTuple`` class of parameters; may grow until the first compilation for it.
+    function : callable
+        The plain function, which looks the implementation up in ``kernels`` by ``type(first argument)``.
+
+    Returns
+    -------
+    callable
+        The same function, now also callable from compiled code.
+    """
+    DISPATCHED[function] = kernels
+    return function
+
+
+def natural(index: int) -> int:
+    """Return an index that is not negative: compiled code then need not test whether it counts from the end."""
+    return index
+
+
+def call(address: int, parameters: int, state: int, row: Any) -> None:
+    """Call a compiled function by its address: ``void f(parameters, state, row, count)``; in compiled code alone."""
+    raise NotImplementedError("only compiled code calls by address")

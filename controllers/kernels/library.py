@@ -1,0 +1,148 @@
+"""Compiled kernels: those that came with the package, and others, compiled when they are first asked for."""
+
+import ctypes
+import hashlib
+import os
+import pickle
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Hashable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from controllers.kernels.cache_directory import cache_directory, clear_old
+from controllers.kernels.compiler import FLAGS, SUFFIX, compile_files, compiler
+from controllers.kernels.entry import file_text, library_unit
+from controllers.kernels.record import Translation, translation
+from controllers.kernels.types import Type
+from controllers.kernels.unit import Unit
+
+HOME = Path(__file__).parent
+BUILT, CONTENTS = HOME / f"built{SUFFIX}", HOME / "built.pickle"
+"""The library that came with the package, and what is in it: a translation for each symbol."""
+
+Writer = Callable[[Unit], tuple[str, Type | None]]
+"""Writes entry points for a unit, and says what the kernel gives."""
+
+
+class Loaded(NamedTuple):
+    """A library in this process, and what a kernel in it gives."""
+
+    library: Any
+    result: Type | None
+
+    def address(self, symbol: str) -> int:
+        """Return where a function lies; zero where there is none of that name."""
+        function = getattr(self.library, symbol, None)
+        return 0 if function is None else int(ctypes.cast(function, ctypes.c_void_p).value or 0)
+
+
+_LOADED: dict[Hashable, Loaded] = {}
+_LOCK = threading.RLock()
+
+
+def loaded(key: Hashable, symbol: str, write: Writer) -> Loaded:
+    """Return a library that holds a symbol.
+
+    Parameters
+    ----------
+    key : Hashable
+        What the symbol stands for in this process: kernels and types.
+    symbol : str
+        Its name, or what the names of several begin with.
+    write : callable
+        Writes it, where it has to be compiled.
+
+    Raises
+    ------
+    NotTranslatable
+        The kernel, or one that it calls, has no translation.
+    NoCompiler
+        It has to be compiled, and there is no compiler.
+    """
+    with _LOCK:
+        if key not in _LOADED:
+            _LOADED[key] = _from_built(symbol) or _from_cache(symbol) or _compiled(symbol, write)
+        return _LOADED[key]
+
+
+def is_kept(name: str) -> bool:
+    """Tell whether a kernel of a name has been compiled for any arguments, by this process or an earlier one."""
+    begin = f"{name.strip('_')}_"
+    return any(symbol.startswith(begin) for symbol in built()) or any(cache_directory().glob(f"{begin}*.record"))
+
+
+@cache
+def built() -> dict[str, bytes]:
+    """Return what is in the library that came with the package: translations by symbol; nothing where there is none."""
+    if not (BUILT.exists() and CONTENTS.exists()):
+        return {}
+    found: dict[str, bytes] = pickle.loads(CONTENTS.read_bytes())
+    return found
+
+
+@cache
+def _opened(path: Path) -> Any:
+    return ctypes.CDLL(str(path))
+
+
+def _from_built(symbol: str) -> Loaded | None:
+    found = _read(built().get(symbol, b""))
+    return Loaded(_opened(BUILT), found.result) if found is not None and found.holds() else None
+
+
+def _from_cache(symbol: str) -> Loaded | None:
+    folder = cache_directory()
+    records = sorted(folder.glob(f"{symbol}-*.record"), key=_age)
+    for record in records:
+        with suppress(OSError):  # another process may have removed it
+            found = _read(record.read_bytes())
+            if found is not None and (folder / found.library).exists() and found.holds():
+                _keep(record, folder / found.library)
+                return Loaded(_opened(folder / found.library), found.result)
+    return None
+
+
+def _age(path: Path) -> float:
+    with suppress(OSError):
+        return -path.stat().st_mtime
+    return 0.0
+
+
+def _read(content: bytes) -> Translation | None:
+    """Return what was written of a translation; none where it is cut off, or its classes are no longer there."""
+    with suppress(AttributeError, ImportError, EOFError, TypeError, ValueError, pickle.UnpicklingError):
+        found: Translation = pickle.loads(content)
+        return found
+    return None
+
+
+def _keep(*paths: Path) -> None:
+    for path in paths:
+        with suppress(OSError):
+            os.utime(path)
+
+
+def _compiled(symbol: str, write: Writer) -> Loaded:
+    folder, unit = cache_directory(), library_unit()
+    text, result = write(unit)
+    whole = file_text(unit, [text])
+    key = hashlib.sha256(f"{compiler()} {FLAGS} {whole}".encode()).hexdigest()[:16]
+    library = folder / f"{symbol}-{key}{SUFFIX}"
+    if not library.exists():
+        if built():
+            print(f"kernels are new or have changed: compiling {symbol.rpartition('_')[0]}", file=sys.stderr)
+        clear_old(folder)
+        with tempfile.TemporaryDirectory(dir=folder) as place:
+            source = Path(place, f"{symbol}.c")
+            source.write_text(whole, encoding="ascii")
+            compile_files([source], library, [*FLAGS, "-shared"])
+    content = pickle.dumps(translation(unit, result, library.name))
+    record = folder / f"{symbol}-{hashlib.sha256(content).hexdigest()[:16]}.record"
+    part = record.with_name(f"{record.name}.{os.getpid()}.part")
+    part.write_bytes(content)
+    os.replace(part, record)
+    return Loaded(_opened(library), result)

@@ -1,0 +1,186 @@
+"""Variables of a function: where C declares them, and the lines written so far."""
+
+import ast
+from collections import Counter
+from dataclasses import dataclass, field
+
+from controllers.kernels.names import RESERVED
+from controllers.kernels.sources import Kernel
+from controllers.kernels.types import Type
+from controllers.kernels.values import Value
+
+Path = tuple[tuple[int, str], ...]
+"""Blocks around a statement, outermost first: each the number of its statement and which of its blocks."""
+
+
+@dataclass
+class Variable:
+    """A local variable or an argument.
+
+    Attributes
+    ----------
+    name : str
+        Its name in C.
+    type : Type
+        Its type.
+    pointer : bool
+        Whether it is a pointer to a record that stays as it is.
+    constant : int, optional
+        Its value, where that is an integer that is known at translation.
+    natural : bool
+        Whether it is an integer that is known not to be negative.
+    """
+
+    name: str
+    type: Type
+    pointer: bool = False
+    constant: int | None = None
+    natural: bool = False
+
+
+@dataclass
+class Loop:
+    """A loop around what is translated now: variables that have a value where it goes on, and where it breaks off."""
+
+    turns: list[set[str]] = field(default_factory=list)
+    breaks: list[set[str]] = field(default_factory=list)
+
+
+@dataclass
+class Declaration:
+    """A declaration before the first value is known; written when the function is complete."""
+
+    name: str
+
+
+@dataclass
+class Unused:
+    """Stands after a declaration, and says that the variable is not used, where none does."""
+
+    name: str
+
+
+Item = tuple[int, "str | Declaration | Unused"]
+
+
+@dataclass
+class Scope:
+    """Variables of one function and the lines of its body.
+
+    Attributes
+    ----------
+    kernel : Kernel
+        The function.
+    variables : dict
+        Variables by their name in Python.
+    lines : list
+        Depth and text of each line so far.
+    depth : int
+        Depth of the line that comes next.
+    conditional : int
+        How many expressions are open of which C may leave out a part.
+    given : set of str
+        Variables that have a value at the present place, by whatever way it is reached.
+    ended : bool
+        Whether nothing can follow at the present place.
+    writes : int
+        How often arrays are changed in place so far.
+    loops : list of Loop
+        Loops around the present place, innermost last.
+    """
+
+    kernel: Kernel
+    variables: dict[str, Variable] = field(default_factory=dict)
+    lines: list[Item] = field(default_factory=list)
+    depth: int = 1
+    conditional: int = 0
+
+    def __post_init__(self) -> None:
+        self.counters: set[str] = set()
+        self.writes = 0
+        self.given: set[str] = set()
+        self.ended = False
+        self.loops: list[Loop] = []
+        self.folded: set[int] = set()
+        self._declared: set[str] = set()
+        self._homes: dict[str, Path] = {}
+        body = self.kernel.tree.body
+        self._find_homes(body, ())
+        names = [node for node in ast.walk(self.kernel.tree) if isinstance(node, ast.Name)]
+        self.stores = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
+        loops = [node for node in ast.walk(self.kernel.tree) if isinstance(node, ast.For)]
+        self.counted = Counter(ast.unparse(loop.target) for loop in loops)
+        arguments = self.kernel.tree.args
+        self._taken = {node.id for node in names} | {each.arg for each in (*arguments.args, *arguments.kwonlyargs)}
+
+    def _find_homes(self, body: list[ast.stmt], path: Path) -> None:
+        for statement in body:
+            blocks = {name: getattr(statement, name, None) or [] for name in ("body", "orelse")}
+            inner = {id(node) for block in blocks.values() for child in block for node in ast.walk(child)}
+            for node in ast.walk(statement):
+                if isinstance(node, ast.Name) and id(node) not in inner:
+                    self._homes[node.id] = _common(self._homes.get(node.id, path), path)
+            for name, block in blocks.items():
+                self._find_homes(block, (*path, (id(statement), name)))
+
+    def lives_in(self, name: str, path: Path) -> bool:
+        """Tell whether a variable belongs to a block; the blocks of conditions known at translation are none."""
+        home = self._homes.get(name, path)
+        return self._opened(home) == self._opened(path)
+
+    def _opened(self, path: Path) -> Path:
+        return tuple(step for step in path if step[0] not in self.folded)
+
+    def emit(self, text: str) -> None:
+        """Write a line."""
+        self.lines.append((self.depth, text))
+
+    def fresh(self, wish: str) -> str:
+        """Return a name that is not in use, like the one wished for."""
+        name, count = wish, 1
+        while name in self._taken or name in RESERVED:
+            count += 1
+            name = f"{wish}{count}"
+        self._taken.add(name)
+        return name
+
+    def is_declared(self, name: str) -> bool:
+        """Tell whether a variable has been declared."""
+        return name in self._declared
+
+    def declare(self, name: str) -> None:
+        """Note that a variable is declared."""
+        self._declared.add(name)
+
+    def announce(self, statement: ast.stmt, path: Path) -> None:
+        """Declare variables that get their first value within a statement and live on after it."""
+        for node in ast.walk(statement):
+            if not (isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)):
+                continue
+            if node.id != "_" and node.id not in self._declared and self.lives_in(node.id, path):
+                if self.counted[node.id] == self.stores[node.id]:
+                    continue  # counters are declared by their loops
+                self.lines.append((self.depth, Declaration(node.id)))
+                self.declare(node.id)
+
+    def value(self, name: str) -> Value:
+        """Return a variable as an expression."""
+        variable = self.variables[name]
+        text, kind, known = variable.name, variable.type, variable.constant
+        return Value(text, kind, constant=known, root=name, pointer=variable.pointer, natural=variable.natural)
+
+    def is_constant(self, name: str) -> bool:
+        """Tell whether a name is an argument that keeps its value, or a constant reference to a part of one."""
+        variable = self.variables.get(name)
+        return variable is not None and variable.pointer
+
+    def note_declaration(self, name: str) -> None:
+        """Note where a variable is declared, for the remark that it is not used."""
+        self.lines.append((self.depth, Unused(name)))
+
+
+def _common(first: Path, second: Path) -> Path:
+    length = 0
+    while length < min(len(first), len(second)) and first[length] == second[length]:
+        length += 1
+    return first[:length]

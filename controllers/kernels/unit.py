@@ -1,0 +1,200 @@
+"""A translation unit: structs, constants and functions of C that kernels became."""
+
+import ast
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from controllers.kernels.calls import Calls
+from controllers.kernels.comments import WIDTH, block_comment, section, summary
+from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.functions import Function, translate_function
+from controllers.kernels.literals import Precision
+from controllers.kernels.meanings import meaning
+from controllers.kernels.names import c_name, function_name
+from controllers.kernels.sources import Constant, Kernel, read_kernel, resolve
+from controllers.kernels.types import BOOLEAN, INTEGER, REAL, Array, Line, Record, Scalar, Type
+from controllers.kernels.values import Value, open_name
+
+Known = int | str | None
+"""What is known of an integer at translation: its value, ``natural`` where it is not negative, or nothing."""
+
+Key = tuple[Callable[..., Any], tuple[Type, ...], tuple[Known, ...]]
+"""A kernel with the types of its arguments, and what is known of them."""
+
+
+@dataclass(frozen=True)
+class Struct:
+    """A struct of C: its type, its name, and its definition."""
+
+    type: Type
+    name: str
+    text: str
+
+
+class Unit:
+    """Collects what kernels need, in an order that C takes.
+
+    Parameters
+    ----------
+    precision : Precision
+        How real numbers are written.
+    prefix : str
+        Begins the names of all structs that stem from named tuples.
+    fixed : bool
+        Whether it is firmware: sizes are part of the types, known integers decide branches, comments are kept, every
+        loop has a known length. Otherwise sizes are known at run time, and one translation serves all of them.
+
+    Attributes
+    ----------
+    files : set of Path
+        Files that the kernels stand in.
+    meanings : dict
+        What each global name that they ask for stands for, by module and name.
+    """
+
+    def __init__(self, precision: Precision, prefix: str, *, fixed: bool) -> None:
+        self.precision = precision
+        self.prefix = prefix
+        self.fixed = fixed
+        self.calls = Calls()
+        self.structs: dict[Type, Struct] = {}
+        self.functions: dict[Key, Function] = {}
+        self.constants: dict[str, Constant] = {}
+        self.helpers: set[str] = set()
+        self.files: set[Path] = set()
+        self.meanings: dict[tuple[str, str], str] = {}
+        self._names: set[str] = set()
+        self._pending: list[Callable[..., Any]] = []
+
+    def resolved(self, kernel: Kernel, node: ast.expr) -> Any:
+        """Return what a global name of a kernel stands for; the translation holds for no other meaning of it."""
+        found = resolve(kernel, node)
+        if not self.fixed:
+            module, name = kernel.function.__module__, ast.unparse(node)
+            if (module, name) not in self.meanings:
+                self.meanings[module, name] = meaning(kernel.function.__globals__, name)
+        return found
+
+    def c_type(self, kind: Type) -> str:
+        """Return the type in C of a value that is no array of fixed sizes."""
+        if isinstance(kind, Scalar):
+            return {REAL: self.precision.real, INTEGER: "int64_t", BOOLEAN: "bool"}[Scalar(kind.kind)]
+        if isinstance(kind, Array) and not kind.is_open:
+            raise TypeError("an array is declared with its name")
+        return self.struct(kind).name
+
+    def declaration(self, kind: Type, name: str) -> str:
+        """Return the declaration of a variable, argument or field; an array of fixed sizes is a pointer."""
+        if not isinstance(kind, Array) or kind.is_open:
+            return f"{self.c_type(kind)} {name}"
+        element, rows = self.c_type(kind.element), "".join(f"[{extent}]" for extent in kind.shape[1:])
+        return f"{element} (*{name}){rows}" if rows else f"{element} *{name}"
+
+    def struct(self, kind: Record | Line | Array) -> Struct:
+        """Return the struct of a named tuple, a tuple of one type, what a function returns, or an open array."""
+        if kind not in self.structs:
+            name = self._struct_name(kind)
+            while name in self._names:
+                name += "_"
+            text = self._text(kind, name)
+            self._names.add(name)
+            self.structs[kind] = Struct(kind, name, text)
+        return self.structs[kind]
+
+    def _text(self, kind: Record | Line | Array, name: str) -> str:
+        if isinstance(kind, Record):
+            return self._record_text(kind, name)
+        if isinstance(kind, Line):
+            field = self.declaration(kind.element, f"at[{kind.length}]")
+            return f"/* A tuple of {kind.length}. */\ntypedef struct {{\n    {field};\n}} {name};\n"
+        sizes = ", ".join(f"size{axis}" for axis in range(len(kind.shape)))
+        return f"typedef struct {{\n    {self.c_type(kind.element)} *data;\n    int64_t {sizes};\n}} {name};\n"
+
+    def _struct_name(self, kind: Record | Line | Array) -> str:
+        if isinstance(kind, Array):
+            return open_name(kind)
+        if isinstance(kind, Record):
+            return f"{self.prefix}_{kind.name}" if kind.origin is not None else kind.name
+        if isinstance(kind.element, Scalar):
+            return f"{self.prefix}_{kind.element.kind}_tuple{kind.length}"
+        return f"{self.prefix}_{getattr(kind.element, 'name', 'tuple')}_tuple{kind.length}"
+
+    def _record_text(self, kind: Record, name: str) -> str:
+        described = section(kind.origin, "Attributes") if kind.origin and self.fixed else {}
+        lines = []
+        for field, item in kind.fields:
+            text = described.get(field, "")
+            declared = self.declaration(item, c_name(field))
+            beside = f"    {declared}; /* {text} */"
+            if text and len(beside) <= WIDTH and "*/" not in text:
+                lines.append(block_comment(text, f"    {declared}; ").replace("\n", ""))
+            else:
+                lines += [*block_comment(text, "    ").splitlines(), f"    {declared};"]
+        comment = block_comment(summary(kind.origin)) if kind.origin and self.fixed else ""
+        return f"{comment}typedef struct {{\n" + "\n".join(lines) + f"\n}} {name};\n"
+
+    def compound(self, record: Record, values: Sequence[Value]) -> str:
+        """Return a value of a struct."""
+        name = self.c_type(record)
+        pairs = [f".{c_name(field)} = {value.content}" for (field, _), value in zip(record.fields, values, strict=True)]
+        return f"({name}){{{', '.join(pairs)}}}"
+
+    def constant_name(self, constant: Constant) -> str:
+        """Return the name of a constant, and note that it is used."""
+        name, count = constant.name, 1
+        while self.constants.setdefault(name, constant).value != constant.value:
+            if self.fixed:
+                values = f"{self.constants[name].value} and {constant.value}"
+                raise NotTranslatable(f"{name} names two constants, {values}; rename one")
+            count += 1
+            name = f"{constant.name}_{count}"
+        return name
+
+    def library(self, name: str, *arguments: str) -> str:
+        """Return a call of a function of ``math.h``."""
+        return f"{name}{self.precision.suffix}({', '.join(arguments)})"
+
+    def helper(self, name: str, *arguments: str) -> str:
+        """Return a call of one of the unit's own small functions."""
+        self.helpers.add(name)
+        return f"{name}({', '.join(arguments)})"
+
+    def function(
+        self,
+        function: Callable[..., Any],
+        kinds: tuple[Type, ...],
+        constants: tuple[Known, ...] = (),
+        caller: tuple[Kernel, Any] | None = None,
+    ) -> Function:
+        """Return a kernel in C for arguments of some types; it is translated when it is first met.
+
+        Arguments that are known integers, such as sizes, decide branches within it, as they do at the call.
+
+        Raises
+        ------
+        NotTranslatable
+            It has no translation.
+        """
+        key = (function, kinds, constants or (None,) * len(kinds))
+        if key not in self.functions:
+            kernel = read_kernel(function)
+            if function in self._pending and caller is not None:
+                raise caller[0].refusal(caller[1], f"{kernel.name} calls itself; write a loop over a range")
+            self._pending.append(function)
+            self.files.add(kernel.file)
+            self.functions[key] = translate_function(self, kernel, kinds, key[2], self._function_name(function))
+            self._pending.pop()
+        return self.functions[key]
+
+    def _function_name(self, function: Callable[..., Any]) -> str:
+        taken = {made.name: origin for (origin, _, _), made in self.functions.items()}
+        name = function_name(function.__name__)
+        if name in taken and taken[name] is not function:
+            name = f"{function.__module__.rpartition('.')[2]}_{name}"
+        count, base = 1, name
+        while name in taken:
+            count += 1
+            name = f"{base}_{count}"
+        return name

@@ -1,0 +1,234 @@
+"""What kernels of controllers take and give, and the registries that choose a kernel by the class of its parameters."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from controllers.kernels.language import dispatched
+
+
+class Inputs(NamedTuple):
+    """What a controller is given at a sample.
+
+    Feedback acts on ``reference + correction - velocity``. Feedforward, preview and instruments see the plan alone,
+    ``reference`` and ``next_reference``: a correction contains the measurement, and friction fed forward along it
+    would close a loop of its own. Identification sees the true velocity and torque.
+
+    Attributes
+    ----------
+    reference : float
+        Planned velocity now, rad/s.
+    velocity : float
+        Measured velocity now, rad/s; not finite where the measurement failed.
+    next_reference : float
+        Planned velocity at the next sample, rad/s; not a number where it is not known.
+    correction : float
+        What an outer loop adds to the plan, rad/s.
+    position : float
+        Measured position now, rad; not a number where it is not known.
+    realised_torque : float
+        Mean torque that the drive gave over the last period, N m; not a number where it is not known.
+    feedforward : float
+        Torque known from elsewhere, such as gravity, N m.
+    inertia : float
+        Inertia in the present configuration, kg m^2; not a number where the controller's own holds.
+    dt : float
+        Time since the last sample, s.
+    acting_reference, next_acting_reference : float
+        Planned velocity when the torque that is computed now begins to act and one period later, rad/s: those ``delay``
+        and ``delay + 1`` periods ahead where the drive is late; not a number where it is not known.
+    """
+
+    reference: float
+    velocity: float
+    next_reference: float
+    correction: float
+    position: float
+    realised_torque: float
+    feedforward: float
+    inertia: float
+    dt: float
+    acting_reference: float
+    next_acting_reference: float
+
+
+def planned_inputs(
+    reference: float,
+    velocity: float,
+    next_reference: float,
+    realised_torque: float,
+    dt: float,
+    position: float = math.nan,
+) -> Inputs:
+    """Return the inputs along a plan without an outer loop, with no known torque or given inertia.
+
+    Parameters
+    ----------
+    reference, velocity, next_reference : float
+        Planned velocity now, measured velocity, planned velocity at the next sample, rad/s.
+    realised_torque : float
+        Mean torque that the drive gave over the last period, N m.
+    dt : float
+        Time since the last sample, s.
+    position : float, optional
+        Measured position, rad.
+    """
+    unknown = math.nan
+    return Inputs(
+        reference=reference,
+        velocity=velocity,
+        next_reference=next_reference,
+        correction=0.0,
+        position=position,
+        realised_torque=realised_torque,
+        feedforward=0.0,
+        inertia=unknown,
+        dt=dt,
+        acting_reference=unknown,
+        next_acting_reference=unknown,
+    )
+
+
+def _changed(inputs: Inputs, reference: float, velocity: float, realised_torque: float, feedforward: float) -> Inputs:
+    # all fields are listed: compiled code knows no ``_replace``
+    return inputs._replace(
+        reference=reference, velocity=velocity, realised_torque=realised_torque, feedforward=feedforward
+    )
+
+
+def with_feedforward(inputs: Inputs, torque: float) -> Inputs:
+    """Return the inputs with a torque (N m) added to their feedforward."""
+    return _changed(inputs, inputs.reference, inputs.velocity, inputs.realised_torque, inputs.feedforward + torque)
+
+
+def with_reference(inputs: Inputs, reference: float) -> Inputs:
+    """Return the inputs with another planned velocity (rad/s) now."""
+    return _changed(inputs, reference, inputs.velocity, inputs.realised_torque, inputs.feedforward)
+
+
+def with_velocity(inputs: Inputs, velocity: float) -> Inputs:
+    """Return the inputs with another velocity (rad/s) in the place of the measured one."""
+    return _changed(inputs, inputs.reference, velocity, inputs.realised_torque, inputs.feedforward)
+
+
+def with_realised_torque(inputs: Inputs, torque: float) -> Inputs:
+    """Return the inputs with a mean torque (N m) that the drive gave over the last period."""
+    return _changed(inputs, inputs.reference, inputs.velocity, torque, inputs.feedforward)
+
+
+def present_inertia(inputs: Inputs, inertia: float) -> float:
+    """Return the inertia (kg m^2) of the present configuration, or the controller's own where none is given."""
+    return inputs.inertia if math.isfinite(inputs.inertia) else inertia
+
+
+def _planned(inputs: Inputs, following: float, start: float, end: float) -> Inputs:
+    return inputs._replace(next_reference=following, acting_reference=start, next_acting_reference=end)
+
+
+def with_next_reference(inputs: Inputs, reference: float) -> Inputs:
+    """Return the inputs with another plan (rad/s) at the next sample."""
+    return _planned(inputs, reference, inputs.acting_reference, inputs.next_acting_reference)
+
+
+def without_coming_plan(inputs: Inputs) -> Inputs:
+    """Return the inputs without the plan over the period in which a torque computed now acts."""
+    return _planned(inputs, inputs.next_reference, math.nan, math.nan)
+
+
+def acts_on_plan(inputs: Inputs) -> bool:
+    """Tell whether the plan is known over the period in which a torque computed now acts."""
+    return math.isfinite(inputs.acting_reference) and math.isfinite(inputs.next_acting_reference)
+
+
+class Output(NamedTuple):
+    """What a controller gives at a sample.
+
+    Attributes
+    ----------
+    torque : float
+        Commanded torque, N m.
+    feedforward : float
+        The part of it that is not feedback, N m.
+    """
+
+    torque: float
+    feedforward: float
+
+
+STEPS: dict[type, Callable[..., Any]] = {}
+"""Step kernel of each class of controller parameters: ``step(parameters, state, inputs) -> (output, state)``."""
+
+INLINED: set[type] = set()
+"""Classes of controller parameters whose step is part of the closed loop: it is so short that a call would show."""
+
+ESTIMATES: dict[type, Callable[..., Any]] = {}
+"""Kernel that writes the physical estimates into a row: ``write(parameters, state, row)``."""
+
+
+class _Monitors(dict[type, Callable[..., Any]]):
+    """Kernels of the classes that have any; the others write nothing."""
+
+    def get(self, block: type, default: Any = None) -> Any:
+        """Return the kernel of a class of parameters."""
+        return super().get(block, without_estimates)
+
+
+MONITORS: dict[type, Callable[..., Any]] = _Monitors()
+"""Kernel that writes what a controller watches itself by into a row: ``write(parameters, state, row)``; optional."""
+
+
+def _step(block: Any, state: Any, inputs: Inputs) -> Any:
+    """Do one sample of any controller, compiled or not.
+
+    Parameters
+    ----------
+    block : NamedTuple
+        Parameters of the controller, of a class that ``STEPS`` knows.
+    state : NamedTuple
+        State of the controller; its arrays may be changed in place.
+    inputs : Inputs
+        What it is given at the sample.
+
+    Returns
+    -------
+    output : Output
+        Torque and the feedforward in it, N m.
+    state : NamedTuple
+        The new state.
+    """
+    return STEPS[type(block)](block, state, inputs)
+
+
+def _write_estimates(block: Any, state: Any, row: Any) -> Any:
+    """Write the physical estimates of any controller, in their own units, compiled or not.
+
+    Parameters
+    ----------
+    block, state : NamedTuple
+        Parameters and state of the controller.
+    row : ndarray, shape (n,)
+        Is given the estimates, in the order of the controller's ``estimate_names``.
+    """
+    return ESTIMATES[type(block)](block, state, row)
+
+
+def _write_monitors(block: Any, state: Any, row: Any) -> Any:
+    """Write what any controller watches itself by, compiled or not; of those that do not, nothing.
+
+    Parameters
+    ----------
+    block, state : NamedTuple
+        Parameters and state of the controller.
+    row : ndarray, shape (n,)
+        Is given the values, in the order of the controller's ``monitor_names``.
+    """
+    return MONITORS.get(type(block))(block, state, row)  # type: ignore[misc]
+
+
+step = dispatched(STEPS, _step)
+write_estimates = dispatched(ESTIMATES, _write_estimates)
+write_monitors = dispatched(MONITORS, _write_monitors)
+
+
+def without_estimates(block: Any, state: Any, row: Any) -> None:
+    """Write nothing: for controllers that estimate nothing."""

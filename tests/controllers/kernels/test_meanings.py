@@ -1,0 +1,101 @@
+"""Machine code on disk is loaded only while the global names in its kernels stand for what they stood for."""
+
+import os
+import subprocess
+import sys
+
+SCRIPT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import settings
+from controllers.compiled import compiled
+from kernels import kernel, TABLE, Own
+from others import other
+exec(sys.argv[2])
+print(compiled(kernel)(Own(2.0)))
+"""
+
+KERNELS = """
+from typing import NamedTuple
+import settings
+from settings import LEVEL, Mode
+from controllers.kernels.language import dispatched
+
+class Own(NamedTuple):
+    number: float
+
+def _chosen(own):
+    return own.number
+
+TABLE = {Own: _chosen}
+
+def _choose(own):
+    return TABLE[type(own)](own)
+
+choose = dispatched(TABLE, _choose)
+
+def level(own, factor=1.0):
+    return factor * LEVEL * own.number
+
+def kernel(own):
+    return level(own) + Mode.A * settings.OFFSET + 1000.0 * choose(own)
+"""
+
+SETTINGS = """
+import os
+from enum import IntEnum
+LEVEL = float(os.environ["LEVEL"])
+OFFSET = float(os.environ["OFFSET"])
+class Mode(IntEnum):
+    A = int(os.environ["MODE"])
+"""
+
+OTHERS = "def other(own):\n    return 7.0\n"
+
+
+def printed(command, tmp_path, **variables):
+    """The number that a script prints."""
+    path = os.pathsep.join(sys.path)
+    known = {**os.environ, "ADAPTIVE_FF_CACHE": str(tmp_path / "cache"), "PYTHONPATH": path, **variables}
+    done = subprocess.run([sys.executable, "-c", *command], env=known, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return float(done.stdout)
+
+
+def test_machine_code_on_disk_holds_for_what_its_names_stood_for(tmp_path):
+    for name, text in (("kernels", KERNELS), ("settings", SETTINGS), ("others", OTHERS)):
+        (tmp_path / f"{name}.py").write_text(text)
+    first = {"LEVEL": "3.0", "OFFSET": "0.5", "MODE": "2"}
+    found = []
+    for changed, before in [
+        ({}, ""),
+        ({"LEVEL": "4.0"}, ""),
+        ({"OFFSET": "0.25"}, ""),
+        ({"MODE": "20"}, ""),
+        ({}, "TABLE[Own] = other"),
+        ({}, "import kernels; kernels.level = other"),
+        ({}, "import kernels; kernels.level.__defaults__ = (10.0,)"),
+        ({}, ""),
+    ]:
+        found.append(printed([SCRIPT, str(tmp_path), before], tmp_path, **{**first, **changed}))
+    assert found == [2007.0, 2009.0, 2006.5, 2016.0, 7007.0, 2008.0, 2061.0, 2007.0]
+
+
+HELPED = """
+import sys
+sys.path[:0] = sys.argv[1:]
+from controllers.compiled import compiled
+from helped import kernel
+print(compiled(kernel)(2.0))
+"""
+
+
+def test_a_function_of_the_same_name_in_another_file_is_another_one(tmp_path):
+    (tmp_path / "helped.py").write_text("from helper import help\n\ndef kernel(x):\n    return help(x)\n")
+    found = []
+    for factor in (3.0, 5.0, 3.0):
+        folder = tmp_path / f"times_{factor}"
+        folder.mkdir(exist_ok=True)
+        (folder / "helper.py").write_text(f"def help(x):\n    return {factor} * x\n")
+        found.append(printed([HELPED, str(tmp_path), str(folder)], tmp_path))
+    assert found == [6.0, 10.0, 6.0]

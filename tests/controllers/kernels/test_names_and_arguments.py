@@ -1,0 +1,167 @@
+"""Names and arguments in kernels mean what they mean in Python; operations are done in its order, with its bits."""
+
+import math
+
+import numpy as np
+import pytest
+from kernels_from_text import from_text
+
+from controllers.kernels.errors import NotTranslatable
+
+LEAST = -(2**63)
+
+
+def both(text, arguments, tmp_path, monkeypatch):
+    """What a kernel gives as Python and as machine code, and what is in its arrays afterwards."""
+    kernel = from_text(text, tmp_path, monkeypatch)
+    found = []
+    for function in (kernel.py_func, kernel):
+        given = tuple(np.copy(each) if isinstance(each, np.ndarray) else each for each in arguments)
+        found.append((function(*given), [each.tolist() for each in given if isinstance(each, np.ndarray)]))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        ("def kernel(a, b):\n    return a < b, a > b, a <= b, a >= b\n", (True, False)),
+        ("def kernel(a, b):\n    return a < b, a > b, a <= b, a >= b\n", (False, True)),
+        ("import math\ndef kernel(n):\n    return math.floor(n), math.ceil(n)\n", (2**53 + 1,)),
+        ("def kernel(n, m):\n    return n % m\n", (LEAST, -1)),
+        (
+            "def kernel(row, a, b):\n    s, e = 0.0, (a, b)\n"
+            "    for i in range(2):\n        s += row[i]\n    for i in range(*e):\n        s += row[i]\n    return s\n",
+            (np.arange(4.0), -2, 0),
+        ),
+        ("from math import pi, sin\ndef kernel(x):\n    return pi * sin(x)\n", (0.5,)),
+        ("from enum import Enum\nclass M(int, Enum):\n    A = 3\nQ = M.A\n"
+         "def g(n, m=Q):\n    return n + m\ndef kernel(n):\n    return g(n)\n", (1,)),
+        ("from typing import NamedTuple\nclass P(NamedTuple):\n    x: float\n    n: int\n    y: float\n"
+         "def moved(p):\n    return p._replace(x=p.y, y=p.x)\n"
+         "def kernel(a, b):\n    p = moved(P(a, 2, b))\n    p = p._replace(n=p.n + 1)\n"
+         "    q = moved(p)._replace(x=1)\n    return p.x, p.n, p.y, q.x, q.n, q.y\n", (0.5, 1.5)),
+    ],
+)  # fmt: skip
+def test_machine_code_does_what_python_does(text, arguments, tmp_path, monkeypatch):
+    expected, found = both(text, arguments, tmp_path, monkeypatch)
+    assert found == expected
+
+
+def test_the_largest_quotient_of_integers_wraps_and_does_not_end_the_process(tmp_path, monkeypatch):
+    kernel = from_text("def kernel(n, m):\n    return n // m\n", tmp_path, monkeypatch)
+    assert kernel(LEAST, -1) == LEAST
+
+
+@pytest.mark.parametrize("power", ["abs(x) ** 0.5", "2.0 ** x", "8.0 ** x", "10.0 ** x"])
+def test_powers_have_the_bits_that_python_gives(power, tmp_path, monkeypatch):
+    kernel = from_text(f"def kernel(x):\n    return {power}\n", tmp_path, monkeypatch)
+    numbers = np.random.default_rng(1).uniform(-30.0, 30.0, 500).tolist()
+    assert [kernel(x) for x in numbers] == [kernel.py_func(x) for x in numbers]
+    assert kernel(-math.inf) == kernel.py_func(-math.inf)
+
+
+HEAD = """import functools
+import math
+
+def g(a, b=1.0):
+    return a - b
+
+def all_of(*a):
+    return a[0]
+
+def named_only(a, *, b=1.0):
+    return a - b
+
+def placed_only(a, /, b=1.0):
+    return a - b
+
+def doubled(f):
+    @functools.wraps(f)
+    def around(x):
+        return 2.0 * f(x)
+    return around
+
+@doubled
+def decorated(x):
+    return x
+
+LIST = [1.0]
+LISTS = ([1.0],)
+
+"""
+
+
+@pytest.mark.parametrize(
+    ("expression", "advice"),
+    [
+        ("g(x, a=3.0)", "multiple values for argument 'a'"),
+        ("g()", "missing a required argument: 'a'"),
+        ("named_only(x, 3.0)", "too many positional arguments"),
+        ("placed_only(a=x)", "name every argument, or give it in its place"),
+        ("all_of(x)", "one by one, without *"),
+        ("(x, x)[2]", "(x, x)[2] is outside of its 2 elements"),
+        ("(x, x)[-3]", "is outside of its 2 elements"),
+        ("decorated(x)", "a decorator has put another function around it"),
+        ("LIST(x)", "LIST is no function"),
+        ("LISTS(x)", "LISTS is no function"),
+        ("abs()", "must have 1 arguments"),
+        ("float(x, x)", "must have 1 arguments"),
+        ("math.isfinite(x, x)", "must have 1 arguments"),
+    ],
+)
+def test_what_python_refuses_is_refused(expression, advice, tmp_path, monkeypatch):
+    kernel = from_text(f"{HEAD}def kernel(x):\n    return {expression}\n", tmp_path, monkeypatch)
+    with pytest.raises(NotTranslatable) as error:
+        kernel(1.25)
+    assert advice in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "row[0] += bump(row)",
+        "x = bump(row) + row[0]",
+        "x = row[1] * bump(row)",
+        "table[place(row)][:] = bump(row)",
+        "table[place(row), 0] += 1.0 + row[0]",
+        "x = max(bump(row), bump(row))",
+    ],
+)
+def test_what_changes_arrays_in_the_midst_of_an_expression_is_refused(line, tmp_path, monkeypatch):
+    text = (
+        "def bump(row):\n    row[0] += 1.0\n    return row[0]\n\n"
+        "def place(row):\n    row[0] *= 10.0\n    return 1\n\n"
+        f"def kernel(table, row):\n    {line}\n"
+    )
+    with pytest.raises(NotTranslatable, match="changes arrays in place; give its result a name in a line before"):
+        from_text(text, tmp_path, monkeypatch)(np.zeros((2, 2)), np.ones(2))
+
+
+@pytest.mark.parametrize("ends", ["", "0, n, 1, 7"])
+def test_a_range_has_one_to_three_ends(ends, tmp_path, monkeypatch):
+    text = f"def kernel(n):\n    s = 0\n    for i in range({ends}):\n        s += i\n    return s\n"
+    with pytest.raises(NotTranslatable, match="a range must be of integers"):
+        from_text(text, tmp_path, monkeypatch)(3)
+
+
+def test_another_range_is_no_range(tmp_path, monkeypatch):
+    text = "def range(n):\n    return (7,)\n\ndef kernel(n):\n    for i in range(n):\n        n += i\n    return n\n"
+    with pytest.raises(NotTranslatable, match="write for i in range"):
+        from_text(text, tmp_path, monkeypatch)(3)
+
+
+def test_a_wrong_number_of_arguments_is_said(tmp_path, monkeypatch):
+    kernel = from_text("def kernel(x, y=2.0):\n    return x * y\n", tmp_path, monkeypatch)
+    with pytest.raises(TypeError, match="takes 2 arguments, was given 1"):
+        kernel(1.0)
+
+
+def test_relative_imports_of_constants_are_followed(tmp_path, monkeypatch):
+    package = tmp_path / "small_package"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "levels.py").write_text("LEVEL = 2.5\n")
+    (package / "kernels.py").write_text("from .levels import LEVEL\n\ndef kernel(x):\n    return LEVEL * x\n")
+    kernel = from_text("from small_package.kernels import kernel\n", tmp_path, monkeypatch)
+    assert kernel(2.0) == 5.0

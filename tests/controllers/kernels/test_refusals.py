@@ -1,0 +1,154 @@
+"""What machine code cannot hold or do is refused, with file and line, and with what to write instead."""
+
+import math
+
+import numpy as np
+import pytest
+from kernels_from_text import from_text
+
+from controllers.kernels.errors import NotTranslatable
+from controllers.kernels.memory import Memory
+from controllers.kernels.types import type_of
+
+HEAD = """import collections
+import math
+from typing import NamedTuple
+
+LARGE = 2**64
+LEAST = -(2**63)
+
+class Pair(NamedTuple):
+    a: float
+    b: float
+
+class Doubling(collections.namedtuple("Doubling", "x")):
+    def __new__(cls, x):
+        return super().__new__(cls, 2.0 * x)
+
+def twice(x):
+    return x
+
+first = twice
+
+def twice(x):
+    return 2.0 * x
+
+def yielding(x):
+    return x
+    yield x
+
+"""
+FIRST = HEAD.count("\n") + 2
+"""Line of the first statement of a kernel."""
+
+
+def kernel_of(lines, tmp_path, monkeypatch, head="def kernel(x, n, t):"):
+    return from_text(HEAD + head + "\n" + "".join(f"    {each}\n" for each in lines.split("\n")), tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize(
+    ("lines", "line", "advice"),
+    [
+        ("return n + 9223372036854775808", 0, "9223372036854775808 is beyond the 64 bits of integers; write a real"),
+        ("return n + LARGE", 0, "beyond the 64 bits"),
+        ("return n + (9223372036854775807 + 1)", 0, "beyond the 64 bits"),
+        ("return n + 4611686018427387904 * 4", 0, "beyond the 64 bits"),
+        ("return n + -LEAST", 0, "beyond the 64 bits"),
+        ("return x._replace(y=1.0)", 0, "x._replace(y=1.0): x is no named tuple"),
+        ("return Pair(x, x)._replace(x).a", 0, "name every field that changes"),
+        ("return Pair(x, x)._replace(c=x).a", 0, "Pair has no field c"),
+        ("return Doubling(x).x", 0, "Doubling has a __new__ of its own; write a kernel"),
+        ("for _ in range(n):\n    x += 1.0\nreturn _", 2, "_ keeps no value; give the variable a name"),
+        ("s = t.shape\nreturn s[0]", 0, "a shape or a tuple of constants has no value; use its items"),
+        ("(a, b), c = (x, x), x\nreturn a", 0, "(a, b) cannot be one of several targets; write a statement for each"),
+        ("a = b, c = x, x\nreturn b", 0, "(b, c) cannot be one of several targets; write a statement for each"),
+        ("a, *b = x, x\nreturn a", 0, "*b cannot be one of several targets; write a statement for each"),
+        ("[a, b] = x, x\nreturn a", 0, "[a, b] cannot be one of several targets; write a statement for each"),
+        ("t[0:1] = 1.0", 0, "t[0:1] is a slice; write a loop over a range"),
+        ("t[0, :] = 1.0", 0, "t[0, :] is a slice; write a loop over a range"),
+        ("t[:] += 1.0", 0, "t[:] is a slice; write a loop over a range"),
+        ("t[0] = 1.0", 0, "t[0] is no number of an array; give an index for each dimension"),
+        ("p = (x, x)\np[0] = 1.0", 1, "p[0] cannot be assigned to; make a new tuple"),
+        ("return len(t)", 0, "len is not known; write .size or .shape of an array"),
+        ("return round(x)", 0, "round is not known; write math.floor(x + 0.5)"),
+        ("return math.hypot(x, x)", 0, "math.hypot has no translation; write math.sqrt(x * x + y * y)"),
+        ("return yielding(x)", -5, "yielding: yields; return the values instead"),
+        ("return twice(x)", -8, "twice: is a second function of this name; give each a name of its own"),
+        ("return first(x)", -8, "twice: is a second function of this name; give each a name of its own"),
+    ],
+)
+def test_what_has_no_translation_is_refused_with_its_line(lines, line, advice, tmp_path, monkeypatch):
+    with pytest.raises(NotTranslatable) as error:
+        kernel_of(lines, tmp_path, monkeypatch)(1.0, 2, np.ones((2, 3)))
+    assert f".py:{FIRST + line}: " in str(error.value)
+    assert advice in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_an_argument_without_a_name_cannot_be_assigned_to(tmp_path, monkeypatch):
+    with pytest.raises(NotTranslatable, match="_ keeps no value; give the argument a name"):
+        kernel_of("_ = 2.0\nreturn _", tmp_path, monkeypatch, "def kernel(_):")(1.0)
+    assert kernel_of("return _ + 1.0", tmp_path, monkeypatch, "def kernel(_):")(1.0) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "advice"),
+    [
+        ((1.0, 2**63, np.ones(2)), "9223372036854775808 is beyond the 64 bits that integers have in kernels"),
+        ((1.0, -(2**63) - 1, np.ones(2)), "is beyond the 64 bits"),
+        (
+            (1.0, 2, np.array(3.0)),
+            "is an array without dimensions, which kernels do not take; give the number",
+        ),
+        ((1.0, 2, "text"), "'text' is not allowed in kernels"),
+        ((1.0, 2), "compiled it takes 3 arguments, was given 2"),
+    ],
+)
+@pytest.mark.parametrize("again", [False, True])
+def test_arguments_that_kernels_do_not_take_are_refused(arguments, advice, again, tmp_path, monkeypatch):
+    kernel = kernel_of("return x", tmp_path, monkeypatch)
+    if again:
+        kernel(1.0, 2, np.ones(2))
+        advice = advice.replace("9223372036854775808 is", "[9223372036854775808] are").partition(" that integers")[0]
+        advice = advice.replace("is beyond the", "beyond the")
+    with pytest.raises(TypeError) as error:
+        kernel(*arguments)
+    assert f".py:{FIRST - 1}: kernel: " in str(error.value)
+    assert advice in str(error.value)
+
+
+def test_a_class_that_makes_something_else_of_its_fields_is_no_kind(tmp_path, monkeypatch):
+    doubling = kernel_of("return x", tmp_path, monkeypatch).py_func.__globals__["Doubling"]
+    with pytest.raises(
+        NotTranslatable, match="is of a class with a __new__ of its own; kernels take plain named tuples"
+    ):
+        type_of(doubling(1.0))
+
+
+def test_memory_refuses_integers_beyond_64_bits():
+    memory = Memory((1, 2.0))
+    with pytest.raises(TypeError, match=r"\[9223372036854775808\] are beyond the 64 bits"):
+        memory.value = (2**63, 2.0)
+
+
+def test_an_array_that_was_not_given_cannot_come_back(tmp_path, monkeypatch):
+    kernel = kernel_of("return t[0]", tmp_path, monkeypatch)
+    with pytest.raises(TypeError, match=rf":{FIRST - 1}: kernel: gives back an array that is no argument; return its"):
+        kernel(1.0, 2, np.ones((2, 3)))
+
+
+def test_the_least_integer_can_be_written_and_is_no_index_from_the_start(tmp_path, monkeypatch):
+    assert kernel_of("return -9223372036854775808", tmp_path, monkeypatch)(1.0, 2, np.ones(2)) == -(2**63)
+    quotient = kernel_of("return abs(n) // 3", tmp_path, monkeypatch)
+    assert quotient(1.0, -(2**63), np.ones(2)) == -(2**63) // 3
+    assert quotient(1.0, -7, np.ones(2)) == 2
+
+
+@pytest.mark.parametrize(
+    ("x", "expected"),
+    [(math.nan, 0), (1e300, 2**63 - 1), (-math.inf, -(2**63)), (-3.7, -3), (2.0**62, 2**62)],
+)
+def test_integers_of_real_numbers_are_the_nearest_that_there_are(x, expected, tmp_path, monkeypatch):
+    assert kernel_of("return int(x)", tmp_path, monkeypatch)(x, 2, np.ones(2)) == expected
+    rounded = kernel_of("return math.floor(x), math.ceil(x)", tmp_path, monkeypatch)(x, 2, np.ones(2))
+    assert rounded == (math.floor(x), math.ceil(x)) if abs(x) < 1e18 else rounded == (expected, expected)
