@@ -12,6 +12,7 @@ from rich.table import Table
 from adaptive_ff.cli.terminal import error_console, progress_bars
 from adaptive_ff.errors import InputError
 from benchmarks.compare import HEADINGS, MOVED_HEADINGS, compared_controllers, moved_lines, summary_lines
+from benchmarks.pages import ROOT, pages, rendered, write_pages
 from benchmarks.results import RESULTS, read_result, results_in
 from benchmarks.running import BASE, run_suite, suite_fingerprint
 from benchmarks.suite import load_suite, suite_names
@@ -101,6 +102,20 @@ def stale() -> None:
             print(f"{name}: no result")
         elif result.fingerprint != suite_fingerprint(load_suite(name)):
             print(f"{name}: computed at {result.commit}")
+
+
+@app.command("pages")
+def pages_command(
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; exit 1 where a page differs.")] = False,
+) -> None:
+    """Fill the tables and numbers of all pages from the stored results."""
+    if check:
+        different = [page for page in pages() if rendered(text := page.read_text(encoding="utf-8")) != text]
+    else:
+        different = write_pages()
+    for page in different:
+        print(f"{page.relative_to(ROOT)}: {'is not as filled' if check else 'filled'}")
+    raise typer.Exit(1 if check and different else 0)
 
 
 def main() -> None:

@@ -45,7 +45,6 @@ def _of_seeds(row: Row, controller: str, seeds: Sequence[int]) -> dict[str, list
     for figure, column in row.figures[controller].items():
         joints, rest = divmod(len(column), len(row.seeds))
         if rest:  # not every case has this figure
-            found[figure] = column
             continue
         places = [place for place, seed in enumerate(row.seeds) if seed in set(seeds)]
         found[figure] = [value for place in places for value in column[place * joints : (place + 1) * joints]]

@@ -152,7 +152,13 @@ def _recorded(
 
     task = progress.add_task("motion", total=1.0)
     limits = default_limits(scenario, **given)
-    recorded = record(scenario, limits, period=period, progress=lambda share: progress.update(task, completed=share))
+    recorded = record(
+        scenario,
+        limits,
+        period=period,
+        workers=None,
+        progress=lambda share: progress.update(task, completed=share),
+    )
     write_csv(stage / "excitation.csv", recorded.motion.columns(scenario.sampling.period))
     table = toml_text({"reference": recorded.motion.reference.model_dump()})
     (stage / "excitation.toml").write_text(table, encoding="utf-8")
@@ -165,14 +171,9 @@ def _tuned(scenario: "Scenario", found: "LogIdentification", progress: Progress)
     """Return the identified scenario with the bandwidth that suits it, and the study that found it."""
     from adaptive_ff.studies.commissioning import identified_scenario, tuned
 
-    work = progress.add_task("bandwidth", total=2.0)
-    shares: dict[str, float] = {}
-
-    def advance(name: str, share: float) -> None:
-        shares[name] = share
-        progress.update(work, completed=sum(shares.values()))
-
-    return tuned(identified_scenario(scenario, found), advance)
+    work = progress.add_task("bandwidth", total=1.0)
+    identified = identified_scenario(scenario, found)
+    return tuned(identified, workers=None, progress=lambda share: progress.update(work, completed=share))
 
 
 def _taken_from(source: str, found: "LogIdentification") -> list[str]:

@@ -53,6 +53,7 @@ def excite_command(
                 limits,
                 period=period,
                 fastest=fastest,
+                workers=None,
                 progress=lambda share: progress.update(task, completed=share),
             )
         write_csv(stage / "excitation.csv", motion.columns(loaded.sampling.period))

@@ -48,14 +48,14 @@ class Gate:
         check_same_scenario(scenario, self._baseline, str(path))
         self._tolerance = _by_name(tolerance or [])
         Tolerances(self._tolerance, self._baseline["controllers"])
-        self._controllers = guarded_controllers(self._baseline, controllers)
+        self._chosen, self._controllers = controllers, guarded_controllers(self._baseline, controllers)
         self._metrics = guarded_metrics(self._baseline, metrics)
 
     def judge(self, comparison: "Comparison", errors: Console) -> int:
         """Print what got worse, or that nothing did, and return the exit status."""
         from adaptive_ff.comparison.gate import regressions
 
-        options = {"controllers": self._controllers, "metrics": self._metrics}
+        options = {"controllers": self._chosen, "metrics": self._metrics}
         worse = regressions(comparison, self._baseline, self._tolerance, **options)
         for sentence in worse:
             errors.print(f"worse than {self._path}: {sentence}", markup=False)

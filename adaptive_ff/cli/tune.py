@@ -40,19 +40,14 @@ def tune_command(
     with places(out, json) as (stage, beside):
         announce_compilation(errors, run_in_memory)
         with progress_bars(errors) as progress:
-            tasks: dict[str, int] = {}
-
-            def advance(name: str, share: float) -> None:
-                if name not in tasks:
-                    tasks[name] = progress.add_task(name, total=1.0)
-                progress.update(tasks[name], completed=share)  # type: ignore[arg-type]
-
+            task = progress.add_task("bandwidths", total=1.0)
             study = study_bandwidths(
                 loaded,
                 controller or STUDIED,
                 tuning_seeds=range(FIRST_TUNING_SEED, FIRST_TUNING_SEED + tuning_seeds),
                 reported_seeds=range(1, seeds + 1),
-                progress=advance,
+                workers=None,
+                progress=lambda share: progress.update(task, completed=share),
             )
         write_csv(stage / "tune.csv", study.columns())
         source, figures = str(scenario or "built-in scenario"), {"tune": study.plot()}

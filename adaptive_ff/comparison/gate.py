@@ -185,7 +185,8 @@ def regressions(
         How much worse a figure may be, as 0.05 or ``"5%"``; or a mapping from metrics, controllers or
         ``CONTROLLER.METRIC`` to such shares, with ``default`` for the others.
     controllers : iterable of str, optional
-        Which to guard; by default all of the baseline but the oracle and the rivals.
+        Which to guard; by default all of the baseline but the oracle and the rivals, and every own controller: one that
+        ran and is not in the baseline is named.
     metrics : iterable of str, optional
         Which figures to guard; by default all that the baseline has.
 
@@ -205,7 +206,8 @@ def regressions(
     names, figures = guarded_controllers(baseline, controllers), guarded_metrics(baseline, metrics)
     tolerances = Tolerances(tolerance, baseline["controllers"])
     now = comparison.to_dict()["controllers"]
-    found = []
+    unguarded = [name for name in now if name not in CONTROLLERS and name not in baseline["controllers"]]
+    found = [] if controllers else [f"{name}: is not in the baseline, so nothing guards it" for name in unguarded]
     for name in names:
         if name not in now:
             found.append(f"{name}: is in the baseline, but was not run")

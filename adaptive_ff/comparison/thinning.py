@@ -8,9 +8,8 @@ import numpy as np
 from adaptive_ff.comparison.running import Drive, ends_of_parts, report
 from adaptive_ff.simulation.experiment import NO_POSITION_LOOP, Course, Record, empty_record
 from adaptive_ff.simulation.loop import start_position
-from adaptive_ff.simulation.metrics import first_motion
+from adaptive_ff.simulation.metrics import RunMetrics, first_motion
 from adaptive_ff.simulation.parts import after_part, kept_samples, part_of
-from adaptive_ff.simulation.running_metrics import RunningMetrics
 from controllers.arrays import NDArray
 
 
@@ -23,13 +22,13 @@ class Thinned(NamedTuple):
         Which.
     record : Record
         All series at these samples.
-    metrics : RunningMetrics
+    metrics : RunMetrics
         Figures of merit of the whole run.
     """
 
     samples: NDArray[np.int64]
     record: Record
-    metrics: RunningMetrics
+    metrics: RunMetrics
 
 
 def drive_thinned(
@@ -63,7 +62,7 @@ def drive_thinned(
     drive = Drive(controller)
     course = drive.previewed(course)
     position, count, given = start_position(course), course.noise.size, np.zeros(0)
-    metrics = RunningMetrics(course.reference.size, course.solver_period, first_motion(course.reference), last_change)
+    metrics = RunMetrics(course.reference.size, course.solver_period, first_motion(course.reference), last_change)
     kept: list[Record] = []
     for stop in ends_of_parts(count, parts):
         start = position.sample
@@ -82,7 +81,7 @@ def drive_thinned(
     return Thinned(kept_samples(0, count, count, thin), series, metrics), drive.names, drive.watched
 
 
-def _count(metrics: RunningMetrics, course: Course, record: Record, start: int, ends: bool) -> None:
+def _count(metrics: RunMetrics, course: Course, record: Record, start: int, ends: bool) -> None:
     """Add what a part of a run holds from a sample on; the end of a part is the begin of the next one."""
     begin = int(course.samples[start])
     stop = None if ends else -1

@@ -307,8 +307,8 @@ class Scenario(Table):
                 f"actuator.torque_limit = {limit:g} {torque} is below joint.stiction = {self.joint.stiction:g} "
                 f"{torque}: tracking is impossible, the joint cannot break away from rest"
             )
-        if "fixed" in self.controllers and "fixed" not in self.model_fields_set:
-            found.append("controller 'fixed' has no [fixed] table: it feeds nothing forward and equals 'pi'")
+        if "fixed" in self.controllers and self.fixed == FixedModel():
+            found.append("controller 'fixed' has nothing in [fixed]: it feeds nothing forward and equals 'pi'")
         found += motion_cautions(self.joint, limit, self.reference_velocity(), self.joint.solver_period)
         if self.feedback.is_auto:
             return found

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,14 +12,16 @@ from adaptive_ff.comparison.comparison import BASELINE
 from adaptive_ff.comparison.own_bandwidth import (
     TUNING_SEEDS,
     OwnBandwidth,
-    find_own_bandwidth,
     settled_error,
+    tried_bandwidths,
     with_bandwidth,
 )
 from adaptive_ff.comparison.registry import CONTROLLERS
 from adaptive_ff.errors import InputError
 from adaptive_ff.scenario.scenario import Scenario
+from adaptive_ff.simulation.experiment import lay_course
 from adaptive_ff.studies.loop_at_bandwidth import LoopAtBandwidth, loop_at
+from adaptive_ff.studies.study import Found, run_study
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -96,7 +99,8 @@ def study_bandwidths(
     *,
     tuning_seeds: Sequence[int] = TUNING_SEEDS,
     reported_seeds: Sequence[int] = REPORTED_SEEDS,
-    progress: Callable[[str, float], None] | None = None,
+    workers: int | None = 1,
+    progress: Callable[[float], None] | None = None,
 ) -> BandwidthStudy:
     """Find the bandwidth that suits each controller.
 
@@ -108,8 +112,10 @@ def study_bandwidths(
         Names of controllers; ``pi`` is always among them.
     tuning_seeds, reported_seeds : sequence of int, optional
         Seeds on which bandwidths are chosen and on which errors are reported; they must not overlap.
+    workers : int, optional
+        Number of processes; None for one a core.
     progress : callable, optional
-        Is called with the name of a controller and the share of its study that is done.
+        Is called with the share done, from 0 to 1.
 
     Raises
     ------
@@ -125,23 +131,49 @@ def study_bandwidths(
             f"seeds {list(tuning_seeds)} to choose on and {list(reported_seeds)} to report are not allowed: there "
             "must be some of both, and none in common"
         )
-    own, own_errors, common_errors = {}, {}, {}
-    for name in dict.fromkeys([BASELINE, *controllers]):
-        maker = CONTROLLERS[name]
-        report = None if progress is None else _reporter(progress, name)
-        own[name] = find_own_bandwidth(scenario, maker, seeds=tuning_seeds, progress=report)
-        seeded = [scenario.modified(seed=seed) for seed in reported_seeds]
-        own_errors[name] = float(
-            np.median([settled_error(with_bandwidth(one, own[name].best), maker) for one in seeded])
-        )
-        if not scenario.feedback.is_auto:
-            common_errors[name] = float(np.median([settled_error(one, maker) for one in seeded]))
-    loops = [loop_at(scenario, bandwidth) for bandwidth in own[BASELINE].bandwidths]
+    names = list(dict.fromkeys([BASELINE, *controllers]))
+    tried, seeds = tried_bandwidths(scenario), len(tuning_seeds)
+    trials = {f"{bandwidth}, {seed}": (bandwidth, seed) for bandwidth in tried for seed in tuning_seeds}
+    share = len(trials) / (len(trials) + len(reported_seeds))
+    found = run_study(
+        partial(_trial, scenario),
+        trials,
+        names,
+        workers=workers,
+        progress=None if progress is None else lambda done: progress(share * done),
+    )
+    errors = {name: np.reshape([one[name] for one in found.values()], (len(tried), seeds)) for name in names}
+    own = {name: OwnBandwidth(tuple(tried), tuple(np.median(errors[name], axis=1).tolist())) for name in names}
+    for name, one in own.items():
+        if not np.isfinite(one.error):
+            raise ArithmeticError(f"the simulation of {name} fails at every bandwidth that was tried")
+    reported = run_study(
+        partial(_reported, scenario, {name: one.best for name, one in own.items()}),
+        {str(seed): seed for seed in reported_seeds},
+        names,
+        workers=workers,
+        progress=None if progress is None else lambda done: progress(share + (1.0 - share) * done),
+    )
+    medians = {name: np.median([one[name] for one in reported.values()], axis=0).tolist() for name in names}
+    own_errors = {name: pair[0] for name, pair in medians.items()}
+    common_errors = {} if scenario.feedback.is_auto else {name: pair[1] for name, pair in medians.items()}
+    loops = [loop_at(scenario, bandwidth) for bandwidth in tried]
     return BandwidthStudy(scenario, loops, own, own_errors, common_errors)
 
 
-def _reporter(progress: Callable[[str, float], None], name: str) -> Callable[[float], None]:
-    return lambda share: progress(name, share)
+def _trial(scenario: Scenario, trial: tuple[float, int], names: list[str]) -> Found:
+    """Return the settled error of controllers at a bandwidth (Hz) and a seed."""
+    bandwidth, seed = trial
+    at = with_bandwidth(scenario.modified(seed=seed), bandwidth)
+    course = lay_course(at)
+    return {name: settled_error(at, CONTROLLERS[name], course) for name in names}
+
+
+def _reported(scenario: Scenario, best: dict[str, float], seed: int, names: list[str]) -> Found:
+    """Return the settled errors of controllers at their own bandwidths and, where there is one, the scenario's."""
+    at = scenario.modified(seed=seed)
+    loops = {name: [with_bandwidth(at, best[name]), *([] if scenario.feedback.is_auto else [at])] for name in names}
+    return {name: [settled_error(one, CONTROLLERS[name]) for one in loops[name]] for name in names}
 
 
 def _plain(value: Any) -> Any:

@@ -76,6 +76,7 @@ def record(
     *,
     period: float = 10.0,
     periods: int = PERIODS,
+    workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
     """Find an exciting motion and record it on the simulated joint, under the PI loop.
@@ -90,10 +91,12 @@ def record(
         Period of the motion, s.
     periods : int, optional
         Number of periods to record.
+    workers : int, optional
+        Number of processes that search for the motion; None for one a core.
     progress : callable, optional
         Is called with the share done.
     """
-    motion = exciting_motion(scenario, limits, period=period, progress=progress)
+    motion = exciting_motion(scenario, limits, period=period, workers=workers, progress=progress)
     plan = with_motion(loop_of(scenario, "pi"), motion.reference.model_dump(), periods * period)
     run = simulate(plan.modified(seed=RECORDED_SEED), "pi")
     return Recording(motion, {"time": run.time, "velocity": run.measured, "torque": run.torque})
@@ -128,10 +131,10 @@ def identified_scenario(scenario: Scenario, found: LogIdentification) -> Scenari
 
 
 def tuned(
-    identified: Scenario, progress: Callable[[str, float], None] | None = None
+    identified: Scenario, *, workers: int | None = 1, progress: Callable[[float], None] | None = None
 ) -> tuple[Scenario, BandwidthStudy]:
     """Return a scenario with the bandwidth that suits the adaptive controller, and the study that found it."""
-    study = study_bandwidths(identified, ["adaptive"], tuning_seeds=TUNING_SEEDS, progress=progress)
+    study = study_bandwidths(identified, ["adaptive"], tuning_seeds=TUNING_SEEDS, workers=workers, progress=progress)
     best = float(f"{study.own['adaptive'].best:.4g}")
     return with_bandwidth(identified, min(best, study.own["adaptive"].bandwidths[-1])), study
 

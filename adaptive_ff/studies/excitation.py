@@ -12,6 +12,7 @@ differs, most for the lag; so the search is repeated with each interval measured
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from adaptive_ff.errors import InputError
 from adaptive_ff.studies.information import NAMES, Array, AssumedJoint
 from adaptive_ff.studies.motion import Excitation, MotionLimits
 from adaptive_ff.studies.motion_search import MotionSearch
+from adaptive_ff.studies.study import Found, run_study
 
 STARTS, ROUNDS = 6, 8
 """Starts of the search, and trials of each."""
@@ -47,6 +49,7 @@ def find_excitations(
     starts: int = STARTS,
     rounds: int = ROUNDS,
     trial: Callable[[Excitation], dict[str, float]] | None = None,
+    workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[Excitation]:
     """Find motions that tell the parameters of a joint, the best one from each start of the search.
@@ -72,6 +75,8 @@ def find_excitations(
     trial : callable, optional
         Returns the intervals that a motion gives by parameter, each over what it is measured by; the motions returned
         have them as ``sizes``. By default ``sizes`` are those by information.
+    workers : int, optional
+        Number of processes that search from the starts; None for one a core, for which the trial must be picklable.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
 
@@ -81,24 +86,38 @@ def find_excitations(
         A limit or an argument is out of range.
     """
     search = MotionSearch(joint, limits, period, _check(joint, limits, period, fastest))
-    rounds = rounds if trial is not None else 1
-    motions = []
-    for turn in range(starts):
-        generator = np.random.default_rng([seed, turn])
-        direction = search.plateau_start(generator) if turn % 2 == 0 else search.random_start(generator)
-        tried, calibrated = [], measure
-        for i in range(rounds):
-            direction = search.search(direction, calibrated)
-            motion = search.motion(direction, measure)
-            if trial is not None:
-                expected = np.array([motion.sizes[name] for name in NAMES])
-                motion = motion.with_sizes(trial(motion))
-                calibrated = _calibrated(calibrated, measure, expected, motion)
-            tried.append(motion)
-            if progress is not None:
-                progress((turn * rounds + i + 1) / (starts * rounds))
-        motions.append(min(tried, key=lambda one: one.widest))
-    return motions
+    found = run_study(
+        partial(_from_start, search, measure, rounds if trial is not None else 1, trial, seed),
+        {str(turn): turn for turn in range(starts)},
+        ["motion"],
+        workers=workers,
+        progress=progress,
+    )
+    return [one["motion"] for one in found.values()]
+
+
+def _from_start(
+    search: MotionSearch,
+    measure: Array,
+    rounds: int,
+    trial: Callable[[Excitation], dict[str, float]] | None,
+    seed: int,
+    turn: int,
+    names: list[str],
+) -> Found:
+    """Return the best motion of some rounds from one start of the search."""
+    generator = np.random.default_rng([seed, turn])
+    direction = search.plateau_start(generator) if turn % 2 == 0 else search.random_start(generator)
+    tried, calibrated = [], measure
+    for _ in range(rounds):
+        direction = search.search(direction, calibrated)
+        motion = search.motion(direction, measure)
+        if trial is not None:
+            expected = np.array([motion.sizes[name] for name in NAMES])
+            motion = motion.with_sizes(trial(motion))
+            calibrated = _calibrated(calibrated, measure, expected, motion)
+        tried.append(motion)
+    return dict.fromkeys(names, min(tried, key=lambda one: one.widest))
 
 
 def polished(

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -159,6 +160,7 @@ def exciting_motion(
     period: float = 10.0,
     fastest: float | None = None,
     seed: int = 0,
+    workers: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Excitation:
     """Find the exciting motion of a scenario.
@@ -180,6 +182,8 @@ def exciting_motion(
         tried, too.
     seed : int, optional
         Seed of the search.
+    workers : int, optional
+        Number of processes; None for one a core.
     progress : callable, optional
         Is called with the share done, from 0 to 1.
 
@@ -202,13 +206,7 @@ def exciting_motion(
     plans = np.stack([measured_by.modified(seed=one).reference_velocity()[::every] for one in TUNING_SEEDS])
     measure: Array = interval_sizes(np.mean(information(joint, plans, every * loop.joint.solver_period), axis=0))
     base = interval_widths(measured_by, TRIAL_SEEDS)
-
-    def trial(motion: Excitation) -> dict[str, float]:
-        table = motion.reference.model_dump()
-        once, twice = (interval_widths(with_motion(loop, table, times * period), TRIAL_SEEDS) for times in (1, 2))
-        # where the joint sticks between two periods, a longer log may tell less: such a motion is none to repeat
-        return {name: max(once[name], twice[name]) / base[name] for name in NAMES}
-
+    trial = partial(_trial, loop, base, period)
     found: list[Excitation] = []
     shares = [share for share in SLOWER if share == 1.0 or share * fastest * period >= LEAST_HARMONICS]
     parts = len(shares) + 1
@@ -221,10 +219,19 @@ def exciting_motion(
             fastest=share * fastest,
             seed=seed,
             trial=trial,
+            workers=workers,
             progress=_part_of(progress, i, parts),
         )
     best = min(found, key=lambda motion: motion.widest)
     return polished(joint, limits, best, trial, seed=seed, progress=_part_of(progress, parts - 1, parts))
+
+
+def _trial(loop: Scenario, base: dict[str, float], period: float, motion: Excitation) -> dict[str, float]:
+    """Return the widths of the intervals that a motion of a period (s) gives, each over that of the yardstick."""
+    table = motion.reference.model_dump()
+    once, twice = (interval_widths(with_motion(loop, table, times * period), TRIAL_SEEDS) for times in (1, 2))
+    # where the joint sticks between two periods, a longer log may tell less: such a motion is none to repeat
+    return {name: max(once[name], twice[name]) / base[name] for name in NAMES}
 
 
 def _part_of(progress: Callable[[float], None] | None, part: int, parts: int) -> Callable[[float], None] | None:

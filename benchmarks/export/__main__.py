@@ -29,35 +29,40 @@ def as_table(title: str, rows: list[Row]) -> Table:
     return table
 
 
+SAMPLES = 1500
+"""Samples of random inputs."""
+
+
+def _loops() -> dict[str, list[Row]]:
+    identity, single = closed_loops(None, print)
+    return {"Closed loop: bits of torque and state": identity, "Single precision over the matrix": single}
+
+
+SECTIONS: dict[str, Callable[[], dict[str, list[Row]]]] = {
+    "python": lambda: {"Export, and the step behind Python": [*exporting(), *behind_python(5000)]},
+    "objects": lambda: {"Objects for drives": objects()},
+    "machines": lambda: {"Other machines": emulated(SAMPLES)},
+    "sanitizers": lambda: {"Sanitizers": sanitized(SAMPLES)},
+    "speed": lambda: {"Time of a step": steps(20_000, 15)},
+    "random": lambda: {"Random inputs: bits of torque and state": random_runs(SAMPLES)},
+    "closed": _loops,
+}
+"""What is measured, by the name of a section."""
+
+
 def main(
     only: Annotated[
         str | None, typer.Option(help="One section: random, closed, machines, objects, sanitizers, speed, python.")
     ] = None,
-    samples: Annotated[int, typer.Option(help="Samples of random inputs.")] = 1500,
-    seconds: Annotated[float | None, typer.Option(help="Longest closed-loop run, s; all of it if not given.")] = None,
     json: Annotated[Path | None, typer.Option(help="Write all numbers there.")] = None,
 ) -> None:
     """Measure the exported controllers."""
-    console, errors = Console(), Console(stderr=True, highlight=False)
-
-    def loops() -> dict[str, list[Row]]:
-        identity, single = closed_loops(seconds, errors.print)
-        return {"Closed loop: bits of torque and state": identity, "Single precision over the matrix": single}
-
-    sections: dict[str, Callable[[], dict[str, list[Row]]]] = {
-        "python": lambda: {"Export, and the step behind Python": [*exporting(), *behind_python(5000)]},
-        "objects": lambda: {"Objects for drives": objects()},
-        "machines": lambda: {"Other machines": emulated(samples)},
-        "sanitizers": lambda: {"Sanitizers": sanitized(samples)},
-        "speed": lambda: {"Time of a step": steps(20_000, 15)},
-        "random": lambda: {"Random inputs: bits of torque and state": random_runs(samples)},
-        "closed": loops,
-    }
-    if only is not None and only not in sections:
-        print(f"benchmarks.export: --only = {only!r} is not known; there are {', '.join(sections)}", file=sys.stderr)
+    console = Console()
+    if only is not None and only not in SECTIONS:
+        print(f"benchmarks.export: --only = {only!r} is not known; there are {', '.join(SECTIONS)}", file=sys.stderr)
         raise typer.Exit(2)
     measured: dict[str, list[Row]] = {}
-    for name, measure in sections.items():
+    for name, measure in SECTIONS.items():
         if only in (None, name):
             for title, rows in measure().items():
                 measured[title] = rows

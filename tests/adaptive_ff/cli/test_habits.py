@@ -83,7 +83,7 @@ def test_fixed_without_its_table_is_warned_of(tmp_path, without_pictures):
     content = changed({**short(), "controllers": ["pi", "fixed"]}, "fixed", REMOVED)
     outcome = run_command_line("compare", write_scenario(tmp_path, content), "--out", tmp_path / "out")
     assert outcome.warnings == [
-        "warning: controller 'fixed' has no [fixed] table: it feeds nothing forward and equals 'pi'"
+        "warning: controller 'fixed' has nothing in [fixed]: it feeds nothing forward and equals 'pi'"
     ]
 
 

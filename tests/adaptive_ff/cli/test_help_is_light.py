@@ -11,7 +11,6 @@ import adaptive_ff
 from adaptive_ff.cli import identify, replay
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.replay.replay import replay_log
-from benchmarks.processor_time import help_beside_numpy
 
 HEAVY = ("matplotlib", "control", "scipy", "numba", "filterpy", "numpy", "plant", "controllers")
 
@@ -41,9 +40,3 @@ def default(function, name):
 def test_defaults_of_commands_are_those_of_the_functions():
     assert default(identify.identify_command, "held_out") == default(identify_log, "held_out")
     assert default(replay.replay_command, "band") == default(replay_log, "band")
-
-
-def test_processor_time_of_help_is_measured_beside_numpy():
-    ours, theirs = help_beside_numpy(repeats=1)
-    assert 0.0 < theirs < 30.0
-    assert 0.0 < ours < 30.0

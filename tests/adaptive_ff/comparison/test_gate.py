@@ -165,6 +165,18 @@ def test_own_controller_is_guarded_by_default(comparison, baseline):
         regressions(comparison, content)
 
 
+class Half:
+    def step(self, reference, velocity):
+        return 100.0 * (reference - velocity)
+
+
+def test_own_controller_that_the_baseline_does_not_have_is_named_unless_others_are_chosen(baseline):
+    content = read_baseline(baseline)
+    found = compare(SHORT, own={"mine": Half})
+    assert regressions(found, content) == ["mine: is not in the baseline, so nothing guards it"]
+    assert regressions(found, content, controllers=["pi"]) == []
+
+
 @pytest.mark.parametrize(
     ("tables", "said"),
     [

@@ -1,0 +1,36 @@
+"""Intervals from a designed motion of 10 and 20 s, over those of 60 s of the built-in multisine on the same joint.
+
+The motion keeps the limits of the drive and is followed by the PI loop of the scenario; the intervals are those of the
+torque form with the assumed Stribeck velocity. The multisine keeps to seven Stribeck velocities.
+"""
+
+from functools import partial
+
+from adaptive_ff import load_scenario
+from adaptive_ff.studies.exciting_motion import default_limits, exciting_motion, interval_widths, with_motion, yardstick
+from adaptive_ff.studies.information import NAMES
+from adaptive_ff.studies.study import Found
+from benchmarks.suite import Case
+
+PERIOD = 10.0
+"""Length of the motion, s."""
+
+JOINTS = ("noisy_1khz", "paper_100hz", "servo")
+
+
+def run_joint(name: str, seeds: list[int], controllers: list[str]) -> Found:
+    """Find a motion; figures by length of the log, in the place of controllers: parameters' intervals over those."""
+    scenario = load_scenario(name)
+    motion = exciting_motion(scenario, default_limits(scenario), period=PERIOD)
+    base, found = interval_widths(yardstick(scenario), seeds), {}
+    for length in controllers:
+        longer = with_motion(scenario, motion.reference.model_dump(), float(length.removesuffix(" s")))
+        widths = interval_widths(longer, seeds)
+        found[length] = {parameter: widths[parameter] / base[parameter] for parameter in NAMES}
+    return {"": {"row": name}, **found}
+
+
+def joints(count: int, first: int = 1) -> list[Case]:
+    """Return the joints, with so many seeds each."""
+    seeds = list(range(first, first + count))
+    return [Case(name, first, partial(run_joint, name, seeds)) for name in JOINTS]

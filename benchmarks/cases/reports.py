@@ -1,0 +1,76 @@
+"""Experiments that report rows of their own: the paper, the exported C, friction laws on a measured record.
+
+A figure is a number that a row reports, under a short name of what was measured; ``met`` holds a one or a zero for each
+target.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any
+
+from adaptive_ff.studies.study import Found
+from benchmarks.suite import Case
+
+Reported = Iterable[tuple[str, Any, bool | None]]
+"""What was measured, the number or text that was found, and whether the target is met."""
+
+
+def run_report(row: str, report: Callable[[], Reported], controllers: list[str]) -> Found:
+    """Run an experiment; its figures stand under the only name in the place of a controller."""
+    (name,) = controllers
+    figures: dict[str, Any] = {"met": []}
+    for what, value, met in report():
+        number = value if isinstance(value, float | int) else _first_number(str(value))
+        if number is not None:
+            figures[re.sub(r"\W+", "_", what).strip("_")] = float(number)
+        if met is not None:
+            figures["met"].append(float(met))
+    return {"": {"row": row}, name: figures}
+
+
+def _first_number(text: str) -> float | None:
+    found = re.search(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?", text)
+    return float(found.group()) if found else None
+
+
+def _paper(name: str) -> Reported:
+    from benchmarks.paper.__main__ import EXPERIMENTS
+
+    return [(row.quantity, row.value, row.met) for row in EXPERIMENTS[name]().rows]
+
+
+def paper(count: int = 1, first: int = 1) -> list[Case]:
+    """Return the experiments of the paper."""
+    from benchmarks.paper.__main__ import EXPERIMENTS
+
+    return [Case(name, first, partial(run_report, name, partial(_paper, name))) for name in EXPERIMENTS]
+
+
+def _export(name: str) -> Reported:
+    from benchmarks.export.__main__ import SECTIONS
+
+    return [(row.what, row.figure, row.met) for rows in SECTIONS[name]().values() for row in rows]
+
+
+def export(count: int = 1, first: int = 1) -> list[Case]:
+    """Return the sections of the export."""
+    from benchmarks.export.__main__ import SECTIONS
+
+    return [Case(name, first, partial(run_report, name, partial(_export, name))) for name in SECTIONS]
+
+
+def _friction_laws() -> Reported:
+    from benchmarks.friction.laws import LAWS, fit_all
+    from benchmarks.friction.record import DATA, read_record
+
+    if not DATA.is_file():
+        raise ValueError("the measured record is not beside this repository")
+    fits, asked = fit_all(read_record(DATA)), {law.name: law.share for law in LAWS}
+    shares = {fit.law: fit.tested / fits[0].tested for fit in fits}
+    return [(law, share, share <= asked[law] if law in asked else None) for law, share in shares.items()]
+
+
+def friction_laws(count: int = 1, first: int = 1) -> list[Case]:
+    """Return the fits of the friction laws, errors over that of Coulomb friction."""
+    return [Case("presliding record", first, partial(run_report, "presliding record", _friction_laws))]

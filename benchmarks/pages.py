@@ -1,0 +1,160 @@
+"""Pages filled from stored results: tables between markers, numbers of the prose by reference.
+
+A table stands between ``<!-- table SUITE.VIEW -->`` and ``<!-- /table -->``, a number between
+``<!--= SUITE/ROW/QUANTITY -->`` and ``<!--/-->``, with the quantities of :mod:`benchmarks.quantities`. Any other number
+with a decimal point in a page is typed by hand, and must be listed for it in ``typed.toml``.
+"""
+
+import re
+import tomllib
+from collections.abc import Iterable
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from adaptive_ff.errors import InputError
+from benchmarks.quantities import ALL, missed, quantity, shown
+from benchmarks.results import RESULTS, Result, read_result
+from benchmarks.suite import Suite, load_suite
+
+ROOT = Path(__file__).resolve().parent.parent
+BASELINE = RESULTS / "9787daa"
+"""Results of the frozen commit, which stand in for a suite that has not been run since."""
+
+TYPED = Path(__file__).resolve().parent / "typed.toml"
+"""Numbers that pages may show although no result holds them."""
+
+TABLE = re.compile(r"(<!-- table (?P<suite>\w+)\.(?P<view>\w+) -->\n).*?(<!-- /table -->)", re.DOTALL)
+NUMBER = re.compile(r"(<!--= (?P<reference>[^>]+?) -->)[^<]*(<!--/-->)")
+CODE = re.compile(r"```.*?```|`[^`]*`|\]\([^)]*\)|<!--.*?-->", re.DOTALL)
+DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.]*\d)")
+
+TRACKING = {
+    "n": "adaptive.settled count",
+    "pi, mrad/s": "pi.error median*1000",
+    "pi / adaptive (least)": "adaptive.settled median (least)",
+    "below 0.95": "adaptive.settled below:0.95",
+    "worst window": "adaptive.window most",
+    "above 1.2": "adaptive.window above:1.2",
+    "first 5 s": "adaptive.start median (most)",
+    "after a change": "adaptive.after median",
+}
+"""Columns of a view that says ``columns = "tracking"``."""
+
+
+def latest(suite: str) -> Result:
+    """Return the present result of a suite, or that of the frozen commit where there is none.
+
+    Raises
+    ------
+    InputError
+        There is neither.
+    """
+    result = read_result(RESULTS, suite) or read_result(BASELINE, suite)
+    if result is None:
+        raise InputError(f"suite {suite!r} has no result: python -m benchmarks run {suite}")
+    return result
+
+
+def rendered(text: str) -> str:
+    """Return the text of a page with its tables and numbers as the stored results have them."""
+    text = TABLE.sub(lambda match: match[1] + table_of(match["suite"], match["view"]) + match[4], text)
+    return NUMBER.sub(lambda match: match[1] + number_of(match["reference"]) + match[3], text)
+
+
+def number_of(reference: str) -> str:
+    """Return the number that a reference of the prose stands for.
+
+    Raises
+    ------
+    InputError
+        No result holds it.
+    """
+    suite, row, text = reference.split("/")
+    value = quantity(latest(suite), row, text)
+    if value is None:
+        raise InputError(f"{reference}: no stored result holds it")
+    return shown(value)
+
+
+def table_of(name: str, view: str) -> str:
+    """Return a view of a suite as Markdown, with the commit at which it was computed below."""
+    suite, result = load_suite(name), latest(name)
+    if view not in suite.views:
+        raise InputError(f"{name}.{view}: there is no such view; there are {', '.join(suite.views)}")
+    content = suite.views[view]
+    columns: dict[str, str] = TRACKING if content["columns"] == "tracking" else content["columns"]
+    rows = list(_rows(result, content.get("rows", ["*"])))
+    labels, targets = content.get("labels", {}), bool(suite.targets) and content.get("missed", True)
+    cells = {row: [cell_of(result, row, text) for text in columns.values()] for row in rows}
+    kept = [place for place in range(len(columns)) if any(line[place] != "-" for line in cells.values())]
+    heads = [list(columns)[place] for place in kept]
+    lines = [[content.get("label", "row"), *heads, *(["missed"] if targets else [])]]
+    lines.append(["---", *["--:"] * len(heads), *(["---"] if targets else [])])
+    for row, values in cells.items():
+        contract = " (outside)" if row != ALL and suite.is_outside(row) and len(result.rows) > 1 else ""
+        line = [labels.get(row, row) + contract, *(values[place] for place in kept)]
+        lines.append([*line, *([", ".join(missed(suite, result, row))] if targets else [])])
+    body = "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    return f"{body}\n{_origin(suite, result)}\n"
+
+
+def _rows(result: Result, patterns: Iterable[str]) -> Iterable[str]:
+    """Return rows in the order of the patterns, and ``all`` where it is asked for."""
+    found: dict[str, None] = {}
+    for pattern in patterns:
+        chosen = [ALL] if pattern == ALL else [name for name in result.rows if fnmatchcase(name, pattern)]
+        found |= dict.fromkeys(chosen)
+    return found
+
+
+def _origin(suite: Suite, result: Result) -> str:
+    count = sum(len(row.seeds) for row in result.rows.values())
+    return f"*`python -m benchmarks run {suite.name}`, {count} cases, computed at {result.commit}.*"
+
+
+def cell_of(result: Result, row: str, text: str) -> str:
+    """Return a cell: a quantity, or two of the same figure as in ``adaptive.settled median (least)``."""
+    first, _, second = text.partition(" (")
+    cell = shown(quantity(result, row, first))
+    if second and cell != "-":
+        statistic = second.removesuffix(")")
+        figure = first.partition(" ")[0]
+        cell += f" ({shown(quantity(result, row, f'{figure} {statistic}'))})"
+    return cell
+
+
+def pages() -> list[Path]:
+    """Return all pages of the repository."""
+    folders = ("adaptive_ff", "benchmarks", "controllers", "plant", "examples", "docs", "tests")
+    found = [page for folder in folders for page in (ROOT / folder).rglob("*.md")]
+    return sorted([ROOT / "README.md", *found])
+
+
+def write_pages() -> list[Path]:
+    """Fill all pages; return those that have changed."""
+    changed = []
+    for page in pages():
+        before = page.read_text(encoding="utf-8")
+        after = rendered(before)
+        if after != before:
+            page.write_text(after, encoding="utf-8")
+            changed.append(page)
+    return changed
+
+
+def typed_numbers(text: str) -> list[str]:
+    """Return the numbers with a decimal point that are typed by hand into a page: neither filled, nor code."""
+    prose = NUMBER.sub("", TABLE.sub("", text))
+    return DECIMAL.findall(CODE.sub("", prose))
+
+
+def filled_numbers(text: str) -> int:
+    """Return how many numbers of a page come from results."""
+    tables = [match.group() for match in TABLE.finditer(text)]
+    return sum(len(re.findall(r"\d+(?:\.\d+)?", CODE.sub("", table))) for table in tables) + len(NUMBER.findall(text))
+
+
+def allowed_numbers() -> dict[str, Any]:
+    """Return what ``typed.toml`` allows, by page: a list of numbers, or ``"*"`` for all."""
+    return tomllib.loads(TYPED.read_text(encoding="utf-8"))

@@ -1,0 +1,105 @@
+"""Pages show what stored results hold, and nothing else with a decimal point."""
+
+import pytest
+
+from adaptive_ff.errors import InputError
+from benchmarks.compare import geometric_mean
+from benchmarks.pages import (
+    BASELINE,
+    ROOT,
+    allowed_numbers,
+    filled_numbers,
+    number_of,
+    pages,
+    rendered,
+    typed_numbers,
+)
+from benchmarks.quantities import missed, quantity, shown
+from benchmarks.results import LARGEST, RESULTS, Result, Row
+from benchmarks.suite import Suite
+
+LARGEST_SHARE = 0.03
+"""Of all numbers in the pages, how many may be typed by hand."""
+
+RESULT = Result("made", "", "", 0.0, "", {}, {"one": Row([1, 2, 3], {"own": {"settled": [2.0, 8.0, 0.5]}})})
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_page_is_as_it_is_filled(page):
+    text = page.read_text(encoding="utf-8")
+    assert rendered(text) == text
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_numbers_typed_by_hand_are_listed(page):
+    allowed = allowed_numbers().get(page.relative_to(ROOT).as_posix(), [])
+    assert allowed == "*" or sorted(set(typed_numbers(page.read_text(encoding="utf-8"))) - set(allowed)) == []
+
+
+def test_lists_name_pages_that_there_are_and_numbers_that_these_show():
+    for name, numbers in allowed_numbers().items():
+        text = (ROOT / name).read_text(encoding="utf-8")
+        assert numbers == "*" or set(numbers) <= set(typed_numbers(text))
+
+
+def test_few_numbers_are_typed_by_hand():
+    listed = allowed_numbers()
+    texts = [page.read_text("utf-8") for page in pages() if listed.get(page.relative_to(ROOT).as_posix()) != "*"]
+    typed, filled = (sum(map(len, map(typed_numbers, texts))), sum(map(filled_numbers, texts)))
+    assert typed <= LARGEST_SHARE * (typed + filled)
+
+
+def test_a_number_that_no_result_holds_is_refused():
+    with pytest.raises(InputError, match="no stored result holds it"):
+        number_of("matrix/no such row/adaptive.settled median")
+
+
+def test_typed_numbers_are_found_beside_what_is_filled_and_what_is_code():
+    text = "at 1.5 or `2.5`, <!--= a/b/c.d median -->3.5<!--/-->, [4.5](5.5.md), version 1.2.3, 7 of 10"
+    assert typed_numbers(text) == ["1.5", "4.5"]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("own.settled median", 2.0),
+        ("own.settled least", 0.5),
+        ("own.settled most*1000", 8000.0),
+        ("own.settled count", 3),
+        ("own.settled below:0.95", 1),
+        ("own.settled above:1.2", 2),
+        ("own.settled geometric", geometric_mean([2.0, 8.0, 0.5])),
+        ("other.settled median", None),
+    ],
+)
+def test_quantities(text, expected):
+    assert quantity(RESULT, "one", text) == pytest.approx(expected)
+
+
+def test_quantities_that_are_none_are_refused():
+    with pytest.raises(InputError, match=r"write 'controller\.figure statistic'"):
+        quantity(RESULT, "one", "settled")
+    with pytest.raises(InputError, match="statistic = 'middle' is not known"):
+        quantity(RESULT, "one", "own.settled middle")
+
+
+def test_what_misses_its_target_is_said_of_rows_inside_the_contract():
+    targets = {"*": {"own.settled least": 0.95}, "o*": {"own.settled median": 1.5}}
+    assert missed(Suite("made", "", [], targets=targets), RESULT, "one") == ["settled 0.5 < 0.95"]
+    assert missed(Suite("made", "", [], targets=targets, outside=["one"]), RESULT, "one") == []
+
+
+def test_numbers_are_shown_with_three_digits():
+    assert [shown(value) for value in (0.12345, 1234.5, 12.0, None, float("inf"))] == [
+        "0.123",
+        "1234",
+        "12",
+        "-",
+        "failed",
+    ]
+
+
+def test_stored_results_are_small():
+    files = [*RESULTS.glob("*.json"), *BASELINE.glob("*.json")]
+    assert files
+    assert max(file.stat().st_size for file in files) <= LARGEST
