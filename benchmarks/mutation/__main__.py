@@ -29,95 +29,16 @@ from benchmarks.mutation.session import Mutation
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
-MUTATED = (
-    "adaptive_ff.adaptive.learning.estimator",
-    "adaptive_ff.adaptive.learning.prediction",
-    "adaptive_ff.learning.filters",
-    "adaptive_ff.regression.known_loads",
-    "adaptive_ff.learning.sliding_gate",
-    "adaptive_ff.learning.torque_form",
-    "adaptive_ff.adaptive.learning.lag_tuning",
-    "adaptive_ff.adaptive.learning.change_detection",
-    "adaptive_ff.friction.feedforward",
-    "adaptive_ff.adaptive.supervision.acquittal",
-    "adaptive_ff.adaptive.supervision.balance",
-    "adaptive_ff.adaptive.supervision.circumstances",
-    "adaptive_ff.adaptive.supervision.colour",
-    "adaptive_ff.adaptive.command",
-    "adaptive_ff.adaptive.faults.counts",
-    "adaptive_ff.adaptive.faults.doubt",
-    "adaptive_ff.adaptive.faults.drive_limit",
-    "adaptive_ff.adaptive.faults.foresight",
-    "adaptive_ff.adaptive.learning.forgetting",
-    "adaptive_ff.adaptive.learning.friction_guess",
-    "adaptive_ff.adaptive.at_rest.held_friction",
-    "adaptive_ff.adaptive.faults.held_integral",
-    "adaptive_ff.model.loop_response",
-    "adaptive_ff.adaptive.supervision.noise_level",
-    "adaptive_ff.adaptive.supervision.observer",
-    "adaptive_ff.adaptive.supervision.observer_effect",
-    "adaptive_ff.adaptive.supervision.observer_gates",
-    "adaptive_ff.adaptive.supervision.observer_hand_over",
-    "adaptive_ff.adaptive.supervision.one_way",
-    "adaptive_ff.adaptive.at_rest.outer_loop",
-    "adaptive_ff.adaptive.faults.proven_torque",
-    "adaptive_ff.adaptive.supervision.ringing",
-    "adaptive_ff.adaptive.supervision.swift_ringing",
-    "adaptive_ff.adaptive.faults.rising_resistance",
-    "adaptive_ff.adaptive.faults.seen_velocity",
-    "adaptive_ff.adaptive.supervision.trust",
-    "adaptive_ff.adaptive.learning.unexplained",
-    "adaptive_ff.adaptive.watching",
-    "adaptive_ff.adaptive.fed_shares",
-    "adaptive_ff.adaptive.sensing",
-    "adaptive_ff.adaptive.at_rest.wound_integral",
-    "adaptive_ff.adaptive.setting_out",
-    "adaptive_ff.adaptive.share_out",
-    "adaptive_ff.adaptive.supervised_step",
-    "controllers.pi",
-    "plant.step",
-)
+ROOMS = ("adaptive_ff/friction", "adaptive_ff/learning", "adaptive_ff/adaptive", "controllers/pi.py", "plant/step.py")
+"""Where the kernels are that are mutated."""
 
 TESTS = (
-    "adaptive_ff/adaptive/learning/test_estimator_by_hand.py",
-    "adaptive_ff/adaptive/learning/test_estimator_kernels.py",
-    "adaptive_ff/adaptive/learning/test_attribution_by_hand.py",
-    "adaptive_ff/adaptive/learning/test_change_detection.py",
-    "adaptive_ff/adaptive/learning/test_friction_map.py",
-    "adaptive_ff/adaptive/learning/test_lag_tuning.py",
-    "adaptive_ff/adaptive/supervision/test_acquittal.py",
-    "adaptive_ff/adaptive/supervision/test_balance.py",
-    "adaptive_ff/adaptive/supervision/test_colour.py",
-    "adaptive_ff/adaptive/faults/test_counts.py",
-    "adaptive_ff/adaptive/faults/test_doubt.py",
-    "adaptive_ff/adaptive/faults/test_drive_limit.py",
-    "adaptive_ff/adaptive/faults/test_foresight.py",
-    "adaptive_ff/adaptive/at_rest/test_held_friction.py",
-    "adaptive_ff/adaptive/faults/test_held_integral.py",
-    "adaptive_ff/adaptive/supervision/test_noise_level.py",
-    "adaptive_ff/adaptive/supervision/test_observer.py",
-    "adaptive_ff/adaptive/supervision/test_observer_effect.py",
-    "adaptive_ff/adaptive/supervision/test_observer_gates.py",
-    "adaptive_ff/adaptive/supervision/test_one_way.py",
-    "adaptive_ff/adaptive/at_rest/test_outer_loop.py",
-    "adaptive_ff/adaptive/supervision/test_ringing.py",
-    "adaptive_ff/adaptive/supervision/test_swift_ringing.py",
-    "adaptive_ff/adaptive/faults/test_rising_resistance.py",
-    "adaptive_ff/adaptive/faults/test_seen_velocity.py",
-    "adaptive_ff/adaptive/at_rest/test_wound_integral.py",
-    "adaptive_ff/adaptive/test_supervised_step.py",
-    "adaptive_ff/adaptive/supervision/test_trust.py",
-    "adaptive_ff/friction",
-    "adaptive_ff/learning",
-    "adaptive_ff/regression",
-    "controllers/test_pi.py",
-    "plant/test_step.py",
-    "plant/test_directions.py",
-    "plant/test_changes.py",
+    *("adaptive_ff/friction", "adaptive_ff/learning", "adaptive_ff/adaptive", "controllers/test_pi.py"),
+    *("plant/test_step.py", "plant/test_directions.py", "plant/test_changes.py"),
 )
-"""Tests of these kernels; those that call a mutated one are found out by calling them."""
+"""Their tests; those that call a mutated kernel are found out by calling them."""
 
-LINE_UP = ("pi", "oracle", "adaptive_unsupervised", "adaptive")
+LINE_UP = ("pi", "oracle", "adaptive")
 """Controllers that the tests find; others are identified or tuned in many runs before they are made."""
 
 CLOSED_LOOP = (
@@ -142,20 +63,32 @@ CLOSED_LOOP = (
 OPTIONS = ("-n", "0", "-q", "-p", "no:cacheprovider", "--assert=plain", "--hypothesis-profile", "mutation")
 OPTIONS += ("-k", f"not ({' or '.join(CLOSED_LOOP)})")
 
+MARK = "@register_jitable"
+"""Decorator of a kernel."""
+
 PHASES = (Phase.explicit, Phase.generate)
 """What hypothesis does; a failure need not be made small here."""
 
 
-def kernels(modules: tuple[str, ...] = MUTATED) -> dict[str, FunctionType]:
-    """Return the kernels of modules by their full names."""
+def modules(rooms: tuple[str, ...] = ROOMS) -> list[str]:
+    """Return the full names of the modules of rooms that have kernels."""
+    files = [
+        file for room in rooms for file in ([ROOT / room] if room.endswith(".py") else (ROOT / room).rglob("*.py"))
+    ]
+    chosen = [file for file in files if f"\n{MARK}" in file.read_text(encoding="utf-8")]
+    return sorted(".".join(file.relative_to(ROOT).with_suffix("").parts) for file in chosen)
+
+
+def kernels() -> dict[str, FunctionType]:
+    """Return the kernels that are mutated, by their full names."""
     found = {}
-    for name in modules:
+    for name in modules():
         module = importlib.import_module(name)
         source = Path(str(module.__file__)).read_text().splitlines()
         for function in vars(module).values():
             if not isinstance(function, FunctionType) or function.__module__ != name:
                 continue
-            if source[function.__code__.co_firstlineno - 1].startswith("@register_jitable"):
+            if source[function.__code__.co_firstlineno - 1].startswith(MARK):
                 found[f"{name}.{function.__name__}"] = function
     return found
 

@@ -6,20 +6,21 @@ anew and goes on from its saved state. The first and the last part are the same 
 """
 
 import resource
-from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff import load_scenario
-from adaptive_ff.adaptive.controller import AdaptiveController
-from adaptive_ff.comparison.registry import make_controller
-from adaptive_ff.errors import InputError
+from adaptive_ff import load_scenario, simulate
+from adaptive_ff.comparison.registry import make_adaptive
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_plain_course
+from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course, lay_plain_course
 from adaptive_ff.simulation.loop import Position, run_compiled, start_position
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies.drawn_joints import draw_scenario
+from adaptive_ff.studies.study import Found
+from benchmarks.suite import Case
 from plant import FrictionChange, schedule
 
 PART = 600
@@ -53,46 +54,11 @@ RESTARTS = 0.2
 """Share of the parts after which the controller is made anew."""
 
 
-@dataclass(frozen=True)
-class Week:
-    """What came of it.
-
-    Attributes
-    ----------
-    draw : int
-        Number of the joint.
-    hours : float
-        Length, h.
-    restarts : int
-        How often the controller went on from a saved state.
-    torque : float
-        Largest torque commanded, as a share of the limit.
-    outside : int
-        Parts in which an estimate was not finite or left its bounds.
-    before, after : float
-        Rms error in the second half of the first and of the last part, rad/s.
-    growth : float
-        Growth of the process's memory after the first hour, MB.
-    """
-
-    draw: int
-    hours: float
-    restarts: int
-    torque: float
-    outside: int
-    before: float
-    after: float
-    growth: float
-
-
-def drawn_joint(draw: int) -> Scenario | None:
-    """Return the scenario of a drawn joint with all changes that it will meet, or None for one that is refused."""
+def drawn_joint(draw: int) -> Scenario:
+    """Return the scenario of a drawn joint with all changes that it will meet."""
     changes = [{"time": 1.0 + place, "friction_scale": scale} for place, scale in enumerate(FRICTION)]
     base = load_scenario().modified(joint={"solver_period": SOLVER_PERIOD}, change=changes)
-    try:
-        return draw_scenario(base, 1, draw)
-    except InputError:
-        return None
+    return draw_scenario(base, 1, draw)
 
 
 class Joint:
@@ -120,11 +86,9 @@ class Joint:
         self.record: Record | None = None
         self.scale, self.load = 1.0, 0.0
 
-    def new_controller(self) -> AdaptiveController:
+    def new_controller(self) -> Any:
         """Return a controller that limits the torque itself: the drive of these runs gives whatever is asked."""
-        made = make_controller(self.scenario, "adaptive")
-        made.parameters = made.parameters._replace(command=made.parameters.command._replace(torque_limit=self.limit))
-        return made
+        return make_adaptive(self.scenario, torque_limit=self.limit)
 
     def restart(self) -> None:
         """Make the controller anew and let it go on from the saved state."""
@@ -213,37 +177,62 @@ class Joint:
         first = int(self.generator.integers(noise.size - count))
         noise[first : first + count] += value
 
-    def estimates_hold(self, record: Record) -> bool:
-        """Tell whether all recorded estimates were finite and possible, and the present one is within its ranges."""
-        estimator, estimates = self.controller.parameters.estimator, record.estimates
-        low, high = estimator.ranges[:, 0], estimator.ranges[:, 1]
-        bounded = estimates[:, : low.size]  # what is chosen among candidates follows
-        possible = bool(np.all(np.isfinite(estimates)) and np.all((bounded >= low) & (bounded <= high)))
-        recursion, ranges = self.controller.state.estimator.recursion, self.controller.state.estimator.scratch.ranges
-        within = np.all((recursion.estimate >= ranges[:, 0]) & (recursion.estimate <= ranges[:, 1]))
-        return possible and (bool(within) or not np.any(ranges))
-
 
 def memory() -> float:
     """Return the largest memory that the process has had, MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
-def live(scenario: Scenario, draw: int, hours: float) -> Week:
-    """Run a drawn joint through so many hours, two parts at least."""
-    generator = np.random.default_rng([1, draw])
-    joint = Joint(scenario, generator)
-    parts = max(2, round(3600.0 * hours / PART))
-    before, outside, largest, restarts, start = joint.calm_part(), 0, 0.0, 0, memory()
-    for part in range(1, parts - 1):
+def run_weeks(draw: int, hours: float, controllers: list[str]) -> Found:
+    """Run a drawn joint through so many hours, two parts at least.
+
+    ``last_over_first`` is the error of the last part over that of the first, ``torque`` the largest torque over the
+    limit, ``lost`` the parts in which an estimate was not finite, ``growth`` that of the memory after the first hour
+    (MB).
+    """
+    (name,), generator = controllers, np.random.default_rng([1, draw])
+    joint = Joint(drawn_joint(draw), generator)
+    before, lost, largest, start = joint.calm_part(), 0, 0.0, memory()
+    for part in range(1, max(2, round(3600.0 * hours / PART)) - 1):
         record = joint.drawn_part()
         largest = max(largest, float(np.max(np.abs(record.given))))
-        outside += not joint.estimates_hold(record)
+        lost += not np.all(np.isfinite(record.estimates))
         if part == 6:
             start = memory()
         if generator.uniform() < RESTARTS:
             joint.restart()
-            restarts += 1
-    after = joint.calm_part()
-    share = largest / joint.limit
-    return Week(draw, parts * PART / 3600.0, restarts, share, outside, before, after, memory() - start)
+    ratio = joint.calm_part() / before
+    figures = {"last_over_first": ratio, "torque": largest / joint.limit, "lost": lost, "growth": memory() - start}
+    return {"": {"row": f"{hours:g} h"}, name: figures}
+
+
+def weeks(count: int, hours: float, first: int = 0) -> list[Case]:
+    """Return drawn joints, each for so many hours."""
+    return [Case(f"joint/{draw}", draw, partial(run_weeks, draw, hours)) for draw in range(first, first + count)]
+
+
+WORK, SPEED = 60.0, 0.1
+"""Length of the motion before and after, s, and the constant speed between, rad/s."""
+
+
+def run_idle(speed: float, hours: float, controllers: list[str]) -> Found:
+    """Let the built-in joint run at a constant speed, or stand, between two minutes of the same motion.
+
+    ``last_over_first`` is the error of the second half of the motion after it over the same of that before.
+    """
+    plain = load_scenario().modified(duration=WORK)
+    motion = plain.reference_velocity()[:-1]
+    steady = np.full(round(3600.0 * hours / plain.joint.solver_period), speed)
+    path, found = np.concatenate([motion, steady, motion, [0.0]]), {}
+    scenario = plain.modified(duration=2.0 * WORK + 3600.0 * hours)
+    course = lay_course(scenario)._replace(reference=path)
+    for name in controllers:
+        run = simulate(scenario, name, course=course, uncertain=False, thin=1)
+        error, size = path - run.velocity, motion.size
+        found[name] = {"last_over_first": rms(error[-size // 2 :]) / rms(error[size // 2 : size])}
+    return {"": {"row": f"{hours:g} h at {speed:g} rad/s"}, **found}
+
+
+def idle(hours: float, count: int = 1, first: int = 1) -> list[Case]:
+    """Return an idle time at constant speed and at standstill."""
+    return [Case(f"{speed:g} rad/s", first, partial(run_idle, speed, hours)) for speed in (SPEED, 0.0)]
