@@ -223,7 +223,7 @@ def run_idle(speed: float, hours: float, controllers: list[str]) -> Found:
     plain = load_scenario().modified(duration=WORK)
     motion = plain.reference_velocity()[:-1]
     steady = np.full(round(3600.0 * hours / plain.joint.solver_period), speed)
-    path, found = np.concatenate([motion, steady, motion, [0.0]]), {}
+    path, found = np.concatenate([motion, steady, motion, motion[-1:]]), {}
     scenario = plain.modified(duration=2.0 * WORK + 3600.0 * hours)
     course = lay_course(scenario)._replace(reference=path)
     for name in controllers:
