@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff import load_scenario, simulate
+from adaptive_ff import load_scenario
 from adaptive_ff.comparison.registry import make_adaptive
 from adaptive_ff.scenario.scenario import Scenario
-from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_course, lay_plain_course
+from adaptive_ff.simulation.experiment import Course, Record, empty_record, lay_plain_course
 from adaptive_ff.simulation.loop import Position, run_compiled, start_position
 from adaptive_ff.simulation.metrics import rms
 from adaptive_ff.studies.drawn_joints import draw_scenario
@@ -209,30 +209,3 @@ def run_weeks(draw: int, hours: float, controllers: list[str]) -> Found:
 def weeks(count: int, hours: float, first: int = 0) -> list[Case]:
     """Return drawn joints, each for so many hours."""
     return [Case(f"joint/{draw}", draw, partial(run_weeks, draw, hours)) for draw in range(first, first + count)]
-
-
-WORK, SPEED = 60.0, 0.1
-"""Length of the motion before and after, s, and the constant speed between, rad/s."""
-
-
-def run_idle(speed: float, hours: float, controllers: list[str]) -> Found:
-    """Let the built-in joint run at a constant speed, or stand, between two minutes of the same motion.
-
-    ``last_over_first`` is the error of the second half of the motion after it over the same of that before.
-    """
-    plain = load_scenario().modified(duration=WORK)
-    motion = plain.reference_velocity()[:-1]
-    steady = np.full(round(3600.0 * hours / plain.joint.solver_period), speed)
-    path, found = np.concatenate([motion, steady, motion, motion[-1:]]), {}
-    scenario = plain.modified(duration=2.0 * WORK + 3600.0 * hours)
-    course = lay_course(scenario)._replace(reference=path)
-    for name in controllers:
-        run = simulate(scenario, name, course=course, uncertain=False, thin=1)
-        error, size = path - run.velocity, motion.size
-        found[name] = {"last_over_first": rms(error[-size // 2 :]) / rms(error[size // 2 : size])}
-    return {"": {"row": f"{hours:g} h at {speed:g} rad/s"}, **found}
-
-
-def idle(hours: float, count: int = 1, first: int = 1) -> list[Case]:
-    """Return an idle time at constant speed and at standstill."""
-    return [Case(f"{speed:g} rad/s", first, partial(run_idle, speed, hours)) for speed in (SPEED, 0.0)]
