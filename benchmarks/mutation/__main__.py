@@ -30,13 +30,13 @@ from benchmarks.mutation.session import Mutation
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 ROOMS = ("adaptive_ff/friction", "adaptive_ff/learning", "adaptive_ff/adaptive", "controllers/pi.py", "plant/step.py")
-"""Where the kernels are that are mutated."""
+"""What is mutated."""
 
 TESTS = (
     *("adaptive_ff/friction", "adaptive_ff/learning", "adaptive_ff/adaptive", "controllers/test_pi.py"),
     *("plant/test_step.py", "plant/test_directions.py", "plant/test_changes.py"),
 )
-"""Their tests; those that call a mutated kernel are found out by calling them."""
+"""Their tests; those that call a mutated function are found out by calling them."""
 
 LINE_UP = ("pi", "oracle", "adaptive")
 """Controllers that the tests find; others are identified or tuned in many runs before they are made."""
@@ -63,33 +63,19 @@ CLOSED_LOOP = (
 OPTIONS = ("-n", "0", "-q", "-p", "no:cacheprovider", "--assert=plain", "--hypothesis-profile", "mutation")
 OPTIONS += ("-k", f"not ({' or '.join(CLOSED_LOOP)})")
 
-MARK = "@register_jitable"
-"""Decorator of a kernel."""
-
 PHASES = (Phase.explicit, Phase.generate)
 """What hypothesis does; a failure need not be made small here."""
 
 
-def modules(rooms: tuple[str, ...] = ROOMS) -> list[str]:
-    """Return the full names of the modules of rooms that have kernels."""
-    files = [
-        file for room in rooms for file in ([ROOT / room] if room.endswith(".py") else (ROOT / room).rglob("*.py"))
-    ]
-    chosen = [file for file in files if f"\n{MARK}" in file.read_text(encoding="utf-8")]
-    return sorted(".".join(file.relative_to(ROOT).with_suffix("").parts) for file in chosen)
-
-
-def kernels() -> dict[str, FunctionType]:
-    """Return the kernels that are mutated, by their full names."""
-    found = {}
-    for name in modules():
-        module = importlib.import_module(name)
-        source = Path(str(module.__file__)).read_text().splitlines()
-        for function in vars(module).values():
-            if not isinstance(function, FunctionType) or function.__module__ != name:
-                continue
-            if source[function.__code__.co_firstlineno - 1].startswith(MARK):
-                found[f"{name}.{function.__name__}"] = function
+def functions(rooms: tuple[str, ...] = ROOMS) -> dict[str, FunctionType]:
+    """Return the functions of rooms, kernels among them, by their full names."""
+    places, found = [ROOT / room for room in rooms], {}
+    files = [file for place in places for file in ([place] if place.is_file() else place.rglob("*.py"))]
+    for name in sorted(".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files):
+        if not name.endswith("__init__"):
+            listed = vars(importlib.import_module(name)).values()
+            own = [one for one in listed if isinstance(one, FunctionType) and one.__module__ == name]
+            found |= {f"{name}.{function.__name__}": function for function in own}
     return found
 
 
@@ -106,12 +92,12 @@ def main(
 ) -> None:
     """Print which mutants survive."""
     start = time.monotonic()
-    functions = kernels()
-    everything = [mutant for name, function in functions.items() if only in name for mutant in mutants(function)]
+    found = functions()
+    everything = [mutant for name, function in found.items() if only in name for mutant in mutants(function)]
     alive = [mutant for mutant in everything if mutant.key not in EQUIVALENT]
     sample = drawn(alive, count, seed)
     progress = os.dup(2)  # pytest captures the other, and forks close it
-    run = Mutation(functions, sample, lambda line: os.write(progress, f"{line}\n".encode()))
+    run = Mutation(found, sample, lambda line: os.write(progress, f"{line}\n".encode()))
     settings.register_profile("mutation", deadline=None, derandomize=True, database=None, phases=PHASES)
     files = [str(ROOT / "tests" / name) for name in TESTS]
     with patch.dict(CONTROLLERS, {name: CONTROLLERS[name] for name in LINE_UP}, clear=True):
@@ -129,7 +115,7 @@ def main(
     share = len(run.killed) / max(1, len(sample))
     print(
         f"{len(run.killed)} of {len(sample)} mutants killed ({100.0 * share:.1f} %); drawn with seed {seed} from "
-        f"{len(alive)} in {len(functions)} kernels, {len(EQUIVALENT)} equivalent ones left out; "
+        f"{len(alive)} in {len(found)} functions, {len(EQUIVALENT)} equivalent ones left out; "
         f"{time.monotonic() - start:.0f} s"
     )
 
