@@ -85,7 +85,8 @@ def wheel(tmp_path_factory):
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source / name)
     target = tmp_path_factory.mktemp("wheel")
-    run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", target, source, **environment())
+    options = ("--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", target)
+    run(sys.executable, "-m", "pip", "wheel", *options, source, **environment())
     (built,) = target.glob("*.whl")
     return built
 

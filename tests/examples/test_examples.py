@@ -4,6 +4,7 @@ import runpy
 from pathlib import Path
 
 import pytest
+from nightly import sampled
 
 EXAMPLES = Path(__file__).resolve().parent.parent.parent / "examples"
 
@@ -21,13 +22,16 @@ PRINTED = {
 }
 """Something that each prints."""
 
+QUICK = {*PRINTED} - {"arm_in_mujoco", "choose_a_bandwidth"}
+"""What runs in a few seconds."""
+
 
 def test_every_script_is_run():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == set(PRINTED)
 
 
 @pytest.mark.filterwarnings("ignore")  # what plotting a Bode diagram warns of is not ours
-@pytest.mark.parametrize("name", PRINTED)
+@pytest.mark.parametrize("name", sampled(PRINTED, QUICK))
 def test_script_runs_and_is_short(name, tmp_path, monkeypatch, capsys):
     path = EXAMPLES / f"{name}.py"
     assert len(path.read_text(encoding="utf-8").splitlines()) < 60

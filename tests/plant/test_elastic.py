@@ -83,6 +83,7 @@ def test_free_swing_decays_as_the_closed_form_says():
     assert MOTOR * motion[:, 3] + LINK * motion[:, 0] == pytest.approx(0.0, abs=1e-10)  # momentum
 
 
+@pytest.mark.nightly
 def test_swing_without_damping_goes_on_for_ten_thousand_periods():
     joint = free().parameters
     motion = run(joint, REST._replace(twist=0.01), np.zeros(650_000), 1e-3)

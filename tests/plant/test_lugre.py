@@ -156,6 +156,7 @@ def test_friction_is_lower_while_decelerating_and_the_more_so_the_faster_the_vel
     assert 0.0 < gaps[0] < gaps[1] < gaps[2]
 
 
+@pytest.mark.nightly
 def test_vibration_below_breakaway_lets_the_joint_creep_as_the_model_is_known_to_and_no_faster():
     def torque(t):
         return 50.0 + 25.0 * np.sin(30.0 * t)

@@ -25,6 +25,7 @@ def address():
 
 
 @pytest.mark.filterwarnings("ignore")  # what the cluster's own modules warn of is not ours
+@pytest.mark.nightly
 def test_sweep_on_two_worker_processes_outlives_one_of_them_and_goes_on_where_it_stopped(address, tmp_path):
     file = tmp_path / "joint.toml"
     file.write_text("duration = 3.0\n" + run_command_line("new", *JOINT).out, encoding="utf-8")

@@ -91,7 +91,7 @@ def test_torque_and_state_stay_finite_on_any_doubles(name, rows):
 
 
 @pytest.mark.parametrize("name", ["pi", "adaptive"])
-@settings(max_examples=20, **BRIEF)
+@settings(max_examples=8, **BRIEF)
 @given(bursts=BURSTS)
 @example(bursts=[("reference", 79, 200, [1e-9]), ("next_reference", 79, 1, [1e-9])])
 @example(bursts=WRONG_PLAN)
