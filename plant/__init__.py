@@ -1,21 +1,22 @@
 """What is simulated: friction laws, joints and their steps, sensors, drives, friction that changes."""
 
 from plant.actuator import Actuator, ActuatorParameters, lagged_torque, realise_torque, ripple_torque
-from plant.backlash import BacklashParameters, BacklashState, step_backlash
-from plant.backlash_joint import BacklashJoint
+from plant.backlash import BacklashJoint, BacklashParameters, BacklashState, step_backlash
 from plant.change import UNCHANGED, JointChange, scaled_friction
-from plant.elastic import ElasticParameters, ElasticState, step_elastic
-from plant.elastic_joint import ElasticJoint
+from plant.elastic import ElasticJoint, ElasticParameters, ElasticState, step_elastic
 from plant.elasto_plastic import (
+    ElastoPlasticJoint,
     ElastoPlasticParameters,
     ElastoPlasticState,
     step_elasto_plastic,
 )
-from plant.elasto_plastic_joint import ElastoPlasticJoint
 from plant.friction import Stribeck, sliding_friction, steepest_fall, stribeck_decay
 from plant.gravity import Gravity, gravity_torque
 from plant.joint import FrictionFields, JointModel, whole_multiple
-from plant.kinds import (
+from plant.kinds import AnyJoint, Joint, initial_state
+from plant.lugre import LuGreJoint, LuGreParameters, LuGreState, scaled_lugre, step_lugre
+from plant.maxwell import MaxwellJoint, MaxwellParameters, MaxwellState, RollingJoint, scaled_maxwell, step_maxwell
+from plant.registry import (
     CHANGE_JOINT,
     CHECK_PERIOD,
     INITIAL_STATE,
@@ -24,14 +25,7 @@ from plant.kinds import (
     SENSED_VELOCITY,
     STEP_JOINT,
     STEP_READY,
-    AnyJoint,
-    Joint,
-    initial_state,
 )
-from plant.lugre import LuGreParameters, LuGreState, scaled_lugre, step_lugre
-from plant.lugre_joint import LuGreJoint
-from plant.maxwell import MaxwellParameters, MaxwellState, scaled_maxwell, step_maxwell
-from plant.maxwell_joint import MaxwellJoint, RollingJoint
 from plant.schedule import (
     FrictionChange,
     FrictionSchedule,

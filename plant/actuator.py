@@ -17,36 +17,16 @@ from plant.fields import NonNegative, Positive, Table
 
 
 class ActuatorParameters(NamedTuple):
-    """What the drive's kernels need to know.
+    """What the drive's kernels need to know."""
 
-    Attributes
-    ----------
-    torque_limit : float
-        Largest torque either way, N m; infinite where there is none.
-    torque_resolution : float
-        Step of the torque, N m; zero where it is continuous.
-    rate_limit : float
-        Largest change of the torque, N m/s; infinite where there is none.
-    ripple_amplitude : float
-        Amplitude of the torque ripple, N m.
-    ripple_waves : float
-        Ripple periods in a radian, times ``2 pi``.
-    lag : float
-        Time constant of the current loop, s; zero where the torque follows at once.
-    gain : float
-        Torque at the joint over the reported one.
-    reports : bool
-        Whether the torque that the drive gives is reported.
-    """
-
-    torque_limit: float
-    torque_resolution: float
-    rate_limit: float
-    ripple_amplitude: float
-    ripple_waves: float
-    lag: float
-    gain: float
-    reports: bool
+    torque_limit: float  # largest torque either way, N m; infinite where there is none
+    torque_resolution: float  # step of the torque, N m; zero where it is continuous
+    rate_limit: float  # largest change of the torque, N m/s; infinite where there is none
+    ripple_amplitude: float  # amplitude of the torque ripple, N m
+    ripple_waves: float  # ripple periods in a radian, times ``2 pi``
+    lag: float  # time constant of the current loop, s; zero where the torque follows at once
+    gain: float  # torque at the joint over the reported one
+    reports: bool  # whether the torque that the drive gives is reported
 
 
 @register_jitable

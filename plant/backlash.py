@@ -19,11 +19,16 @@ the step. Of first order in the period, as a piece that ends within a step is ta
 """
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple, Self
 
 from numba.extending import register_jitable
+from pydantic import model_validator
 
+from plant.change import scaled_friction
+from plant.elastic import GearFields, changed_elastic, check_elastic_period, sensed_elastic
+from plant.fields import NonNegative, Positive
 from plant.friction import Stribeck
+from plant.registry import register
 from plant.sliding import velocity_under_friction
 from plant.step import friction_at
 
@@ -35,71 +40,31 @@ NEVER = 1e9
 
 
 class BacklashParameters(NamedTuple):
-    """What the step needs to know of a joint with backlash.
+    """What the step needs to know of a joint with backlash."""
 
-    Attributes
-    ----------
-    motor_inertia, link_inertia : float
-        Inertia on either side of the gear, kg m^2, both on the joint's side.
-    friction, backward : Stribeck
-        Static friction map of forward and of backward motion of the motor.
-    offset : float
-        Constant torque against the motor's, N m, of either sign.
-    friction_lag : float
-        Friction lag ``tau``, s, zero or more.
-    link_stiffness : float
-        Stiffness ``k`` of the spring, N m/rad.
-    link_damping : float
-        Damping ``c`` of the spring, N m s/rad.
-    half_gap : float
-        Half of the free play, rad.
-    hysteresis : float
-        Torque ``H0`` at which the element slips, N m.
-    hysteresis_stiffness : float
-        Stiffness of the element, N m/rad; zero where there is none.
-    """
-
-    motor_inertia: float
+    motor_inertia: float  # inertia on either side of the gear, kg m^2, both on the joint's side
     link_inertia: float
-    friction: Stribeck
+    friction: Stribeck  # static friction map of forward and of backward motion of the motor
     backward: Stribeck
-    offset: float
-    friction_lag: float
-    link_stiffness: float
-    link_damping: float
-    half_gap: float
-    hysteresis: float
-    hysteresis_stiffness: float
+    offset: float  # constant torque against the motor's, N m, of either sign
+    friction_lag: float  # friction lag ``tau``, s, zero or more
+    link_stiffness: float  # stiffness ``k`` of the spring, N m/rad
+    link_damping: float  # damping ``c`` of the spring, N m s/rad
+    half_gap: float  # half of the free play, rad
+    hysteresis: float  # torque ``H0`` at which the element slips, N m
+    hysteresis_stiffness: float  # stiffness of the element, N m/rad; zero where there is none
 
 
 class BacklashState(NamedTuple):
-    """State of a joint with backlash.
+    """State of a joint with backlash."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity of the link, rad/s.
-    friction_torque : float
-        Friction torque ``f`` at the motor, N m, without the offset.
-    position : float
-        Position of the motor, rad.
-    motor_velocity : float
-        Velocity of the motor, rad/s.
-    twist : float
-        Position of the motor less that of the link, rad.
-    wind : float
-        Twist ``s`` of the spring, rad; the rest of the twist is the place in the gap.
-    hysteresis_torque : float
-        Torque ``H`` of the element, N m.
-    """
-
-    velocity: float
-    friction_torque: float
-    position: float
-    motor_velocity: float
-    twist: float
-    wind: float
-    hysteresis_torque: float
+    velocity: float  # velocity of the link, rad/s
+    friction_torque: float  # friction torque ``f`` at the motor, N m, without the offset
+    position: float  # position of the motor, rad
+    motor_velocity: float  # velocity of the motor, rad/s
+    twist: float  # position of the motor less that of the link, rad
+    wind: float  # twist ``s`` of the spring, rad; the rest of the twist is the place in the gap
+    hysteresis_torque: float  # torque ``H`` of the element, N m
 
 
 @register_jitable
@@ -179,24 +144,7 @@ def piece(
 
 @register_jitable
 def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float, period: float) -> BacklashState:
-    """Advance a joint with backlash by one solver period under constant torque.
-
-    Parameters
-    ----------
-    joint : BacklashParameters
-        The joint.
-    state : BacklashState
-        State at the start of the step.
-    torque : float
-        Torque ``u`` at the motor, N m, constant over the step.
-    period : float
-        Solver period ``h``, s.
-
-    Returns
-    -------
-    BacklashState
-        State at the end of the step. A motor at rest has a velocity of exactly zero.
-    """
+    """Advance a joint with backlash by a solver period (s) under constant torque (N m)."""
     motor, link = state.motor_velocity, state.velocity
     lag_divisor = joint.friction_lag + period
     carried = joint.friction_lag * state.friction_torque / lag_divisor
@@ -252,3 +200,70 @@ def initial_backlash(joint: BacklashParameters, velocity: float) -> BacklashStat
     """Return the state of a joint that has moved at a velocity (rad/s) for long, in the middle of its gap."""
     friction = friction_at(joint.friction, joint.backward, velocity)
     return BacklashState(velocity, friction, 0.0, velocity, 0.0, 0.0, 0.0)
+
+
+class BacklashJoint(GearFields):
+    """Parameters of a simulated elastic joint with backlash and hysteresis in its gear, checked.
+
+    Parameters
+    ----------
+    kind : "backlash"
+        Kind of joint.
+    gap : float
+        Free play between motor and link, from one side to the other, rad on the joint's side, zero or more.
+    hysteresis : float, optional
+        Torque that the gear's hysteresis adds to or takes from the spring's, N m, zero or more.
+    hysteresis_reach : float, optional
+        Twist within which a reversal takes the hysteresis from zero to all of it, rad, positive.
+    **fields
+        As of :class:`plant.ElasticJoint`.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        A field is missing, unknown, of the wrong type or out of range, or the solver period is too long.
+    """
+
+    kind: Literal["backlash"] = "backlash"
+    gap: NonNegative
+    hysteresis: NonNegative = 0.0
+    hysteresis_reach: Positive = 0.001
+
+    @model_validator(mode="after")
+    def _check_period(self) -> Self:
+        check_backlash_period(self.parameters, self.solver_period)
+        return self
+
+    @property
+    def parameters(self) -> BacklashParameters:
+        """The parameters as the step takes them."""
+        return BacklashParameters(
+            *self.motor_and_link,
+            half_gap=0.5 * self.gap,
+            hysteresis=self.hysteresis,
+            hysteresis_stiffness=self.hysteresis / self.hysteresis_reach,
+        )
+
+
+def check_backlash_period(joint: BacklashParameters, period: float) -> None:
+    """Refuse a solver period that does not suit the elastic joint with the stiffness of the element that sticks.
+
+    Raises
+    ------
+    ValueError
+        The period is too long; the message names the longest one allowed.
+    """
+    stiffness = joint.link_stiffness + joint.hysteresis_stiffness
+    check_elastic_period(joint._replace(link_stiffness=stiffness), period)
+
+
+register(
+    BacklashParameters,
+    BacklashState,
+    step_backlash,
+    scaled=scaled_friction,
+    changed=changed_elastic,
+    initial=initial_backlash,
+    check_period=check_backlash_period,
+    sensed=sensed_elastic,
+)

@@ -11,27 +11,13 @@ AnyParameters = TypeVar("AnyParameters", bound=Any)
 
 
 class JointChange(NamedTuple):
-    """How a joint differs from its original parameters.
+    """How a joint differs from its original parameters."""
 
-    Attributes
-    ----------
-    dry : float
-        Factor on ``Fc`` and ``Fs`` of both directions.
-    viscous : float
-        Factor on ``sigma`` of both directions.
-    inertia : float
-        Factor on the inertia, of an elastic joint on that of the link.
-    lag : float
-        Factor on the friction lag, for joints that have one.
-    load : float
-        Constant torque against the motor's beside the joint's offset, N m, of either sign.
-    """
-
-    dry: float
-    viscous: float
-    inertia: float
-    lag: float
-    load: float
+    dry: float  # factor on ``Fc`` and ``Fs`` of both directions
+    viscous: float  # factor on ``sigma`` of both directions
+    inertia: float  # factor on the inertia, of an elastic joint on that of the link
+    lag: float  # factor on the friction lag, for joints that have one
+    load: float  # constant torque against the motor's beside the joint's offset, N m, of either sign
 
 
 UNCHANGED = JointChange(1.0, 1.0, 1.0, 1.0, 0.0)

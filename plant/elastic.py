@@ -14,89 +14,47 @@ and the same solver serves it. A motor that sticks is exactly at rest while the 
 Of first order in the period. The trapezoidal rule lowers a frequency ``omega`` to ``2/h atan(omega h/2)``.
 """
 
-from typing import Any, NamedTuple
+import math
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from numba.extending import register_jitable
+from pydantic import Field, model_validator
 
-from plant.change import AnyParameters, JointChange, changed_friction
+from plant.change import AnyParameters, JointChange, changed_friction, scaled_friction
+from plant.fields import NonNegative, Positive
 from plant.friction import Stribeck
+from plant.joint import FrictionFields, check_unique_step, refuse_period
+from plant.registry import register
 from plant.sliding import velocity_under_friction
-from plant.step import friction_at
+from plant.step import JointParameters, friction_at
 
 
 class ElasticParameters(NamedTuple):
-    """What the step needs to know of an elastic joint.
+    """What the step needs to know of an elastic joint."""
 
-    Attributes
-    ----------
-    motor_inertia, link_inertia : float
-        Inertia on either side of the spring, kg m^2, both on the joint's side of the gear.
-    friction, backward : Stribeck
-        Static friction map of forward and of backward motion of the motor.
-    offset : float
-        Constant torque against the motor's, N m, of either sign.
-    friction_lag : float
-        Friction lag ``tau``, s, zero or more.
-    link_stiffness : float
-        Stiffness ``k`` of the spring, N m/rad.
-    link_damping : float
-        Damping ``c`` of the spring, N m s/rad.
-    """
-
-    motor_inertia: float
+    motor_inertia: float  # inertia on either side of the spring, kg m^2, both on the joint's side of the gear
     link_inertia: float
-    friction: Stribeck
+    friction: Stribeck  # static friction map of forward and of backward motion of the motor
     backward: Stribeck
-    offset: float
-    friction_lag: float
-    link_stiffness: float
-    link_damping: float
+    offset: float  # constant torque against the motor's, N m, of either sign
+    friction_lag: float  # friction lag ``tau``, s, zero or more
+    link_stiffness: float  # stiffness ``k`` of the spring, N m/rad
+    link_damping: float  # damping ``c`` of the spring, N m s/rad
 
 
 class ElasticState(NamedTuple):
-    """State of an elastic joint.
+    """State of an elastic joint."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity of the link, rad/s.
-    friction_torque : float
-        Friction torque ``f`` at the motor, N m, without the offset.
-    position : float
-        Position of the motor, rad.
-    motor_velocity : float
-        Velocity of the motor, rad/s.
-    twist : float
-        Position of the motor less that of the link, rad.
-    """
-
-    velocity: float
-    friction_torque: float
-    position: float
-    motor_velocity: float
-    twist: float
+    velocity: float  # velocity of the link, rad/s
+    friction_torque: float  # friction torque ``f`` at the motor, N m, without the offset
+    position: float  # position of the motor, rad
+    motor_velocity: float  # velocity of the motor, rad/s
+    twist: float  # position of the motor less that of the link, rad
 
 
 @register_jitable
 def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, period: float) -> ElasticState:
-    """Advance an elastic joint by one solver period under constant torque.
-
-    Parameters
-    ----------
-    joint : ElasticParameters
-        The joint.
-    state : ElasticState
-        State at the start of the step.
-    torque : float
-        Torque ``u`` at the motor, N m, constant over the step.
-    period : float
-        Solver period ``h``, s.
-
-    Returns
-    -------
-    ElasticState
-        State at the end of the step. A motor at rest has a velocity of exactly zero.
-    """
+    """Advance an elastic joint by a solver period (s) under constant torque (N m)."""
     motor, link = state.motor_velocity, state.velocity
     lag_divisor = joint.friction_lag + period
     carried = joint.friction_lag * state.friction_torque / lag_divisor
@@ -140,3 +98,114 @@ def sensed_elastic(state: Any) -> float:
 def initial_elastic(joint: ElasticParameters, velocity: float) -> ElasticState:
     """Return the state of a joint that has moved at a velocity (rad/s) for long: untwisted, its position zero."""
     return ElasticState(velocity, friction_at(joint.friction, joint.backward, velocity), 0.0, velocity, 0.0)
+
+
+Share = Annotated[float, Field(gt=0.0, lt=1.0, allow_inf_nan=False, strict=True)]
+
+LARGEST_ANGLE = 0.349
+"""Largest ``omega h`` of the resonance: the trapezoidal rule then lowers its frequency by 1 %."""
+
+
+class GearFields(FrictionFields):
+    """What both kinds of joints with motor and link have, beside the fields of every joint.
+
+    Parameters
+    ----------
+    inertia : float
+        Inertia of motor and link together, kg m^2: what slow motion needs, as for the other kinds.
+    link_share : float
+        Share of the inertia that is beyond the spring, between 0 and 1. The antiresonance is at
+        ``sqrt(k/(share J))``, the resonance at ``sqrt(k/(share (1 - share) J))`` rad/s.
+    link_stiffness : float
+        Stiffness ``k`` of the spring between motor and link, N m/rad, positive.
+    link_damping : float, optional
+        Damping ``c`` of the spring, N m s/rad, zero or more.
+    friction_lag : float, optional
+        Friction lag ``tau`` of the motor's friction, s, zero or more.
+    solver_period : float, optional
+        Solver period ``h``, s, positive, short enough for the resonance and for the implicit step to have one solution.
+    """
+
+    link_share: Share
+    link_stiffness: Positive
+    link_damping: NonNegative = 0.0
+    friction_lag: NonNegative = 0.0
+    solver_period: Positive = 0.001
+
+    @property
+    def motor_and_link(self) -> ElasticParameters:
+        """The parameters of motor, spring and link as the step takes them."""
+        link_inertia = self.link_share * self.inertia
+        return ElasticParameters(
+            motor_inertia=self.inertia - link_inertia,
+            link_inertia=link_inertia,
+            friction=self.friction,
+            backward=self.friction_backward,
+            offset=self.offset,
+            friction_lag=self.friction_lag,
+            link_stiffness=self.link_stiffness,
+            link_damping=self.link_damping,
+        )
+
+
+class ElasticJoint(GearFields):
+    """Parameters of a simulated joint with motor and link on a spring, checked.
+
+    Parameters
+    ----------
+    kind : "elastic"
+        Kind of joint.
+    **fields
+        Those of ``GearFields`` and of :class:`FrictionFields`; friction and offset act at the motor.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        A field is missing, unknown, of the wrong type or out of range, or the solver period is too long.
+    """
+
+    kind: Literal["elastic"] = "elastic"
+
+    @model_validator(mode="after")
+    def _check_period(self) -> Self:
+        check_elastic_period(self.parameters, self.solver_period)
+        return self
+
+    @property
+    def parameters(self) -> ElasticParameters:
+        """The parameters as the step takes them."""
+        return self.motor_and_link
+
+
+def check_elastic_period(joint: Any, period: float) -> None:
+    """Refuse a solver period that misplaces the resonance, or for which the implicit step has more than one solution.
+
+    The step is the rigid joint's with the motor's inertia and part of the link's, so a period that suits the motor
+    alone suits it.
+
+    Raises
+    ------
+    ValueError
+        The period is too long; the message names the longest one allowed.
+    """
+    stiffness = joint.link_stiffness
+    resonance = math.sqrt(stiffness / joint.motor_inertia + stiffness / joint.link_inertia)
+    if resonance * period > LARGEST_ANGLE:
+        frequency = resonance / (2.0 * math.pi)
+        reason = f"its resonance of {frequency:.4g} Hz is misplaced by more than 1 %"
+        refuse_period(period, LARGEST_ANGLE / resonance, reason)
+    check_unique_step(
+        JointParameters(joint.motor_inertia, joint.friction, joint.backward, joint.offset, joint.friction_lag), period
+    )
+
+
+register(
+    ElasticParameters,
+    ElasticState,
+    step_elastic,
+    scaled=scaled_friction,
+    changed=changed_elastic,
+    initial=initial_elastic,
+    check_period=check_elastic_period,
+    sensed=sensed_elastic,
+)

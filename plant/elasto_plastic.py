@@ -26,65 +26,49 @@ Discretised by the implicit Euler method, of first order in the period.
 """
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple, Self
 
 from numba.extending import register_jitable
+from pydantic import model_validator
 
-from plant.friction import Stribeck, yield_torque
+from plant.change import scaled_friction
+from plant.fields import NonNegative, Positive
+from plant.friction import Stribeck, steepest_fall, yield_torque
+from plant.joint import (
+    FALLING,
+    FrictionFields,
+    check_gentle_at_rest,
+    longest_gentle_period,
+    longest_with_lag,
+    refuse_period,
+)
+from plant.registry import register
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
-from plant.step import friction_at
+from plant.step import changed_joint, friction_at
 
 UNDERFLOW = 1e-300
 """Share of the presliding displacement below which a step leaves the joint at rest: floats end soon after."""
 
 
 class ElastoPlasticParameters(NamedTuple):
-    """What the step needs to know of an elasto-plastic joint.
+    """What the step needs to know of an elasto-plastic joint."""
 
-    Attributes
-    ----------
-    inertia : float
-        Inertia ``J``, kg m^2.
-    friction, backward : Stribeck
-        Static friction map of forward and of backward motion.
-    offset : float
-        Constant torque against the motor's, N m, of either sign.
-    friction_lag : float
-        Friction lag ``tau``, s, zero or more.
-    presliding : float
-        Displacement ``s`` after a reversal until the joint slides, rad.
-    """
-
-    inertia: float
-    friction: Stribeck
+    inertia: float  # inertia ``J``, kg m^2
+    friction: Stribeck  # static friction map of forward and of backward motion
     backward: Stribeck
-    offset: float
-    friction_lag: float
-    presliding: float
+    offset: float  # constant torque against the motor's, N m, of either sign
+    friction_lag: float  # friction lag ``tau``, s, zero or more
+    presliding: float  # displacement ``s`` after a reversal until the joint slides, rad
 
 
 class ElastoPlasticState(NamedTuple):
-    """State of an elasto-plastic joint.
+    """State of an elasto-plastic joint."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity ``w``, rad/s.
-    friction_torque : float
-        Friction torque ``f``, N m, without the offset.
-    position : float
-        Position, rad.
-    turned : float
-        Mobilised share ``q_r`` at the last reversal, from -1 to 1.
-    travel : float
-        Displacement since then, rad, at most ``s`` either way; its sign is the direction of motion.
-    """
-
-    velocity: float
-    friction_torque: float
-    position: float
-    turned: float
-    travel: float
+    velocity: float  # velocity ``w``, rad/s
+    friction_torque: float  # friction torque ``f``, N m, without the offset
+    position: float  # position, rad
+    turned: float  # mobilised share ``q_r`` at the last reversal, from -1 to 1
+    travel: float  # displacement since then, rad, at most ``s`` either way; its sign is the direction of motion
 
 
 @register_jitable
@@ -171,24 +155,7 @@ def elasto_plastic_speed(
 def step_elasto_plastic(
     joint: ElastoPlasticParameters, state: ElastoPlasticState, torque: float, period: float
 ) -> ElastoPlasticState:
-    """Advance an elasto-plastic joint by one solver period under constant torque.
-
-    Parameters
-    ----------
-    joint : ElastoPlasticParameters
-        The joint.
-    state : ElastoPlasticState
-        State at the start of the step.
-    torque : float
-        Torque ``u``, N m, constant over the step.
-    period : float
-        Solver period ``h``, s.
-
-    Returns
-    -------
-    ElastoPlasticState
-        State at the end of the step.
-    """
+    """Advance an elasto-plastic joint by a solver period (s) under constant torque (N m)."""
     divisor = joint.friction_lag + period
     kappa = period * period / (joint.inertia * divisor)
     carried = joint.friction_lag * state.friction_torque / divisor
@@ -220,3 +187,72 @@ def initial_elasto_plastic(joint: ElastoPlasticParameters, velocity: float) -> E
     way = 0.0 if velocity == 0.0 else math.copysign(1.0, velocity)
     friction = friction_at(joint.friction, joint.backward, velocity)
     return ElastoPlasticState(velocity, friction, 0.0, way, way * joint.presliding)
+
+
+class ElastoPlasticJoint(FrictionFields):
+    """Parameters of a simulated rigid joint with two-state elasto-plastic friction, checked.
+
+    Parameters
+    ----------
+    kind : "elasto_plastic"
+        Kind of joint.
+    presliding : float
+        Displacement after a reversal until the joint slides, rad, positive.
+    friction_lag : float, optional
+        Friction lag ``tau``, s, zero or more.
+    solver_period : float, optional
+        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
+    **fields
+        Those of :class:`FrictionFields`; ``stribeck_shape`` is at least one.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
+    """
+
+    kind: Literal["elasto_plastic"] = "elasto_plastic"
+    presliding: Positive
+    friction_lag: NonNegative = 0.0
+    solver_period: Positive = 0.001
+
+    @model_validator(mode="after")
+    def _check_step(self) -> Self:
+        check_gentle_at_rest(self)
+        check_elasto_plastic_period(self.parameters, self.solver_period)
+        return self
+
+    @property
+    def parameters(self) -> ElastoPlasticParameters:
+        """The parameters as the step takes them."""
+        return ElastoPlasticParameters(
+            self.inertia, self.friction, self.friction_backward, self.offset, self.friction_lag, self.presliding
+        )
+
+
+def check_elasto_plastic_period(joint: ElastoPlasticParameters, period: float) -> None:
+    """Refuse a solver period for which the implicit step could have more than one solution.
+
+    As of the rigid joint, ``kappa max(-g') < 1`` with ``kappa = h^2/(J (tau + h))``; half of that is allowed, so that
+    the root can be bracketed.
+
+    Raises
+    ------
+    ValueError
+        The period is too long; the message names the longest one allowed.
+    """
+    falls = (steepest_fall(curve._replace(viscous=0.0)) for curve in (joint.friction, joint.backward))
+    longest = longest_with_lag(longest_gentle_period(joint.inertia, falls), joint.friction_lag)
+    if period > longest:
+        refuse_period(period, longest, FALLING)
+
+
+register(
+    ElastoPlasticParameters,
+    ElastoPlasticState,
+    step_elasto_plastic,
+    scaled=scaled_friction,
+    changed=changed_joint,
+    initial=initial_elasto_plastic,
+    check_period=check_elasto_plastic_period,
+)

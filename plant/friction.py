@@ -7,27 +7,13 @@ from numba.extending import register_jitable
 
 
 class Stribeck(NamedTuple):
-    """Parameters of the static friction map ``F(w)``, equation (3).
+    """Parameters of the static friction map ``F(w)``, equation (3)."""
 
-    Attributes
-    ----------
-    coulomb : float
-        Coulomb friction ``Fc``, N m.
-    stiction : float
-        Stiction (adhesion, breakaway) friction ``Fs``, N m.
-    viscous : float
-        Viscous coefficient ``sigma``, N m s/rad.
-    stribeck_velocity : float
-        Stribeck velocity ``Vs``, rad/s.
-    stribeck_shape : float
-        Stribeck shape factor ``delta``, dimensionless, positive.
-    """
-
-    coulomb: float
-    stiction: float
-    viscous: float
-    stribeck_velocity: float
-    stribeck_shape: float
+    coulomb: float  # coulomb friction ``Fc``, N m
+    stiction: float  # stiction (adhesion, breakaway) friction ``Fs``, N m
+    viscous: float  # viscous coefficient ``sigma``, N m s/rad
+    stribeck_velocity: float  # stribeck velocity ``Vs``, rad/s
+    stribeck_shape: float  # stribeck shape factor ``delta``, dimensionless, positive
 
 
 @register_jitable

@@ -11,18 +11,10 @@ from numba.extending import register_jitable
 
 
 class Gravity(NamedTuple):
-    """The torque of a weight.
+    """The torque of a weight."""
 
-    Attributes
-    ----------
-    amplitude : float
-        Largest torque, N m; zero without a weight.
-    phase : float
-        Angle from the hanging weight to the position zero, rad.
-    """
-
-    amplitude: float
-    phase: float
+    amplitude: float  # largest torque, N m; zero without a weight
+    phase: float  # angle from the hanging weight to the position zero, rad
 
 
 @register_jitable

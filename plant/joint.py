@@ -1,7 +1,8 @@
 """The joint with lagged Stribeck friction as a user meets it, and the fields that every kind of joint has."""
 
 import math
-from typing import Literal, Self
+from collections.abc import Iterable
+from typing import Literal, NoReturn, Self
 
 from pydantic import ConfigDict, model_validator
 
@@ -9,13 +10,26 @@ from plant.checks import check_numbers, check_period
 from plant.fields import Finite, NonNegative, Positive, Table
 from plant.friction import Stribeck, sliding_friction, steepest_fall
 from plant.gravity import Gravity
-from plant.step import JointParameters
+from plant.registry import READY_JOINT, STEP_READY, register
+from plant.step import (
+    JointParameters,
+    JointState,
+    ReadyJoint,
+    changed_joint,
+    initial_joint,
+    ready_joint,
+    scaled_joint,
+    step_joint,
+    step_ready_joint,
+)
 
 LARGEST_FALL = 0.5
 """Largest falling slope of friction in a step whose root is bracketed, as a share of ``J/h``; at one it is not unique.
 
 It is that of bristles, elements and presliding curves.
 """
+
+FALLING = "the falling Stribeck curve could leave the implicit step more than one solution"
 
 LARGEST_BREAKAWAY_JUMP = 0.01
 """Largest velocity jump at breakaway, relative to Vs, that is accepted for a shape factor below one."""
@@ -168,10 +182,7 @@ def check_unique_step(joint: JointParameters, period: float) -> None:
     if kappa < limit:
         return
     longest = longest_with_lag(limit * joint.inertia, joint.friction_lag)
-    raise ValueError(
-        f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s the falling Stribeck curve "
-        "leaves the implicit step more than one solution; use a shorter solver_period"
-    )
+    refuse_period(period, longest, "the falling Stribeck curve leaves the implicit step more than one solution")
 
 
 def longest_with_lag(longest: float, lag: float) -> float:
@@ -187,6 +198,41 @@ def largest_kappa(friction: Stribeck) -> float:
     jump = LARGEST_BREAKAWAY_JUMP * friction.stribeck_velocity
     drop = friction.stiction - sliding_friction(friction, jump)
     return jump / drop if drop > 0.0 else math.inf
+
+
+def check_gentle_at_rest(joint: FrictionFields) -> None:
+    """Refuse a Stribeck curve that falls infinitely steeply at rest, where a joint can only creep.
+
+    Raises
+    ------
+    ValueError
+        The shape factor is below one and the curve falls.
+    """
+    if math.isinf(steepest_fall(joint.friction)) or math.isinf(steepest_fall(joint.friction_backward)):
+        raise ValueError(
+            f"stribeck_shape = {joint.stribeck_shape:g} is not allowed for a joint of the kind {joint.kind!r}: it must "
+            "be at least 1, or stiction equal to coulomb, since the curve falls infinitely steeply at rest"
+        )
+
+
+def longest_gentle_period(inertia: float, falls: Iterable[float]) -> float:
+    """Return the solver period, s, at which falling friction (N m s/rad) takes half of the implicit step's slope."""
+    fall = max(falls)
+    return LARGEST_FALL * inertia / fall if fall > 0.0 else math.inf
+
+
+def refuse_period(period: float, longest: float, reason: str) -> NoReturn:
+    """Refuse a solver period for a reason, naming the longest one (s) that is allowed.
+
+    Raises
+    ------
+    ValueError
+        Always.
+    """
+    raise ValueError(
+        f"solver_period = {period:g} s is too long for this joint: beyond {longest:.6g} s {reason}; use a shorter "
+        "solver_period"
+    )
 
 
 def whole_multiple(duration: float, period: float) -> int | None:
@@ -205,3 +251,15 @@ def whole_multiple(duration: float, period: float) -> int | None:
     if not math.isfinite(ratio) or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 + 1e-12 * ratio:
         return None
     return round(ratio)
+
+
+register(
+    JointParameters,
+    JointState,
+    step_joint,
+    scaled=scaled_joint,
+    changed=changed_joint,
+    initial=initial_joint,
+    check_period=check_unique_step,
+)
+READY_JOINT[JointParameters], STEP_READY[ReadyJoint] = ready_joint, step_ready_joint

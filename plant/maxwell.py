@@ -20,12 +20,18 @@ speed after the step but for the fall of ``g``; one scalar equation in that spee
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import Annotated, Literal, NamedTuple, Self
 
 from numba.extending import register_jitable
+from pydantic import Field, model_validator
 
 from plant.change import JointChange, changed_friction, scaled_friction
-from plant.friction import Stribeck, yield_torque
+from plant.fields import Positive
+from plant.friction import Stribeck, steepest_fall, yield_torque
+from plant.joint import FALLING, FrictionFields, check_gentle_at_rest, longest_gentle_period, refuse_period
+from plant.registry import register
 from plant.sliding import MAXIMUM_ITERATIONS, next_speed
 from plant.step import friction_at
 
@@ -36,85 +42,41 @@ Four = tuple[float, float, float, float]
 
 
 class MaxwellParameters(NamedTuple):
-    """What the step needs to know of a joint with Maxwell-slip friction.
+    """What the step needs to know of a joint with Maxwell-slip friction."""
 
-    Attributes
-    ----------
-    inertia : float
-        Inertia ``J``, kg m^2.
-    friction, backward : Stribeck
-        Static friction map of forward and of backward motion.
-    offset : float
-        Constant torque against the motor's, N m, of either sign.
-    shares : tuple of float
-        Share ``ai`` of each element in the friction; their sum is one.
-    stiffnesses : tuple of float
-        Stiffness ``ki`` of each element, N m/rad.
-    relaxation : float
-        ``1/C``, s/(N m); zero where a slipping element follows at once.
-    """
-
-    inertia: float
-    friction: Stribeck
+    inertia: float  # inertia ``J``, kg m^2
+    friction: Stribeck  # static friction map of forward and of backward motion
     backward: Stribeck
-    offset: float
-    shares: Four
-    stiffnesses: Four
-    relaxation: float
+    offset: float  # constant torque against the motor's, N m, of either sign
+    shares: Four  # share ``ai`` of each element in the friction; their sum is one
+    stiffnesses: Four  # stiffness ``ki`` of each element, N m/rad
+    relaxation: float  # ``1/C``, s/(N m); zero where a slipping element follows at once
 
 
 class MaxwellState(NamedTuple):
-    """State of a joint with Maxwell-slip friction.
+    """State of a joint with Maxwell-slip friction."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity ``w``, rad/s.
-    friction_torque : float
-        Friction torque ``f``, N m, without the offset.
-    position : float
-        Position, rad.
-    load_1, load_2, load_3, load_4 : float
-        Torque ``Fi`` of each element, N m.
-    slip_1, slip_2, slip_3, slip_4 : float
-        Direction in which each element slips, 1 or -1; zero where it sticks.
-    """
-
-    velocity: float
-    friction_torque: float
-    position: float
-    load_1: float
+    velocity: float  # velocity ``w``, rad/s
+    friction_torque: float  # friction torque ``f``, N m, without the offset
+    position: float  # position, rad
+    load_1: float  # torque ``Fi`` of each element, N m
     load_2: float
     load_3: float
     load_4: float
-    slip_1: float
+    slip_1: float  # direction in which each element slips, 1 or -1; zero where it sticks
     slip_2: float
     slip_3: float
     slip_4: float
 
 
 class Element(NamedTuple):
-    """One element before a step, seen in the direction of motion.
+    """One element before a step, seen in the direction of motion."""
 
-    Attributes
-    ----------
-    share : float
-        Share ``ai``.
-    spring : float
-        ``h ki``, N m s/rad.
-    delay : float
-        ``1/(h C)``, 1/(N m).
-    load : float
-        Torque, N m, positive where it opposes the motion.
-    slips : bool
-        Whether it slips in the direction of motion already.
-    """
-
-    share: float
-    spring: float
-    delay: float
-    load: float
-    slips: bool
+    share: float  # share ``ai``
+    spring: float  # ``h ki``, N m s/rad
+    delay: float  # ``1/(h C)``, 1/(N m)
+    load: float  # torque, N m, positive where it opposes the motion
+    slips: bool  # whether it slips in the direction of motion already
 
 
 @register_jitable
@@ -181,24 +143,7 @@ def held_load(joint: MaxwellParameters, share: float, load: float) -> float:
 
 @register_jitable
 def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, period: float) -> MaxwellState:
-    """Advance a joint with Maxwell-slip friction by one solver period under constant torque.
-
-    Parameters
-    ----------
-    joint : MaxwellParameters
-        The joint.
-    state : MaxwellState
-        State at the start of the step.
-    torque : float
-        Torque ``u``, N m, constant over the step.
-    period : float
-        Solver period ``h``, s.
-
-    Returns
-    -------
-    MaxwellState
-        State at the end of the step.
-    """
+    """Advance a joint with Maxwell-slip friction by a solver period (s) under constant torque (N m)."""
     load_1 = held_load(joint, joint.shares[0], state.load_1)
     load_2 = held_load(joint, joint.shares[1], state.load_2)
     load_3 = held_load(joint, joint.shares[2], state.load_3)
@@ -207,18 +152,8 @@ def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, p
     mobility = period / joint.inertia
     pull = state.velocity + mobility * (torque - joint.offset - held)
     if pull == 0.0:
-        return MaxwellState(
-            velocity=0.0,
-            friction_torque=held,
-            position=state.position,
-            load_1=load_1,
-            load_2=load_2,
-            load_3=load_3,
-            load_4=load_4,
-            slip_1=state.slip_1,
-            slip_2=state.slip_2,
-            slip_3=state.slip_3,
-            slip_4=state.slip_4,
+        return state._replace(
+            velocity=0.0, friction_torque=held, load_1=load_1, load_2=load_2, load_3=load_3, load_4=load_4
         )
     way = 1.0 if pull > 0.0 else -1.0
     curve = joint.friction if pull > 0.0 else joint.backward
@@ -287,16 +222,174 @@ def initial_maxwell(joint: MaxwellParameters, velocity: float) -> MaxwellState:
     viscous = (joint.friction if velocity > 0.0 else joint.backward).viscous * velocity
     slip = 0.0 if velocity == 0.0 else (1.0 if velocity > 0.0 else -1.0)
     first, second, third, fourth = (share * (friction_torque - viscous) for share in joint.shares)
-    return MaxwellState(
-        velocity=velocity,
-        friction_torque=friction_torque,
-        position=0.0,
-        load_1=first,
-        load_2=second,
-        load_3=third,
-        load_4=fourth,
-        slip_1=slip,
-        slip_2=slip,
-        slip_3=slip,
-        slip_4=slip,
-    )
+    return MaxwellState(velocity, friction_torque, 0.0, first, second, third, fourth, slip, slip, slip, slip)
+
+
+FourValues = Annotated[list[Positive], Field(min_length=ELEMENTS, max_length=ELEMENTS)]
+
+EVEN = [0.25, 0.25, 0.25, 0.25]
+
+KNOTS = (1.0 / 16.0, 1.0 / 4.0, 9.0 / 16.0, 1.0)
+"""Where on a rolling contact's curve the elements slip, as shares of its range: closer where it bends more."""
+
+
+class SlipFields(FrictionFields):
+    """What both kinds of joints with Maxwell-slip friction have, beside the fields of every joint.
+
+    Parameters
+    ----------
+    solver_period : float, optional
+        Solver period ``h``, s, positive, and short enough for the implicit step to have one solution.
+    """
+
+    solver_period: Positive = 0.001
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        for curve, ending in ((self.friction, ""), (self.friction_backward, "_backward")):
+            if curve.coulomb == 0.0:
+                raise ValueError(
+                    f"coulomb{ending} = 0 N m is not allowed for a joint whose friction is carried by elements: it "
+                    "must be positive"
+                )
+        check_gentle_at_rest(self)
+        return self
+
+    def _elements(self, shares: Four, displacements: Four, relaxation: float) -> MaxwellParameters:
+        torques = (share * self.stiction for share in shares)
+        stiffnesses = tuple(torque / reach for torque, reach in zip(torques, displacements, strict=True))
+        return MaxwellParameters(
+            self.inertia, self.friction, self.friction_backward, self.offset, shares, _four(stiffnesses), relaxation
+        )
+
+
+class MaxwellJoint(SlipFields):
+    """Parameters of a simulated rigid joint with generalised Maxwell-slip friction, checked.
+
+    Parameters
+    ----------
+    kind : "maxwell"
+        Kind of joint.
+    displacements : list of float
+        Displacement from rest, rad, after which each of the four elements slips where the others carry what they can:
+        positive, ascending. Element i has the stiffness ``share stiction/displacement``.
+    shares : list of float, optional
+        Share of each element in the friction, positive, of the sum one; equal by default.
+    attraction : float, optional
+        ``C``, N m/s, positive: how fast a slipping element follows the Stribeck curve. By default at once.
+    **fields
+        Those of :class:`SlipFields`; ``coulomb`` of either direction is positive, ``stribeck_shape`` at least one.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
+    """
+
+    kind: Literal["maxwell"] = "maxwell"
+    displacements: FourValues
+    shares: FourValues = EVEN
+    attraction: Positive | None = None
+
+    @model_validator(mode="after")
+    def _check_elements(self) -> Self:
+        if any(later <= earlier for earlier, later in pairwise(self.displacements)):
+            raise ValueError(f"displacements = {self.displacements} is not allowed: they must ascend strictly")
+        if abs(sum(self.shares) - 1.0) > 1e-6:
+            raise ValueError(f"shares = {self.shares} is not allowed: their sum is {sum(self.shares):g}, not one")
+        check_maxwell_period(self.parameters, self.solver_period)
+        return self
+
+    @property
+    def parameters(self) -> MaxwellParameters:
+        """The parameters as the step takes them."""
+        total = sum(self.shares)
+        shares = _four([share / total for share in self.shares])
+        relaxation = 0.0 if self.attraction is None else 1.0 / self.attraction
+        return self._elements(shares, _four(self.displacements), relaxation)
+
+
+class RollingJoint(SlipFields):
+    """Parameters of a simulated rigid joint with rolling friction, checked.
+
+    From rest, friction grows with the displacement ``x`` as ``Fs (1 - (1 - x/range)^exponent)`` and stays at ``Fs``
+    beyond the range; after a reversal by the Masing rule, twice as high and twice as far. Four Maxwell elements have
+    that curve exactly where they slip, and straight lines between. The curve stands for those of T. Takemura,
+    H. Fujimoto (2011) and Y. Maeda, M. Iwasaki (2013), who describe a ball screw by a rolling force, a range and an
+    exponent, too; their formulas could not be compared.
+
+    Parameters
+    ----------
+    kind : "rolling"
+        Kind of joint.
+    rolling_range : float
+        Displacement from rest after which friction grows no more, rad, positive.
+    exponent : float, optional
+        Exponent of the curve, more than one: the higher, the steeper at its begin.
+    **fields
+        Those of :class:`SlipFields`; ``coulomb`` of either direction is positive, ``stribeck_shape`` at least one.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        A field is missing, unknown, of the wrong type or out of range, or the implicit step would not be unique.
+    """
+
+    kind: Literal["rolling"] = "rolling"
+    rolling_range: Positive
+    exponent: Annotated[float, Field(gt=1.0, allow_inf_nan=False, strict=True)] = 2.0
+
+    @model_validator(mode="after")
+    def _check_period(self) -> Self:
+        check_maxwell_period(self.parameters, self.solver_period)
+        return self
+
+    @property
+    def parameters(self) -> MaxwellParameters:
+        """The parameters as the step takes them."""
+        heights = [1.0 - (1.0 - knot) ** self.exponent for knot in KNOTS]
+        points = [(0.0, 0.0), *zip(KNOTS, heights, strict=True)]
+        slopes = [(top - bottom) / (right - left) for (left, bottom), (right, top) in pairwise(points)] + [0.0]
+        bends = [steep - flat for steep, flat in pairwise(slopes)]
+        shares = _four([bend * knot for bend, knot in zip(bends, KNOTS, strict=True)])
+        return self._elements(shares, _four([knot * self.rolling_range for knot in KNOTS]), 0.0)
+
+
+def _four(values: Iterable[float]) -> Four:
+    first, second, third, fourth = values
+    return float(first), float(second), float(third), float(fourth)
+
+
+def check_maxwell_period(joint: MaxwellParameters, period: float) -> None:
+    """Refuse a solver period for which the implicit step could have more than one solution.
+
+    Raises
+    ------
+    ValueError
+        The period is too long; the message names the longest one allowed.
+    """
+    longest = longest_gentle_period(joint.inertia, (_steepest(joint.friction), _steepest(joint.backward)))
+    if period > longest:
+        refuse_period(period, longest, FALLING)
+
+
+def _steepest(curve: Stribeck) -> float:
+    """Return how steeply the elements' torque after a step can fall with the speed, N m s/rad.
+
+    A slipping element that follows with ``C`` falls ``(Fs e + 1)/(Fc e + 1)^2`` times as steeply as its share of the
+    curve, ``e = 1/(h C)``, at most; that is one for ``Fs <= 2 Fc``, and has its largest value over ``e`` beyond.
+    """
+    ratio = curve.stiction / curve.coulomb
+    factor = 1.0 if ratio <= 2.0 else ratio * ratio / (4.0 * (ratio - 1.0))
+    return factor * (steepest_fall(curve._replace(viscous=0.0)))
+
+
+register(
+    MaxwellParameters,
+    MaxwellState,
+    step_maxwell,
+    scaled=scaled_maxwell,
+    changed=changed_maxwell,
+    initial=initial_maxwell,
+    check_period=check_maxwell_period,
+)

@@ -26,7 +26,7 @@ from pydantic import ConfigDict, Field, model_validator
 from plant.change import UNCHANGED, JointChange
 from plant.checks import check_period
 from plant.fields import Finite, NonNegative, Positive, Table
-from plant.kinds import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
+from plant.registry import CHANGE_JOINT, CHECK_PERIOD, SCALE_JOINT
 
 LOAD = JointChange._fields.index("load")
 """Place of the load in a change."""
@@ -122,48 +122,20 @@ class FrictionVariation(Table):
 
 
 class FrictionSchedule(NamedTuple):
-    """How the friction of a joint changes.
+    """How the friction of a joint changes."""
 
-    Attributes
-    ----------
-    starts : ndarray of int64, shape (phases,)
-        First solver step of each phase, ascending; the first is 0.
-    scales : ndarray, shape (phases,)
-        Factor on all friction of the joint in each phase; the first is 1.
-    changes : ndarray, shape (phases, 5)
-        What else differs in each phase, in the order of :class:`plant.change.JointChange`.
-    varies : bool
-        Whether friction changes within a phase.
-    excess : float
-        Excess of the cold joint.
-    warm_up_time : float
-        Time constant of warming up, s.
-    amplitude : float
-        Amplitude of the variation with position.
-    waves : float
-        Its periods in a radian, times ``2 pi``.
-    load_share : float
-        Share by which friction rises for each N m of load, 1/(N m).
-    resistance : float
-        Thermal resistance, K/W.
-    thermal_time : float
-        Thermal time constant, s.
-    thinning : float
-        Relative fall of friction for each kelvin, 1/K.
-    """
-
-    starts: NDArray[np.int64]
-    scales: NDArray[np.float64]
-    changes: NDArray[np.float64]
-    varies: bool
-    excess: float
-    warm_up_time: float
-    amplitude: float
-    waves: float
-    load_share: float
-    resistance: float
-    thermal_time: float
-    thinning: float
+    starts: NDArray[np.int64]  # first solver step of each phase, ascending; the first is 0
+    scales: NDArray[np.float64]  # factor on all friction of the joint in each phase; the first is 1
+    changes: NDArray[np.float64]  # what else differs in each phase, in the order of :class:`plant.change.JointChange`
+    varies: bool  # whether friction changes within a phase
+    excess: float  # excess of the cold joint
+    warm_up_time: float  # time constant of warming up, s
+    amplitude: float  # amplitude of the variation with position
+    waves: float  # its periods in a radian, times ``2 pi``
+    load_share: float  # share by which friction rises for each N m of load, 1/(N m)
+    resistance: float  # thermal resistance, K/W
+    thermal_time: float  # thermal time constant, s
+    thinning: float  # relative fall of friction for each kelvin, 1/K
 
 
 @register_jitable

@@ -20,18 +20,10 @@ def encoder_reading(resolution: float, position: float) -> float:
 
 
 class AngleRipple(NamedTuple):
-    """By how much an angle is off as a joint turns: of a resolver, a tachometer or a disc that is not round.
+    """By how much an angle is off as a joint turns: of a resolver, a tachometer or a disc that is not round."""
 
-    Attributes
-    ----------
-    amplitude : float
-        Amplitude, rad; zero where there is none.
-    waves : float
-        Periods in a radian, times ``2 pi``.
-    """
-
-    amplitude: float
-    waves: float
+    amplitude: float  # amplitude, rad; zero where there is none
+    waves: float  # periods in a radian, times ``2 pi``
 
 
 @register_jitable

@@ -25,34 +25,16 @@ ERROR_LEFT = 1e-16
 
 
 class Direction(NamedTuple):
-    """Constants of the implicit step in one direction of motion, ``linear x + coulomb + excess exp(-x/Vs) = free``.
+    """Constants of the implicit step in one direction of motion, ``linear x + coulomb + excess exp(-x/Vs) = free``."""
 
-    Attributes
-    ----------
-    friction : Stribeck
-        Static friction map ``F``.
-    kappa : float
-        What a unit of static friction takes off the velocity, rad/s per N m.
-    breakaway : float
-        Free speed up to which the joint rests, ``kappa Fs``, rad/s.
-    coulomb, excess : float
-        ``kappa Fc`` and ``kappa (Fs - Fc)``, rad/s.
-    linear : float
-        ``1 + kappa sigma``, dimensionless.
-    per_linear : float
-        Its reciprocal.
-    per_velocity : float
-        ``1/Vs``, s/rad.
-    """
-
-    friction: Stribeck
-    kappa: float
-    breakaway: float
-    coulomb: float
+    friction: Stribeck  # static friction map ``F``
+    kappa: float  # what a unit of static friction takes off the velocity, rad/s per N m
+    breakaway: float  # free speed up to which the joint rests, ``kappa Fs``, rad/s
+    coulomb: float  # ``kappa Fc`` and ``kappa (Fs - Fc)``, rad/s
     excess: float
-    linear: float
-    per_linear: float
-    per_velocity: float
+    linear: float  # ``1 + kappa sigma``, dimensionless
+    per_linear: float  # its reciprocal
+    per_velocity: float  # ``1/Vs``, s/rad
 
 
 @register_jitable

@@ -12,7 +12,7 @@ of the period (some 0.01 rad/s at 1 ms), means over a motion with first order st
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from numba.extending import register_jitable
 
@@ -22,71 +22,33 @@ from plant.sliding import Direction, direction_of, speed_in_direction
 
 
 class JointParameters(NamedTuple):
-    """What the step needs to know of a joint.
+    """What the step needs to know of a joint."""
 
-    Attributes
-    ----------
-    inertia : float
-        Inertia ``J``, kg m^2.
-    friction : Stribeck
-        Static friction map ``F`` of forward motion.
-    backward : Stribeck
-        Static friction map of backward motion.
-    offset : float
-        Constant torque against the motor's, N m, of either sign.
-    friction_lag : float
-        Friction lag ``tau``, s, zero or more.
-    """
-
-    inertia: float
-    friction: Stribeck
-    backward: Stribeck
-    offset: float
-    friction_lag: float
+    inertia: float  # inertia ``J``, kg m^2
+    friction: Stribeck  # static friction map ``F`` of forward motion
+    backward: Stribeck  # static friction map of backward motion
+    offset: float  # constant torque against the motor's, N m, of either sign
+    friction_lag: float  # friction lag ``tau``, s, zero or more
 
 
 class JointState(NamedTuple):
-    """State of a joint.
+    """State of a joint."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity ``w``, rad/s.
-    friction_torque : float
-        Friction torque ``f``, N m, without the offset.
-    position : float
-        Position, rad.
-    """
-
-    velocity: float
-    friction_torque: float
-    position: float
+    velocity: float  # velocity ``w``, rad/s
+    friction_torque: float  # friction torque ``f``, N m, without the offset
+    position: float  # position, rad
 
 
 class ReadyJoint(NamedTuple):
-    """A joint with the constants of its step for one solver period.
+    """A joint with the constants of its step for one solver period."""
 
-    Attributes
-    ----------
-    forward, backward : Direction
-        Constants of the step in each direction of motion.
-    offset : float
-        Constant torque against the motor's, N m.
-    gain : float
-        ``h/J``, rad/s per N m.
-    kept, taken : float
-        Shares ``tau/(tau + h)`` of the last friction torque and ``h/(tau + h)`` of the static one in the new.
-    per_kappa : float
-        ``J (tau + h)/h^2``, N m per rad/s.
-    """
-
-    forward: Direction
+    forward: Direction  # constants of the step in each direction of motion
     backward: Direction
-    offset: float
-    gain: float
-    kept: float
+    offset: float  # constant torque against the motor's, N m
+    gain: float  # ``h/J``, rad/s per N m
+    kept: float  # shares ``tau/(tau + h)`` of the last friction torque and ``h/(tau + h)`` of the static one in the new
     taken: float
-    per_kappa: float
+    per_kappa: float  # ``J (tau + h)/h^2``, N m per rad/s
 
 
 @register_jitable
@@ -123,24 +85,7 @@ def step_ready_joint(joint: ReadyJoint, state: JointState, torque: float, period
 
 @register_jitable
 def step_joint(joint: JointParameters, state: JointState, torque: float, period: float) -> JointState:
-    """Advance a joint by one solver period under constant torque.
-
-    Parameters
-    ----------
-    joint : JointParameters
-        The joint.
-    state : JointState
-        State at the start of the step.
-    torque : float
-        Torque ``u``, N m, constant over the step.
-    period : float
-        Solver period ``h``, s.
-
-    Returns
-    -------
-    JointState
-        State at the end of the step. A joint at rest has a velocity of exactly zero.
-    """
+    """Advance a joint by a solver period (s) under constant torque (N m)."""
     return step_ready_joint(ready_joint(joint, period), state, torque, period)
 
 
@@ -162,12 +107,6 @@ def changed_joint(joint: AnyParameters, change: JointChange) -> AnyParameters:
     return changed._replace(  # type: ignore[no-any-return]
         inertia=joint.inertia * change.inertia, friction_lag=joint.friction_lag * change.lag
     )
-
-
-@register_jitable
-def sensed_velocity(state: Any) -> float:
-    """Return the velocity at the motor, rad/s, of a rigid joint of any kind: it has one velocity."""
-    return state.velocity  # type: ignore[no-any-return]
 
 
 def initial_joint(joint: JointParameters, velocity: float) -> JointState:

@@ -11,8 +11,7 @@ from scipy.integrate import solve_ivp
 from stepped_joint import run, run_in_python
 
 from plant import LuGreJoint, LuGreParameters, LuGreState, Stribeck, initial_state, sliding_friction, step_lugre
-from plant.lugre import scaled_lugre
-from plant.lugre_joint import steepest_fall_in_a_step
+from plant.lugre import scaled_lugre, steepest_fall_in_a_step
 
 FIELDS = {
     "inertia": 20.0,

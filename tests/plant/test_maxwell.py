@@ -20,8 +20,7 @@ from plant import (
     step_joint,
     step_maxwell,
 )
-from plant.maxwell import scaled_maxwell
-from plant.maxwell_joint import KNOTS
+from plant.maxwell import KNOTS, scaled_maxwell
 
 FRICTION = {"coulomb": 60.0, "stiction": 90.0, "viscous": 80.0, "stribeck_velocity": 0.05}
 FIELDS = {"inertia": 20.0, **FRICTION, "displacements": [3e-4, 1e-3, 2e-3, 4e-3], "shares": [0.4, 0.3, 0.2, 0.1]}

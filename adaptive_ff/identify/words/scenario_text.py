@@ -15,7 +15,7 @@ from adaptive_ff.identify.words.unattributed import unattributed
 from adaptive_ff.logs.derivatives import Array
 from adaptive_ff.scenario.file import toml_text
 from adaptive_ff.scenario.scenario import MAIN_JOB
-from plant.lugre_joint import MOST_PASSIVE, LuGreJoint
+from plant.lugre import MOST_PASSIVE, LuGreJoint
 
 BANDWIDTH, PERIODS = 10.0, 0.1
 """Crossover of the assumed PI loop, Hz, and the most that it may be times the sampling period."""

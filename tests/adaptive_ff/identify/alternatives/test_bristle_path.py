@@ -12,7 +12,7 @@ from adaptive_ff.identify.terms import DAMPING, LAG, PATH
 from adaptive_ff.identify.words.scenario_text import scenario_text
 from adaptive_ff.logs.log import Log
 from adaptive_ff.scenario.library import SCENARIOS
-from plant.lugre_joint import LuGreJoint
+from plant.lugre import LuGreJoint
 
 
 @pytest.fixture(scope="module")
