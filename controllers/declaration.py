@@ -174,13 +174,7 @@ def controller(
         positional = {name: field for name, field in cls._declared.items() if field.kind is POSITIONAL}
         arguments = positional | arguments
         hints = {name: hint for base in reversed(cls.__mro__) for name, hint in inspect.get_annotations(base).items()}
-        cls.__signature__ = inspect.Signature(
-            [
-                inspect.Parameter(name, field.kind, default=field.default, annotation=hints[name])
-                for name, field in arguments.items()
-            ]
-        )
-        cls.__init__ = _made_init(cls.__signature__, arguments)
+        cls.__init__ = _made_init(arguments, hints)
         cls.__doc__ = _documented(cls, arguments, hints)
         loops = [name for name, field in inherited.items() if not field.rule]
         kept = {name: None for name in (*loops, *added, *inherited) if cls._declared[name].kept}
@@ -198,9 +192,16 @@ def _reader(name: str, field: Field) -> Callable[[Any], Any]:
     return lambda self: self._arguments[name]
 
 
-def _made_init(signature: inspect.Signature, arguments: dict[str, Field]) -> Callable[..., None]:
+def _made_init(arguments: dict[str, Field], hints: dict[str, Any]) -> Callable[..., None]:
+    """Return the ``__init__`` of a class, whose signature names the arguments."""
+    parameters = [
+        inspect.Parameter(name, field.kind, default=field.default, annotation=hints[name])
+        for name, field in arguments.items()
+    ]
+    signature = inspect.Signature([inspect.Parameter("self", POSITIONAL), *parameters], return_annotation=None)
+
     def __init__(self: Any, *args: Any, **given: Any) -> None:
-        bound = signature.bind(*args, **given)
+        bound = signature.bind(self, *args, **given)
         bound.apply_defaults()
         self._arguments = {name: field.rule(name, bound.arguments[name]) for name, field in arguments.items()}  # type: ignore[misc]
         self.period = self._arguments["period"]
@@ -208,8 +209,8 @@ def _made_init(signature: inspect.Signature, arguments: dict[str, Field]) -> Cal
         for base in reversed(type(self).__mro__):
             if "derive" in vars(base):
                 values |= base.derive(self)  # type: ignore[attr-defined]
-        parameters = self.Parameters(**{name: values[name] for name in self.Parameters._fields})
-        Controller.__init__(self, parameters, values["period"], initial_state)
+        kept = self.Parameters(**{name: values[name] for name in self.Parameters._fields})
+        Controller.__init__(self, kept, values["period"], initial_state)
 
     __init__.__signature__ = signature  # type: ignore[attr-defined]
     return __init__

@@ -20,51 +20,24 @@ if TYPE_CHECKING:
 
 
 class PIParameters(NamedTuple):
-    """Parameters of the PI loop.
+    """Parameters of the PI loop."""
 
-    Attributes
-    ----------
-    proportional : float
-        Proportional gain ``Kp``, N m s/rad.
-    integral : float
-        Integral gain ``Ki``, N m/rad.
-    delay : float
-        Computation delay of the drive, sampling periods; see ``delay``.
-    period : float
-        Nominal sampling period, s; it stands in for a time between samples that is not plausible.
-    """
-
-    proportional: float
-    integral: float
-    delay: float
-    period: float
+    proportional: float  # proportional gain ``Kp``, N m s/rad
+    integral: float  # integral gain ``Ki``, N m/rad
+    delay: float  # computation delay of the drive, sampling periods; see ``delay``
+    period: float  # nominal sampling period, s; it stands in for a time between samples that is not plausible
 
 
 class PIState(NamedTuple):
-    """State of the PI loop.
+    """State of the PI loop."""
 
-    Attributes
-    ----------
-    integral : float
-        Integral part of the torque, N m.
-    velocity : float
-        Last valid measurement, rad/s.
-    commands : tuple of float
-        Commanded torques, N m, the newest first, as far back as the drive may still apply them.
-    samples : int
-        Samples so far.
-    rejected : int
-        Measurements that were not finite or not plausible.
-    guard : Guard
-        Memory of the check of the inputs.
-    """
-
-    integral: float
-    velocity: float
+    integral: float  # integral part of the torque, N m
+    velocity: float  # last valid measurement, rad/s
+    # commanded torques, N m, the newest first, as far back as the drive may still apply them
     commands: tuple[float, ...]
-    samples: int
-    rejected: int
-    guard: Guard
+    samples: int  # samples so far
+    rejected: int  # measurements that were not finite or not plausible
+    guard: Guard  # memory of the check of the inputs
 
 
 def initial_pi_state(parameters: PIParameters) -> PIState:

@@ -28,23 +28,12 @@ LEAST_TIME, MOST_TIME = 1e-3, 1e4
 
 
 class Guard(NamedTuple):
-    """What the check of the inputs remembers.
+    """What the check of the inputs remembers."""
 
-    Attributes
-    ----------
-    reference : float
-        Last plausible plan, rad/s.
-    feedforward : float
-        Last plausible torque known from elsewhere, N m.
-    lost : float
-        For how long there has been no measurement, s; zero where there is one.
-    faults : int
-        Samples at which another value than the measured velocity was not plausible, or the torque was not finite.
-    """
-
-    reference: float
-    feedforward: float
-    lost: float
+    reference: float  # last plausible plan, rad/s
+    feedforward: float  # last plausible torque known from elsewhere, N m
+    lost: float  # for how long there has been no measurement, s; zero where there is one
+    # samples at which another value than the measured velocity was not plausible, or the torque was not finite
     faults: int
 
 

@@ -18,33 +18,17 @@ if TYPE_CHECKING:
 
 
 class PositionLoopParameters(NamedTuple):
-    """Parameters of the position loop.
+    """Parameters of the position loop."""
 
-    Attributes
-    ----------
-    gain : float
-        Position gain ``Kv``, 1/s; zero where there is no position loop.
-    limit : float
-        Largest absolute correction, rad/s; may be infinite.
-    """
-
-    gain: float
-    limit: float
+    gain: float  # position gain ``Kv``, 1/s; zero where there is no position loop
+    limit: float  # largest absolute correction, rad/s; may be infinite
 
 
 class PositionLoopState(NamedTuple):
-    """State of the position loop.
+    """State of the position loop."""
 
-    Attributes
-    ----------
-    correction : float
-        Last correction, rad/s.
-    rejected : int
-        Positions that were not finite.
-    """
-
-    correction: float
-    rejected: int
+    correction: float  # last correction, rad/s
+    rejected: int  # positions that were not finite
 
 
 def initial_position_loop_state() -> PositionLoopState:

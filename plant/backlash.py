@@ -25,11 +25,10 @@ from numba.extending import register_jitable
 from pydantic import model_validator
 
 from plant.change import scaled_friction
-from plant.elastic import GearFields, changed_elastic, check_elastic_period, sensed_elastic
+from plant.elastic import GearFields, changed_elastic, check_elastic_period, motor_and_link, sensed_elastic
 from plant.fields import NonNegative, Positive
 from plant.friction import Stribeck
 from plant.registry import register
-from plant.sliding import velocity_under_friction
 from plant.step import friction_at
 
 PIECES = 5
@@ -148,7 +147,7 @@ def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float
     motor, link = state.motor_velocity, state.velocity
     lag_divisor = joint.friction_lag + period
     carried = joint.friction_lag * state.friction_torque / lag_divisor
-    mobility, half = period / joint.motor_inertia, 0.5 * period
+    half = 0.5 * period
     rate = joint.link_damping / period
     free = free_winding(joint, state, rate)
     below, above, low, high = knots(joint, state, free)
@@ -163,16 +162,9 @@ def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float
     next_motor, next_link, growth, static_friction = motor, link, 0.0, 0.0
     for _ in range(PIECES):
         level, stiffness = piece(joint, state, free, rate, probes[place])
-        gain = half * stiffness
-        share = 1.0 / (1.0 + period * gain / joint.link_inertia)
-        coupling = share * gain
-        held = share * (level + gain * (motor - link - link))
-        divisor = 1.0 + mobility * coupling
-        free_velocity = (motor + mobility * (torque - joint.offset - carried - held)) / divisor
-        kappa = mobility * period / (lag_divisor * divisor)
-        next_motor = velocity_under_friction(joint.friction, joint.backward, free_velocity, kappa, abs(motor))
-        static_friction = (free_velocity - next_motor) / kappa
-        next_link = link + period / joint.link_inertia * (held + coupling * next_motor)
+        next_motor, next_link, static_friction = motor_and_link(
+            joint, state, torque - joint.offset - carried, period, level, half * stiffness
+        )
         growth = half * (motor - link + next_motor - next_link)
         if growth > ends[place + 1]:
             place += 1

@@ -53,23 +53,49 @@ class ElasticState(NamedTuple):
 
 
 @register_jitable
-def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, period: float) -> ElasticState:
-    """Advance an elastic joint by a solver period (s) under constant torque (N m)."""
+def motor_and_link(
+    joint: AnyParameters, state: Any, drive: float, period: float, level: float, gain: float
+) -> tuple[float, float, float]:
+    """Solve the step for the velocities of motor and link.
+
+    Parameters
+    ----------
+    joint, state : NamedTuple
+        Parameters and state of a joint of motor and link.
+    drive : float
+        Torque at the motor less the offset and the friction that its lag carries over, N m.
+    period : float
+        Solver period ``h``, s.
+    level, gain : float
+        Mean torque of the spring over the step: ``level + gain (D + D+)``, N m and N m s/rad.
+
+    Returns
+    -------
+    motor, link, friction : float
+        Velocities after the step, rad/s, and the static friction torque at the motor, N m.
+    """
     motor, link = state.motor_velocity, state.velocity
-    lag_divisor = joint.friction_lag + period
-    carried = joint.friction_lag * state.friction_torque / lag_divisor
-    # the mean torque of the spring, with the link's equation in it, is held + coupling wm+
-    gain = 0.25 * period * joint.link_stiffness + 0.5 * joint.link_damping
     share = 1.0 / (1.0 + period * gain / joint.link_inertia)
-    coupling = share * gain
-    held = share * (joint.link_stiffness * state.twist + gain * (motor - link - link))
+    coupling = share * gain  # with the link's equation the mean torque is held + coupling wm+
+    held = share * (level + gain * (motor - link - link))
     mobility = period / joint.motor_inertia
     divisor = 1.0 + mobility * coupling
-    free_velocity = (motor + mobility * (torque - joint.offset - carried - held)) / divisor
-    kappa = mobility * period / (lag_divisor * divisor)
+    free_velocity = (motor + mobility * (drive - held)) / divisor
+    kappa = mobility * period / ((joint.friction_lag + period) * divisor)
     next_motor = velocity_under_friction(joint.friction, joint.backward, free_velocity, kappa, abs(motor))
     static_friction = (free_velocity - next_motor) / kappa
-    next_link = link + period / joint.link_inertia * (held + coupling * next_motor)
+    return next_motor, link + period / joint.link_inertia * (held + coupling * next_motor), static_friction
+
+
+@register_jitable
+def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, period: float) -> ElasticState:
+    """Advance an elastic joint by a solver period (s) under constant torque (N m)."""
+    motor, link, lag_divisor = state.motor_velocity, state.velocity, joint.friction_lag + period
+    carried = joint.friction_lag * state.friction_torque / lag_divisor
+    gain = 0.25 * period * joint.link_stiffness + 0.5 * joint.link_damping
+    next_motor, next_link, static_friction = motor_and_link(
+        joint, state, torque - joint.offset - carried, period, joint.link_stiffness * state.twist, gain
+    )
     half = 0.5 * period
     return ElasticState(
         next_link,

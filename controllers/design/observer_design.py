@@ -39,15 +39,9 @@ Polynomial = NDArray[Any]
 
 
 class Compensation(NamedTuple):
-    """The filter ``S`` as polynomials in ``q = z^-1``, falling powers.
+    """The filter ``S`` as polynomials in ``q = z^-1``, falling powers."""
 
-    Attributes
-    ----------
-    numerator, denominator : ndarray
-        The polynomials.
-    """
-
-    numerator: Polynomial
+    numerator: Polynomial  # the polynomials
     denominator: Polynomial
 
 

@@ -14,51 +14,23 @@ POINTS = 4000
 
 
 class LoopSystems(NamedTuple):
-    """A sampled velocity loop, each part a ``control.TransferFunction`` in ``z``.
+    """A sampled velocity loop, each part a ``control.TransferFunction`` in ``z``."""
 
-    Attributes
-    ----------
-    plant : TransferFunction
-        From torque (N m) to velocity (rad/s), zero-order hold and delay included.
-    controller : TransferFunction
-        From velocity error (rad/s) to torque (N m).
-    open_loop : TransferFunction
-        Their product ``L``.
-    sensitivity : TransferFunction
-        ``1/(1 + L)``, from reference to error.
-    closed_loop : TransferFunction
-        ``L/(1 + L)``, from reference to velocity.
-    """
-
-    plant: Any
-    controller: Any
-    open_loop: Any
-    sensitivity: Any
-    closed_loop: Any
+    plant: Any  # from torque (N m) to velocity (rad/s), zero-order hold and delay included
+    controller: Any  # from velocity error (rad/s) to torque (N m)
+    open_loop: Any  # their product ``L``
+    sensitivity: Any  # ``1/(1 + L)``, from reference to error
+    closed_loop: Any  # ``L/(1 + L)``, from reference to velocity
 
 
 class Margins(NamedTuple):
-    """Margins of a loop with given gains.
+    """Margins of a loop with given gains."""
 
-    Attributes
-    ----------
-    stable : bool
-        Whether the closed loop is stable.
-    crossover : float
-        Frequency of the last crossing of gain one, Hz; not a number where there is none.
-    maximum_sensitivity : float
-        Largest ``|1/(1 + L)|``; infinite where the loop is unstable.
-    gain_margin : float
-        Factor by which the gain of a stable loop may grow.
-    phase_margin : float
-        Phase margin of a stable loop, degrees; not a number without a crossover.
-    """
-
-    stable: bool
-    crossover: float
-    maximum_sensitivity: float
-    gain_margin: float
-    phase_margin: float
+    stable: bool  # whether the closed loop is stable
+    crossover: float  # frequency of the last crossing of gain one, Hz; not a number where there is none
+    maximum_sensitivity: float  # largest ``|1/(1 + L)|``; infinite where the loop is unstable
+    gain_margin: float  # factor by which the gain of a stable loop may grow
+    phase_margin: float  # phase margin of a stable loop, degrees; not a number without a crossover
 
 
 def loop_systems(

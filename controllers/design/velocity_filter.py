@@ -15,15 +15,9 @@ from controllers.velocity import DifferenceVelocity, DirectVelocity, KalmanVeloc
 
 
 class VelocityFilter(NamedTuple):
-    """A filter ``F`` of the velocity as polynomials in ``q = z^-1``, falling powers.
+    """A filter ``F`` of the velocity as polynomials in ``q = z^-1``, falling powers."""
 
-    Attributes
-    ----------
-    numerator, denominator : tuple of float
-        The polynomials.
-    """
-
-    numerator: tuple[float, ...]
+    numerator: tuple[float, ...]  # the polynomials
     denominator: tuple[float, ...]
 
 
