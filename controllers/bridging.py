@@ -5,8 +5,6 @@ be known of where it is. So the torque then fades to zero: what a brake or the o
 decide.
 """
 
-from numba.extending import register_jitable
-
 BRIDGED = 2.0
 """Time for which a controller goes on without a measurement, s: on its feedforward and on what its integral holds."""
 
@@ -14,7 +12,6 @@ FADING = 1.0
 """Time in which the torque then fades to zero, s."""
 
 
-@register_jitable
 def bridging_share(lost: float) -> float:
     """Return the share of the torque that is still given after a time (s) without a measurement."""
     return min(1.0, max(0.0, 1.0 - (lost - BRIDGED) / FADING))

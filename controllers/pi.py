@@ -4,8 +4,6 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from numba.extending import register_jitable
-
 from controllers.bridging import bridging_share
 from controllers.checks import check_numbers, check_period
 from controllers.declaration import register
@@ -45,19 +43,16 @@ def initial_pi_state(parameters: PIParameters) -> PIState:
     return PIState(0.0, 0.0, delay_line(parameters.delay), 0, 0, initial_guard())
 
 
-@register_jitable
 def asked_torque(pi: PIParameters, state: PIState) -> float:
     """Return the torque (N m) that the drive was asked for over the period that ends now."""
     return delayed(state.commands, pi.delay)
 
 
-@register_jitable
 def plausible_inputs(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Inputs, Guard]:
     """Return the inputs that a step can rely on; every controller begins with it, and feeds back with the guard."""
     return checked_inputs(inputs, state.guard, pi.proportional, pi.integral, pi.period)
 
 
-@register_jitable
 def unwound_integral(pi: PIParameters, state: PIState, inputs: Inputs) -> float:
     """Return the integral (N m) less what of it the drive was asked for and did not give in the period that has ended.
 
@@ -70,7 +65,6 @@ def unwound_integral(pi: PIParameters, state: PIState, inputs: Inputs) -> float:
     return integral
 
 
-@register_jitable
 def feed_back(pi: PIParameters, state: PIState, inputs: Inputs, guard: Guard) -> tuple[Output, PIState]:
     """Do one sample of ``u = Kp e + I + u_ff`` with ``e = reference + correction - velocity``, of checked inputs.
 
@@ -96,14 +90,12 @@ def feed_back(pi: PIParameters, state: PIState, inputs: Inputs, guard: Guard) ->
     return Output(command, fed), PIState(integral, velocity, commands, state.samples + 1, rejected, guard)
 
 
-@register_jitable
 def step_pi(pi: PIParameters, state: PIState, inputs: Inputs) -> tuple[Output, PIState]:
     """Do one sample of the PI loop alone; see ``feed_back``."""
     inputs, guard = plausible_inputs(pi, state, inputs)
     return feed_back(pi, state, inputs, guard)
 
 
-@register_jitable
 def hand_over(pi: PIParameters, state: PIState, torque: float) -> PIState:
     """Take a torque (N m) out of the integral, because feedforward begins to give it: the output does not jump.
 

@@ -12,8 +12,6 @@ for the torque known from elsewhere the last plausible one; for the time since t
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from controllers.plausible_sizes import LARGEST_VELOCITY, inertia_bounds, largest_torque
 from controllers.registry import Inputs
 
@@ -42,25 +40,21 @@ def initial_guard() -> Guard:
     return Guard(0.0, 0.0, 0.0, 0)
 
 
-@register_jitable
 def within(value: float, bound: float) -> bool:
     """Tell whether a value is a finite number and at most as large as a bound."""
     return math.isfinite(value) and abs(value) <= bound
 
 
-@register_jitable
 def absurd(value: float, bound: float) -> bool:
     """Tell whether a value that may be unknown, then not a number, is infinite or beyond a bound."""
     return not math.isnan(value) and not within(value, bound)
 
 
-@register_jitable
 def kept(value: float) -> float:
     """Return what an observer holds, or zero where that cannot be."""
     return value if abs(value) < LARGEST_OBSERVED else 0.0
 
 
-@register_jitable
 def checked_inputs(
     inputs: Inputs, guard: Guard, proportional: float, integral: float, period: float
 ) -> tuple[Inputs, Guard]:
@@ -82,7 +76,6 @@ def checked_inputs(
     return replaced_inputs(inputs, guard, proportional, integral, period)
 
 
-@register_jitable
 def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
     """Tell in few comparisons whether all inputs are plausible; where it is false some may be, or all.
 
@@ -108,7 +101,6 @@ def surely_plausible(inputs: Inputs, gain: float, period: float) -> bool:
     )
 
 
-@register_jitable
 def replaced_inputs(
     inputs: Inputs, guard: Guard, proportional: float, integral: float, period: float
 ) -> tuple[Inputs, Guard]:

@@ -2,8 +2,6 @@
 
 import math
 
-from numba.extending import register_jitable
-
 LARGEST_VELOCITY = 1e5
 """Largest plausible velocity, rad/s or m/s: a million revolutions a minute."""
 
@@ -11,7 +9,6 @@ LEAST_RESPONSE, LONGEST_RESPONSE = 1e-6, 1e3
 """Least and largest plausible inertia, in ``Kp`` times a second: the time constant of the loop that it would make."""
 
 
-@register_jitable
 def inertia_bounds(gain: float) -> tuple[float, float]:
     """Return the bounds between which an inertia is plausible, kg m^2, beside a gain of the feedback.
 
@@ -23,7 +20,6 @@ def inertia_bounds(gain: float) -> tuple[float, float]:
     return gain * LEAST_RESPONSE, gain * LONGEST_RESPONSE if gain > 0.0 else math.inf
 
 
-@register_jitable
 def largest_torque(proportional: float, integral: float) -> float:
     """Return the largest plausible torque, N m: what the feedback would answer to the largest velocity.
 

@@ -8,8 +8,6 @@ reference: it contains the measured position, and friction fed forward along it 
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from numba.extending import register_jitable
-
 from controllers.checks import check_finite, check_numbers, check_positive
 from controllers.sensitivity import PI_SENSITIVITY
 
@@ -36,7 +34,6 @@ def initial_position_loop_state() -> PositionLoopState:
     return PositionLoopState(0.0, 0)
 
 
-@register_jitable
 def step_position_loop(
     block: PositionLoopParameters, state: PositionLoopState, planned: float, position: float
 ) -> tuple[float, PositionLoopState]:

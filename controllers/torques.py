@@ -2,12 +2,9 @@
 
 import math
 
-from numba.extending import register_jitable
-
 from controllers.registry import Inputs, acts_on_plan, present_inertia
 
 
-@register_jitable
 def acting_torque(inputs: Inputs, command: float, known_torque: float) -> float:
     """Return the torque (N m) that moved the joint over the period that ends, known loads taken out.
 
@@ -26,7 +23,6 @@ def acting_torque(inputs: Inputs, command: float, known_torque: float) -> float:
     return realised - known_torque
 
 
-@register_jitable
 def slope_torque(inertia: float, inputs: Inputs, last_reference: float, started: bool, period: float) -> float:
     """Return the torque (N m) that makes an inertia follow the slope of the reference over the coming period.
 

@@ -19,8 +19,6 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from numba.extending import register_jitable
-
 from controllers.checks import check_finite, check_positive
 from controllers.compiled import dispatched
 
@@ -107,7 +105,6 @@ class DirectVelocityState(NamedTuple):
     velocity: float  # last valid velocity, rad/s
 
 
-@register_jitable
 def pass_velocity(
     parameters: "DirectVelocity", state: DirectVelocityState, measurement: float, dt: float
 ) -> tuple[float, DirectVelocityState]:
@@ -137,7 +134,6 @@ class DifferenceState(NamedTuple):
     elapsed: float  # time from there to the last sample, s
 
 
-@register_jitable
 def difference_positions(
     parameters: "DifferenceVelocity", state: DifferenceState, measurement: float, dt: float
 ) -> tuple[float, DifferenceState]:
@@ -172,7 +168,6 @@ class LowPassState(NamedTuple):
     velocity: float  # velocity behind the low-pass, rad/s
 
 
-@register_jitable
 def filter_positions(
     parameters: "LowPassVelocity", state: LowPassState, measurement: float, dt: float
 ) -> tuple[float, LowPassState]:
@@ -226,7 +221,6 @@ class KalmanVelocityState(NamedTuple):
     acceleration: float  # acceleration, rad/s^2
 
 
-@register_jitable
 def follow_positions(
     parameters: "KalmanVelocity", state: KalmanVelocityState, measurement: float, dt: float
 ) -> tuple[float, KalmanVelocityState]:

@@ -8,8 +8,6 @@ V. Utkin, "Variable structure systems with sliding modes" (1977); boundary layer
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from controllers import (
     DesignedLoop,
     Inputs,
@@ -32,7 +30,6 @@ class SlidingModeState(NamedTuple):
     reference: float = 0.0  # last reference, rad/s
 
 
-@register_jitable
 def step_sliding_mode(
     parameters: "SlidingMode", state: SlidingModeState, inputs: Inputs
 ) -> tuple[Output, SlidingModeState]:

@@ -10,7 +10,6 @@ its current.
 import math
 from typing import NamedTuple, Self
 
-from numba.extending import register_jitable
 from pydantic import ConfigDict, StrictBool, model_validator
 
 from plant.fields import NonNegative, Positive, Table
@@ -29,7 +28,6 @@ class ActuatorParameters(NamedTuple):
     reports: bool  # whether the torque that the drive gives is reported
 
 
-@register_jitable
 def realise_torque(actuator: ActuatorParameters, command: float, previous: float, duration: float) -> float:
     """Return the torque that the drive gives for a command.
 
@@ -61,13 +59,11 @@ def realise_torque(actuator: ActuatorParameters, command: float, previous: float
     return min(max(torque, -limit), limit)
 
 
-@register_jitable
 def ripple_torque(actuator: ActuatorParameters, position: float) -> float:
     """Return the torque ripple (N m) at a position (rad) of the motor."""
     return actuator.ripple_amplitude * math.sin(actuator.ripple_waves * position)
 
 
-@register_jitable
 def lagged_torque(actuator: ActuatorParameters, torque: float, lagging: float, period: float) -> tuple[float, float]:
     """Return the torque (N m) that the current makes, ``lag dT/dt + T = torque``: its mean over a period, and its end.
 

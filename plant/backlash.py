@@ -21,7 +21,6 @@ the step. Of first order in the period, as a piece that ends within a step is ta
 import math
 from typing import Literal, NamedTuple, Self
 
-from numba.extending import register_jitable
 from pydantic import model_validator
 
 from plant.change import scaled_friction
@@ -66,14 +65,12 @@ class BacklashState(NamedTuple):
     hysteresis_torque: float  # torque ``H`` of the element, N m
 
 
-@register_jitable
 def wound(joint: BacklashParameters, state: BacklashState, winding: float) -> float:
     """Return the torque ``H`` of the element, N m, after the spring has been wound further (rad)."""
     torque = state.hysteresis_torque + joint.hysteresis_stiffness * winding
     return min(max(torque, -joint.hysteresis), joint.hysteresis)
 
 
-@register_jitable
 def free_winding(joint: BacklashParameters, state: BacklashState, rate: float) -> float:
     """Return by how much (rad) the spring winds where its end is free: ``k s + H + c ds/dt = 0`` after the step.
 
@@ -90,7 +87,6 @@ def free_winding(joint: BacklashParameters, state: BacklashState, rate: float) -
     return winding
 
 
-@register_jitable
 def knots(joint: BacklashParameters, state: BacklashState, free: float) -> tuple[float, float, float, float]:
     """Return by how much the twist grows (rad) where the gap ends, below and above, and where the element slips.
 
@@ -107,7 +103,6 @@ def knots(joint: BacklashParameters, state: BacklashState, free: float) -> tuple
     return below, above, low, high
 
 
-@register_jitable
 def in_order(a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
     """Return four numbers in ascending order, where ``a <= b`` and ``c <= d``."""
     lowest, inner = min(a, c), max(a, c)
@@ -115,7 +110,6 @@ def in_order(a: float, b: float, c: float, d: float) -> tuple[float, float, floa
     return lowest, min(inner, other), max(inner, other), highest
 
 
-@register_jitable
 def piece(
     joint: BacklashParameters, state: BacklashState, free: float, rate: float, growth: float
 ) -> tuple[float, float]:
@@ -141,7 +135,6 @@ def piece(
     return before + 0.5 * (limit - state.hysteresis_torque) + stiffness * start, stiffness
 
 
-@register_jitable
 def step_backlash(joint: BacklashParameters, state: BacklashState, torque: float, period: float) -> BacklashState:
     """Advance a joint with backlash by a solver period (s) under constant torque (N m)."""
     motor, link = state.motor_velocity, state.velocity

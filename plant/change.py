@@ -2,8 +2,6 @@
 
 from typing import Any, NamedTuple, TypeVar
 
-from numba.extending import register_jitable
-
 from plant.friction import Stribeck, scaled
 
 AnyParameters = TypeVar("AnyParameters", bound=Any)
@@ -23,7 +21,6 @@ class JointChange(NamedTuple):
 UNCHANGED = JointChange(1.0, 1.0, 1.0, 1.0, 0.0)
 
 
-@register_jitable
 def changed_curve(friction: Stribeck, change: JointChange) -> Stribeck:
     """Return a static friction map with its dry and its viscous part changed."""
     return Stribeck(
@@ -35,7 +32,6 @@ def changed_curve(friction: Stribeck, change: JointChange) -> Stribeck:
     )
 
 
-@register_jitable
 def scaled_friction(joint: AnyParameters, factor: float) -> AnyParameters:
     """Return a joint of any kind with the static friction of both directions times a dimensionless factor.
 
@@ -46,7 +42,6 @@ def scaled_friction(joint: AnyParameters, factor: float) -> AnyParameters:
     )
 
 
-@register_jitable
 def changed_friction(joint: AnyParameters, change: JointChange) -> AnyParameters:
     """Return a joint of any kind with static friction and offset changed; its inertia and what else it has stay."""
     return joint._replace(  # type: ignore[no-any-return]

@@ -17,7 +17,6 @@ Of first order in the period. The trapezoidal rule lowers a frequency ``omega`` 
 import math
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from numba.extending import register_jitable
 from pydantic import Field, model_validator
 
 from plant.change import AnyParameters, JointChange, changed_friction, scaled_friction
@@ -52,7 +51,6 @@ class ElasticState(NamedTuple):
     twist: float  # position of the motor less that of the link, rad
 
 
-@register_jitable
 def motor_and_link(
     joint: AnyParameters, state: Any, drive: float, period: float, level: float, gain: float
 ) -> tuple[float, float, float]:
@@ -87,7 +85,6 @@ def motor_and_link(
     return next_motor, link + period / joint.link_inertia * (held + coupling * next_motor), static_friction
 
 
-@register_jitable
 def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, period: float) -> ElasticState:
     """Advance an elastic joint by a solver period (s) under constant torque (N m)."""
     motor, link, lag_divisor = state.motor_velocity, state.velocity, joint.friction_lag + period
@@ -106,7 +103,6 @@ def step_elastic(joint: ElasticParameters, state: ElasticState, torque: float, p
     )
 
 
-@register_jitable
 def changed_elastic(joint: AnyParameters, change: JointChange) -> AnyParameters:
     """Return a joint of motor and link with a change of its parameters; a payload is the link's, the motor's stays."""
     changed = changed_friction(joint, change)
@@ -115,7 +111,6 @@ def changed_elastic(joint: AnyParameters, change: JointChange) -> AnyParameters:
     )
 
 
-@register_jitable
 def sensed_elastic(state: Any) -> float:
     """Return the velocity at the motor, where the sensor of a joint of motor and link sits, rad/s."""
     return state.motor_velocity  # type: ignore[no-any-return]

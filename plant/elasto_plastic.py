@@ -28,7 +28,6 @@ Discretised by the implicit Euler method, of first order in the period.
 import math
 from typing import Literal, NamedTuple, Self
 
-from numba.extending import register_jitable
 from pydantic import model_validator
 
 from plant.change import scaled_friction
@@ -71,7 +70,6 @@ class ElastoPlasticState(NamedTuple):
     travel: float  # displacement since then, rad, at most ``s`` either way; its sign is the direction of motion
 
 
-@register_jitable
 def presliding_curve(share: float) -> tuple[float, float]:
     """Return ``z (1 - ln z)`` and its slope ``-ln z`` for a share ``z > 0`` of the presliding displacement."""
     if share >= 1.0:
@@ -80,7 +78,6 @@ def presliding_curve(share: float) -> tuple[float, float]:
     return share * (1.0 - logarithm), -logarithm
 
 
-@register_jitable
 def mobilised(presliding: float, turned: float, travel: float) -> float:
     """Return the mobilised share ``q`` after a displacement (rad) from a reversal."""
     if travel == 0.0:
@@ -89,7 +86,6 @@ def mobilised(presliding: float, turned: float, travel: float) -> float:
     return turned + ((1.0 if travel > 0.0 else -1.0) - turned) * rise
 
 
-@register_jitable
 def mobilised_torque(
     joint: ElastoPlasticParameters, way: float, turned: float, travel: float, period: float, speed: float
 ) -> tuple[float, float]:
@@ -124,7 +120,6 @@ def mobilised_torque(
     return share * level + viscous * speed, share_slope * level + share * product / speed + viscous
 
 
-@register_jitable
 def elasto_plastic_speed(
     joint: ElastoPlasticParameters,
     way: float,
@@ -151,7 +146,6 @@ def elasto_plastic_speed(
     return speed
 
 
-@register_jitable
 def step_elasto_plastic(
     joint: ElastoPlasticParameters, state: ElastoPlasticState, torque: float, period: float
 ) -> ElastoPlasticState:

@@ -3,8 +3,6 @@
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 
 class Stribeck(NamedTuple):
     """Parameters of the static friction map ``F(w)``, equation (3)."""
@@ -16,7 +14,6 @@ class Stribeck(NamedTuple):
     stribeck_shape: float  # stribeck shape factor ``delta``, dimensionless, positive
 
 
-@register_jitable
 def stribeck_decay(speed: float, stribeck_velocity: float, stribeck_shape: float) -> float:
     """Evaluate ``exp(-(|w|/Vs)^delta)`` for a speed ``|w| >= 0`` in rad/s."""
     ratio = speed / stribeck_velocity
@@ -29,7 +26,6 @@ def stribeck_decay(speed: float, stribeck_velocity: float, stribeck_shape: float
     return math.exp(-(ratio**stribeck_shape))
 
 
-@register_jitable
 def sliding_friction(friction: Stribeck, speed: float) -> float:
     """Friction magnitude ``F(|w|)`` in N m of a joint that slides with speed ``|w| >= 0``.
 
@@ -40,7 +36,6 @@ def sliding_friction(friction: Stribeck, speed: float) -> float:
     return friction.coulomb + (friction.stiction - friction.coulomb) * decay + friction.viscous * speed  # (3)
 
 
-@register_jitable
 def sliding_friction_slope(friction: Stribeck, speed: float) -> float:
     """Slope ``dF/d|w|`` in N m s/rad at a speed ``|w| > 0``."""
     ratio = speed / friction.stribeck_velocity
@@ -57,7 +52,6 @@ def sliding_friction_slope(friction: Stribeck, speed: float) -> float:
     return friction.viscous - falling / friction.stribeck_velocity
 
 
-@register_jitable
 def sliding_friction_and_slope(friction: Stribeck, speed: float) -> tuple[float, float]:
     """Return what the two functions above do, with one exponential instead of two."""
     ratio = speed / friction.stribeck_velocity
@@ -91,7 +85,6 @@ def steepest_fall(friction: Stribeck) -> float:
     return max(0.0, -sliding_friction_slope(friction, ratio * friction.stribeck_velocity))
 
 
-@register_jitable
 def scaled(friction: Stribeck, factor: float) -> Stribeck:
     """Return the friction with ``Fc``, ``Fs`` and ``sigma`` times a dimensionless factor."""
     return Stribeck(
@@ -103,7 +96,6 @@ def scaled(friction: Stribeck, factor: float) -> Stribeck:
     )
 
 
-@register_jitable
 def yield_torque(friction: Stribeck, speed: float) -> tuple[float, float]:
     """Return ``g(|w|)``, the map without its viscous part, and ``|w| dg/d|w|``, both in N m, at a speed ``|w| >= 0``.
 

@@ -7,8 +7,6 @@ themselves. Of an elastic joint it acts at the motor, as the offset does.
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 
 class Gravity(NamedTuple):
     """The torque of a weight."""
@@ -17,7 +15,6 @@ class Gravity(NamedTuple):
     phase: float  # angle from the hanging weight to the position zero, rad
 
 
-@register_jitable
 def gravity_torque(gravity: Gravity, position: float) -> float:
     """Return the torque (N m) against the motor's at a position (rad)."""
     return gravity.amplitude * math.sin(position + gravity.phase)

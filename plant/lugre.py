@@ -31,7 +31,6 @@ import math
 from typing import Literal, NamedTuple, Self
 
 import numpy as np
-from numba.extending import register_jitable
 from pydantic import model_validator
 
 from plant.change import JointChange, changed_friction, scaled_friction
@@ -63,7 +62,6 @@ class LuGreState(NamedTuple):
     deflection: float  # deflection ``z`` of the bristles, rad
 
 
-@register_jitable
 def bristle_torque(
     curve: Stribeck, bending: float, slip: float, damping: float, speed: float
 ) -> tuple[float, float, float]:
@@ -98,7 +96,6 @@ def bristle_torque(
     return weight * rate, weight * rate_slope - damping_part, rate
 
 
-@register_jitable
 def bristle_speed(
     curve: Stribeck, bending: float, slip: float, damping: float, mobility: float, pull: float, guess: float
 ) -> float:
@@ -120,7 +117,6 @@ def bristle_speed(
     return speed
 
 
-@register_jitable
 def step_lugre(joint: LuGreParameters, state: LuGreState, torque: float, period: float) -> LuGreState:
     """Advance a LuGre joint by a solver period (s) under constant torque (N m)."""
     mobility, slip = period / joint.inertia, period * joint.stiffness
@@ -141,7 +137,6 @@ def step_lugre(joint: LuGreParameters, state: LuGreState, torque: float, period:
     return LuGreState(velocity, friction_torque, state.position + period * velocity, deflection)
 
 
-@register_jitable
 def scaled_lugre(joint: LuGreParameters, factor: float) -> LuGreParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; the offset stays.
 
@@ -152,7 +147,6 @@ def scaled_lugre(joint: LuGreParameters, factor: float) -> LuGreParameters:
     return scaled._replace(stiffness=joint.stiffness * factor, damping=joint.damping * factor)
 
 
-@register_jitable
 def changed_lugre(joint: LuGreParameters, change: JointChange) -> LuGreParameters:
     """Return the joint with a change of its parameters; its bristles scale with the dry friction, and have no lag."""
     changed = changed_friction(joint, change)

@@ -24,7 +24,6 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple, Self
 
-from numba.extending import register_jitable
 from pydantic import Field, model_validator
 
 from plant.change import JointChange, changed_friction, scaled_friction
@@ -79,7 +78,6 @@ class Element(NamedTuple):
     slips: bool  # whether it slips in the direction of motion already
 
 
-@register_jitable
 def slipping_torque(element: Element, level: float, level_slope: float) -> tuple[float, float]:
     """Return the torque of an element that slips after a step and its slope, for ``g`` (N m) and its slope by speed."""
     if not element.slips:
@@ -89,7 +87,6 @@ def slipping_torque(element: Element, level: float, level_slope: float) -> tuple
     return torque, torque / (level * divisor) * level_slope
 
 
-@register_jitable
 def element_torque(element: Element, speed: float, level: float, level_slope: float) -> tuple[float, float, bool]:
     """Return the torque of an element after a step (N m), its slope by the speed, and whether it slips then."""
     sticking = element.load + element.spring * speed
@@ -99,7 +96,6 @@ def element_torque(element: Element, speed: float, level: float, level_slope: fl
     return slipping, slope, True
 
 
-@register_jitable
 def added_torque(
     curve: Stribeck, elements: tuple[Element, Element, Element, Element], speed: float
 ) -> tuple[float, float]:
@@ -114,7 +110,6 @@ def added_torque(
     return torque, slope
 
 
-@register_jitable
 def element_speed(
     curve: Stribeck, elements: tuple[Element, Element, Element, Element], mobility: float, pull: float, guess: float
 ) -> float:
@@ -135,13 +130,11 @@ def element_speed(
     return speed
 
 
-@register_jitable
 def held_load(joint: MaxwellParameters, share: float, load: float) -> float:
     """Return what an element can hold of a torque (N m)."""
     return min(max(load, -share * joint.backward.stiction), share * joint.friction.stiction)
 
 
-@register_jitable
 def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, period: float) -> MaxwellState:
     """Advance a joint with Maxwell-slip friction by a solver period (s) under constant torque (N m)."""
     load_1 = held_load(joint, joint.shares[0], state.load_1)
@@ -189,7 +182,6 @@ def step_maxwell(joint: MaxwellParameters, state: MaxwellState, torque: float, p
     )
 
 
-@register_jitable
 def scaled_maxwell(joint: MaxwellParameters, factor: float) -> MaxwellParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; the offset stays.
 
@@ -204,7 +196,6 @@ def scaled_maxwell(joint: MaxwellParameters, factor: float) -> MaxwellParameters
     )
 
 
-@register_jitable
 def changed_maxwell(joint: MaxwellParameters, change: JointChange) -> MaxwellParameters:
     """Return the joint with a change of its parameters; elements scale with the dry friction, ``1/C`` with the lag."""
     stiffness, dry = joint.stiffnesses, change.dry

@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-from numba.extending import register_jitable
-
 Kernels = dict[type, Callable[..., Any]]
 
 STEP_JOINT: Kernels = {}
@@ -32,13 +30,11 @@ CHECK_PERIOD: Kernels = {}
 """``check(parameters, period)``, in plain Python, for each class of parameters; refuses a solver period."""
 
 
-@register_jitable
 def as_it_is(joint: Any, period: float) -> Any:
     """Return a joint whose step has no constants worth keeping."""
     return joint
 
 
-@register_jitable
 def sensed_velocity(state: Any) -> float:
     """Return the velocity at the motor, rad/s, of a rigid joint of any kind: it has one velocity."""
     return state.velocity  # type: ignore[no-any-return]

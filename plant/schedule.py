@@ -19,7 +19,6 @@ from itertools import pairwise
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 
@@ -138,14 +137,12 @@ class FrictionSchedule(NamedTuple):
     thinning: float  # relative fall of friction for each kelvin, 1/K
 
 
-@register_jitable
 def phase_change(plan: FrictionSchedule, phase: int) -> JointChange:
     """Return what differs in a phase, without the factor on all friction."""
     row = plan.changes[phase]
     return JointChange(row[0], row[1], row[2], row[3], row[4])
 
 
-@register_jitable
 def friction_factor(
     plan: FrictionSchedule, phase: int, time: float, position: float, weight: float = 0.0, warmth: float = 0.0
 ) -> float:
@@ -175,7 +172,6 @@ def friction_factor(
     return factor
 
 
-@register_jitable
 def heated(plan: FrictionSchedule, warmth: float, power: float, duration: float) -> float:
     """Return the temperature (K, above the surroundings) after a constant power (W) of friction for a time (s)."""
     settled = plan.resistance * power

@@ -4,7 +4,6 @@ import math
 from typing import Annotated, NamedTuple, Self
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 
@@ -13,7 +12,6 @@ from plant.fields import NonNegative, Positive, Table
 Share = Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, strict=True)]
 
 
-@register_jitable
 def encoder_reading(resolution: float, position: float) -> float:
     """Return the multiple of the resolution next to a position, both in rad."""
     return resolution * math.floor(position / resolution + 0.5)
@@ -26,7 +24,6 @@ class AngleRipple(NamedTuple):
     waves: float  # periods in a radian, times ``2 pi``
 
 
-@register_jitable
 def measured_angle(ripple: AngleRipple, position: float) -> float:
     """Return a position (rad) as it is measured, before it is rounded."""
     if ripple.amplitude == 0.0:
@@ -34,7 +31,6 @@ def measured_angle(ripple: AngleRipple, position: float) -> float:
     return position + ripple.amplitude * math.sin(ripple.waves * position)
 
 
-@register_jitable
 def measured_speed(ripple: AngleRipple, position: float, velocity: float) -> float:
     """Return the derivative of the measured angle, rad/s, at a position (rad) and a velocity (rad/s)."""
     if ripple.amplitude == 0.0:

@@ -7,8 +7,6 @@ for the shape factor 1 with one exponential in nearly all steps.
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from plant.friction import Stribeck, sliding_friction_and_slope
 
 MAXIMUM_ITERATIONS = 80
@@ -37,7 +35,6 @@ class Direction(NamedTuple):
     per_velocity: float  # ``1/Vs``, s/rad
 
 
-@register_jitable
 def direction_of(friction: Stribeck, kappa: float) -> Direction:
     """Return the constants of the step for a friction map and ``kappa`` in rad/s per N m."""
     linear = 1.0 + kappa * friction.viscous
@@ -53,7 +50,6 @@ def direction_of(friction: Stribeck, kappa: float) -> Direction:
     )
 
 
-@register_jitable
 def speed_in_direction(direction: Direction, free_speed: float, friction_torque: float) -> float:
     """Solve ``x + kappa F(x) = free_speed`` for the speed ``x > 0``, where ``free_speed`` is above breakaway.
 
@@ -85,7 +81,6 @@ def speed_in_direction(direction: Direction, free_speed: float, friction_torque:
     return sliding_speed(direction.friction, free_speed, direction.kappa, guess)
 
 
-@register_jitable
 def next_speed(
     low: float, high: float, speed: float, residual: float, slope: float
 ) -> tuple[float, float, float, bool]:
@@ -117,7 +112,6 @@ def next_speed(
     return low, high, candidate, False
 
 
-@register_jitable
 def sliding_speed(friction: Stribeck, free_speed: float, kappa: float, guess: float) -> float:
     """Solve ``x + kappa F(x) = free_speed`` for the speed ``x > 0`` by Newton's method inside a bracket.
 
@@ -144,7 +138,6 @@ def sliding_speed(friction: Stribeck, free_speed: float, kappa: float, guess: fl
     return speed
 
 
-@register_jitable
 def velocity_under_friction(
     forward: Stribeck, backward: Stribeck, free_velocity: float, kappa: float, guess: float
 ) -> float:

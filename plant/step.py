@@ -14,8 +14,6 @@ of the period (some 0.01 rad/s at 1 ms), means over a motion with first order st
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from plant.change import AnyParameters, JointChange, changed_friction
 from plant.friction import Stribeck, scaled, sliding_friction
 from plant.sliding import Direction, direction_of, speed_in_direction
@@ -51,7 +49,6 @@ class ReadyJoint(NamedTuple):
     per_kappa: float  # ``J (tau + h)/h^2``, N m per rad/s
 
 
-@register_jitable
 def ready_joint(joint: JointParameters, period: float) -> ReadyJoint:
     """Return a joint ready to be stepped with a solver period in s."""
     denominator = joint.friction_lag + period
@@ -67,7 +64,6 @@ def ready_joint(joint: JointParameters, period: float) -> ReadyJoint:
     )
 
 
-@register_jitable
 def step_ready_joint(joint: ReadyJoint, state: JointState, torque: float, period: float) -> JointState:
     """Advance a joint by the solver period (s) that it was made ready for; see :func:`step_joint`."""
     carried = joint.kept * state.friction_torque
@@ -83,13 +79,11 @@ def step_ready_joint(joint: ReadyJoint, state: JointState, torque: float, period
     return JointState(velocity, friction_torque, state.position + period * velocity)
 
 
-@register_jitable
 def step_joint(joint: JointParameters, state: JointState, torque: float, period: float) -> JointState:
     """Advance a joint by a solver period (s) under constant torque (N m)."""
     return step_ready_joint(ready_joint(joint, period), state, torque, period)
 
 
-@register_jitable
 def scaled_joint(joint: JointParameters, factor: float) -> JointParameters:
     """Return the joint with the friction of both directions times a dimensionless factor; the offset stays.
 
@@ -100,7 +94,6 @@ def scaled_joint(joint: JointParameters, factor: float) -> JointParameters:
     )
 
 
-@register_jitable
 def changed_joint(joint: AnyParameters, change: JointChange) -> AnyParameters:
     """Return a rigid joint of any kind with a friction lag with a change of its parameters."""
     changed = changed_friction(joint, change)

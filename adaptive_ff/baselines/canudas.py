@@ -28,7 +28,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
@@ -72,7 +71,6 @@ class CanudasState(NamedTuple):
     row: MutableArray = begin(lambda _: np.zeros(PARAMETERS))  # regressors of the last equation
 
 
-@register_jitable
 def learn_canudas_in_place(
     parameters: "CanudasLoop", state: CanudasState, torque: float, velocity: float, duration: float
 ) -> None:
@@ -95,7 +93,6 @@ def learn_canudas_in_place(
         state.physical[i] = max(coefficients[i], 0.0) * parameters.scale[i] / mobility
 
 
-@register_jitable
 def friction_along(physical: NDArray[np.float64], start: float, end: float) -> float:
     """Return the mean friction (N m) over a period in which the velocity (rad/s) goes evenly from start to end."""
     if start * end < 0.0:
@@ -104,7 +101,6 @@ def friction_along(physical: NDArray[np.float64], start: float, end: float) -> f
     return friction_along_one_way(physical, start + end)
 
 
-@register_jitable
 def friction_along_one_way(physical: NDArray[np.float64], twice: float) -> float:
     """Return the friction (N m) at half of a velocity (rad/s)."""
     if twice > 0.0:
@@ -114,7 +110,6 @@ def friction_along_one_way(physical: NDArray[np.float64], twice: float) -> float
     return 0.0
 
 
-@register_jitable
 def step_identified(
     parameters: "CanudasLoop", state: CanudasState, inputs: Inputs
 ) -> tuple[float, float, float, float]:
@@ -140,7 +135,6 @@ def step_identified(
     return velocity, start, end, present_inertia(inputs, state.physical[INERTIA]) * (end - start) / parameters.period
 
 
-@register_jitable
 def finish_canudas(
     parameters: "CanudasLoop", state: CanudasState, inputs: Inputs, guard: Guard, velocity: float, torque: float
 ) -> tuple[Output, CanudasState]:
@@ -155,7 +149,6 @@ def finish_canudas(
     )
 
 
-@register_jitable
 def step_canudas(parameters: "CanudasLoop", state: CanudasState, inputs: Inputs) -> tuple[Output, CanudasState]:
     """Do one sample with friction fed forward along the reference."""
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
@@ -164,7 +157,6 @@ def step_canudas(parameters: "CanudasLoop", state: CanudasState, inputs: Inputs)
     return finish_canudas(parameters, state, inputs, guard, velocity, torque)
 
 
-@register_jitable
 def step_canudas_measured(
     parameters: "CanudasLoop", state: CanudasState, inputs: Inputs
 ) -> tuple[Output, CanudasState]:
@@ -177,7 +169,6 @@ def step_canudas_measured(
     return finish_canudas(parameters, state, inputs, guard, velocity, torque)
 
 
-@register_jitable
 def write_canudas(parameters: "CanudasLoop", state: CanudasState, row: MutableArray) -> None:
     """Write the physical estimates into a row."""
     for i in range(PARAMETERS):

@@ -26,7 +26,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.baselines.feedback_learning import (
     FIRST,
@@ -70,7 +69,6 @@ class FeedbackErrorState(NamedTuple):
     row: MutableArray = begin(no_features)  # features of the coming period
 
 
-@register_jitable
 def write_features(parameters: "FeedbackErrorLearning", state: FeedbackErrorState, inputs: Inputs) -> None:
     """Write the features of the coming period into the scratch row and advance their lagged friction."""
     delay = parameters.feedback.delay
@@ -82,7 +80,6 @@ def write_features(parameters: "FeedbackErrorLearning", state: FeedbackErrorStat
     state.row[OFFSET] = 1.0
 
 
-@register_jitable
 def step_feedback_error(
     parameters: "FeedbackErrorLearning", state: FeedbackErrorState, inputs: Inputs
 ) -> tuple[Output, FeedbackErrorState]:
@@ -105,7 +102,6 @@ def step_feedback_error(
     return output, state._replace(feedback=feedback, reference=inputs.reference)
 
 
-@register_jitable
 def write_feedback_error(parameters: "FeedbackErrorLearning", state: FeedbackErrorState, row: MutableArray) -> None:
     """Write the physical parameters into a row: friction summed over the lags, the lag as their weighted mean."""
     coulomb, stiction, weighted = 0.0, 0.0, 0.0

@@ -13,7 +13,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from controllers.arrays import MutableArray
@@ -42,20 +41,17 @@ def no_features(parameters: Any) -> MutableArray:
     return np.zeros(parameters.scale.size)
 
 
-@register_jitable
 def was_refused(feedback: PIParameters, state: PIState, realised: float, unit: float) -> bool:
     """Return whether the realised torque (N m) missed the commanded one; ``unit`` is that of torque, N m."""
     return abs(realised - asked_torque(feedback, state)) > REFUSED_FRACTION * unit
 
 
-@register_jitable
 def moves(inputs: Inputs, last_reference: float, stribeck_velocity: float) -> bool:
     """Return whether the reference moves, now and at the last sample (rad/s)."""
     slowest = STANDSTILL_FRACTION * stribeck_velocity
     return abs(inputs.reference) >= slowest and abs(last_reference) >= slowest
 
 
-@register_jitable
 def learn_in_place(
     weights: MutableArray,
     features: NDArray[np.float64],
@@ -87,7 +83,6 @@ def learn_in_place(
     weights[INERTIA] = min(max(weights[INERTIA], least), most)
 
 
-@register_jitable
 def handed_over(rate: float, duration: float) -> float:
     """Return the fraction of the feedback torque that a rate (1/s) hands over in a time (s)."""
     return -math.expm1(-rate * duration)

@@ -20,8 +20,6 @@ friction is that of the lagged Stribeck model.
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
-
 from adaptive_ff.baselines.observed_model import WAITING
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan, lagged_ramp, resting_friction
 from adaptive_ff.friction.model import TorqueModel, checked_model, directed_friction
@@ -50,7 +48,6 @@ class FrictionObserverState(NamedTuple):
     line: tuple[float, ...] = WAITING  # torques fed forward that wait for the delay of the drive, N m, newest first
 
 
-@register_jitable
 def mobilised_share(presliding: float, turned: float, travel: float) -> float:
     """Return the mobilised share ``q`` of friction after a displacement (rad) from a reversal."""
     part = min(abs(travel) / presliding, 1.0)
@@ -59,14 +56,12 @@ def mobilised_share(presliding: float, turned: float, travel: float) -> float:
     return turned + (math.copysign(1.0, travel) - turned) * part * (1.0 - math.log(part))
 
 
-@register_jitable
 def mobilised_friction(model: TorqueModel, share: float, speed: float, way: float) -> float:
     """Return the torque ``q g + sigma r`` (N m) at a speed (rad/s) in a direction, for a mobilised share."""
     viscous = math.copysign(model.viscous * speed, way) + model.viscous_asymmetry * speed
     return share * abs(directed_friction(model, speed, way) - viscous) + viscous
 
 
-@register_jitable
 def mobilised_ramp(
     model: TorqueModel, friction: float, shares: tuple[float, float], velocities: tuple[float, float], duration: float
 ) -> tuple[float, float]:
@@ -77,7 +72,6 @@ def mobilised_ramp(
     return lagged_ramp(friction, first, last, model.friction_lag, duration)
 
 
-@register_jitable
 def presliding_friction(
     model: TorqueModel, presliding: float, state: PreslidingState, start: float, end: float, duration: float
 ) -> tuple[float, PreslidingState]:
@@ -126,7 +120,6 @@ def presliding_friction(
     return integral + further, PreslidingState(friction, turned, travel)
 
 
-@register_jitable
 def step_presliding(
     parameters: "FrictionObserver", state: PreslidingState, start: float, end: float
 ) -> tuple[float, PreslidingState]:
@@ -141,7 +134,6 @@ def step_presliding(
     return integral / period, state
 
 
-@register_jitable
 def step_friction_observer(
     parameters: "FrictionObserver", state: FrictionObserverState, inputs: Inputs
 ) -> tuple[Output, FrictionObserverState]:

@@ -19,7 +19,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.baselines.feedback_learning import (
     FIRST,
@@ -61,7 +60,6 @@ class LearntState(NamedTuple):
     refused: float = 0.0  # for how long the drive has given less than was commanded, less the time since then, s
 
 
-@register_jitable
 def advance_features_in_place(parameters: "LearntFeedforward", state: LearntState, inputs: Inputs) -> None:
     """Advance the features to the period in which the coming torque acts."""
     past = FeedforwardState(0.0, state.reference, state.feedback.samples > 0, 0.0, 0.0)
@@ -83,13 +81,11 @@ def advance_features_in_place(parameters: "LearntFeedforward", state: LearntStat
         state.features[FIRST + count + i] = bell + keep * (before - bell)
 
 
-@register_jitable
 def unwinding_time(feedback: PIParameters) -> float:
     """Return the time constant with which back-calculation takes refused torque out of the integral, s."""
     return feedback.proportional / feedback.integral if feedback.integral > 0.0 else 0.0
 
 
-@register_jitable
 def advance_refused(parameters: "LearntFeedforward", state: LearntState, refused: bool, duration: float) -> float:
     """Return the time for which torque was refused, less the time since then, s.
 
@@ -101,7 +97,6 @@ def advance_refused(parameters: "LearntFeedforward", state: LearntState, refused
     return max(state.refused - duration, 0.0)
 
 
-@register_jitable
 def step_learnt(parameters: "LearntFeedforward", state: LearntState, inputs: Inputs) -> tuple[Output, LearntState]:
     """Do one sample: learn from what the last features left over, feed the coming ones forward, then feedback."""
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)

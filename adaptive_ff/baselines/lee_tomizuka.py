@@ -24,8 +24,6 @@ As chosen here:
 import math
 from typing import Any
 
-from numba.extending import register_jitable
-
 from adaptive_ff.baselines.observed_model import ObservedModel, ObservedModelState, aware_observer
 from adaptive_ff.friction.feedforward import step_feedforward
 from controllers.declaration import controller
@@ -36,7 +34,6 @@ from controllers.registry import Inputs, Output, acts_on_plan, present_inertia, 
 from controllers.torques import slope_torque
 
 
-@register_jitable
 def zero_phase_torque(
     inertia: float, last: float, reference: float, following: float, period: float, delay: float
 ) -> float:
@@ -57,7 +54,6 @@ def zero_phase_torque(
     return inertia / period * (0.5 * (following - last) + (delay + 0.5) * bend)
 
 
-@register_jitable
 def step_lee_tomizuka(
     parameters: "LeeTomizuka", state: ObservedModelState, inputs: Inputs
 ) -> tuple[Output, ObservedModelState]:

@@ -26,7 +26,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.baselines.feedback_learning import was_refused
 from adaptive_ff.friction.bounds import INERTIA_RANGE, VISCOUS_SHARE
@@ -76,13 +75,11 @@ class LuGreGradientState(NamedTuple):
     enabled: bool = True  # whether the parameters adapt
 
 
-@register_jitable
 def unit_of(own: "LuGreGradient", parameters: NDArray[np.float64], place: int) -> float:
     """Return the unit in which a parameter is tuned; that of ``sigma0``, which spans decades, is its present value."""
     return parameters[place] if place == STIFFNESS else own.scale[place]  # type: ignore[no-any-return]
 
 
-@register_jitable
 def descend_in_place(own: "LuGreGradient", state: LuGreGradientState, error: float, duration: float) -> None:
     """Move the parameters along the gradient of the squared error (rad/s) over a period (s)."""
     found, least = state.parameters, LEAST_SHARE * own.torque_scale
@@ -101,7 +98,6 @@ def descend_in_place(own: "LuGreGradient", state: LuGreGradientState, error: flo
     found[STICTION] = max(found[STICTION], found[COULOMB])
 
 
-@register_jitable
 def bend_in_place(own: "LuGreGradient", state: LuGreGradientState, velocity: float, adhesion: float) -> float:
     """Advance the bristles and their derivatives over a period of constant velocity; return their torque after it.
 
@@ -130,7 +126,6 @@ def bend_in_place(own: "LuGreGradient", state: LuGreGradientState, velocity: flo
     return level * way + open_gap  # type: ignore[no-any-return]
 
 
-@register_jitable
 def filter_in_place(own: "LuGreGradient", state: LuGreGradientState, place: int, torque: float) -> None:
     """Pass the derivative of the torque by a parameter through ``G``, sampled as the loop samples it."""
     state.integrals[place] += own.spring * state.sensitivities[place]
@@ -138,7 +133,6 @@ def filter_in_place(own: "LuGreGradient", state: LuGreGradientState, place: int,
     state.sensitivities[place] += pushed - own.damping * state.sensitivities[place] - state.integrals[place]
 
 
-@register_jitable
 def step_lugre_gradient(
     own: "LuGreGradient", state: LuGreGradientState, inputs: Inputs
 ) -> tuple[Output, LuGreGradientState]:
@@ -166,7 +160,6 @@ def step_lugre_gradient(
     return output, state._replace(feedback=feedback, parameters=values, bristles=bristles, reference=inputs.reference)
 
 
-@register_jitable
 def write_lugre_gradient(own: "LuGreGradient", state: LuGreGradientState, row: NDArray[np.float64]) -> None:
     """Write the parameters into a row."""
     for i in range(PARAMETERS):

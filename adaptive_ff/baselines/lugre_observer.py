@@ -14,8 +14,6 @@ velocity that is constant over the period. ``k`` in rad per rad: a fraction of t
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
-
 from adaptive_ff.friction.feedforward import FeedforwardState, coming_plan
 from adaptive_ff.friction.model import TorqueModel, checked_model, directed_friction
 from controllers.checks import check_positive
@@ -34,7 +32,6 @@ class LuGreObserverState(NamedTuple):
     reference: float = 0.0  # last reference, rad/s
 
 
-@register_jitable
 def bent(bristles: float, level: float, stiffness: float, velocity: float, push: float, duration: float) -> float:
     """Return the bristles' torque (N m) after a constant velocity, with a correction ``push`` (rad/s) on top.
 
@@ -50,7 +47,6 @@ def bent(bristles: float, level: float, stiffness: float, velocity: float, push:
     return min(max(after, -level), level)
 
 
-@register_jitable
 def step_lugre_observer(
     parameters: "LuGreObserver", state: LuGreObserverState, inputs: Inputs
 ) -> tuple[Output, LuGreObserverState]:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.adaptive.supervision.observer import plan_as_measured
 from adaptive_ff.friction.feedforward import (
@@ -39,7 +38,6 @@ class ModelBasedState(NamedTuple):
     seen: float = 0.0  # last reference behind the lag of the measured velocity, rad/s
 
 
-@register_jitable
 def model_in_row(rows: NDArray[np.float64], row: int) -> TorqueModel:
     """Return the model in a row of times and models."""
     return TorqueModel(
@@ -58,7 +56,6 @@ def model_in_row(rows: NDArray[np.float64], row: int) -> TorqueModel:
     )
 
 
-@register_jitable
 def step_model_based(
     parameters: "ModelBased", state: ModelBasedState, inputs: Inputs
 ) -> tuple[Output, ModelBasedState]:

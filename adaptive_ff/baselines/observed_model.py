@@ -9,8 +9,6 @@ feedforward is set once and an observer makes up for its errors, loads and chang
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
-
 from adaptive_ff.friction.feedforward import FeedforwardState, initial_feedforward_state, step_feedforward
 from adaptive_ff.friction.model import TorqueModel, checked_model
 from adaptive_ff.friction.turning import turning_of
@@ -37,14 +35,12 @@ class ObservedModelState(NamedTuple):
     line: tuple[float, ...] = WAITING  # torques fed forward that wait for the delay of the drive, N m, newest first
 
 
-@register_jitable
 def aware_observer(state: ObservedModelState, delay: float) -> DisturbanceObserverState:
     """Return the observer that knows what acted in the period that ends, not what was computed at its start."""
     last, acted = state.feedback, delayed(state.line, delay)
     return DisturbanceObserverState(last.feedback, last.disturbance, last.impulse, last.elapsed, acted, last.reference)
 
 
-@register_jitable
 def step_observed_model(
     parameters: "ObservedModel", state: ObservedModelState, inputs: Inputs
 ) -> tuple[Output, ObservedModelState]:

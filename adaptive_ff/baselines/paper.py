@@ -13,7 +13,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from adaptive_ff.friction.bounds import (
     FRICTION_LAG,
@@ -67,14 +66,12 @@ class PaperState(NamedTuple):
     row: MutableArray = begin(lambda _: np.zeros(SIZE))  # regressors of the last equation
 
 
-@register_jitable
 def identified_model(parameters: "PaperController", state: PaperState) -> TorqueModel:
     """Return the model as it is identified now."""
     physical = state.physical
     return torque_model(physical, physical[FRICTION_LAG], parameters.stribeck_velocity, parameters.stribeck_shape)
 
 
-@register_jitable
 def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs) -> tuple[Output, PaperState]:
     """Do one sample: learn from the period that ends, feed forward for the one that begins, then feedback."""
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
@@ -120,7 +117,6 @@ def step_paper(parameters: "PaperController", state: PaperState, inputs: Inputs)
     )
 
 
-@register_jitable
 def write_paper(parameters: "PaperController", state: PaperState, row: MutableArray) -> None:
     """Write the physical estimates into a row."""
     write_model(identified_model(parameters, state), row)

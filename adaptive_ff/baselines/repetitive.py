@@ -14,7 +14,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 
 from controllers.arrays import MutableArray
 from controllers.declaration import argument, as_given, begin, controller, portion, positive
@@ -36,7 +35,6 @@ class RepetitiveState(NamedTuple):
     enabled: bool = True  # whether the memory changes
 
 
-@register_jitable
 def step_repetitive(parameters: "Repetitive", state: RepetitiveState, inputs: Inputs) -> tuple[Output, RepetitiveState]:
     """Do one sample: feed the memory forward, then feedback, then learn from it for the next period."""
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)

@@ -14,8 +14,6 @@ is missing: the observer then works with means over all the time since the last 
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import register_jitable
-
 from controllers.declaration import argument, controller, derived, positive
 from controllers.loops import Observing, PILoop, designing
 from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
@@ -35,7 +33,6 @@ class DisturbanceObserverState(NamedTuple):
     reference: float = 0.0  # last reference, rad/s
 
 
-@register_jitable
 def step_disturbance_observer(
     parameters: "DisturbanceObserver", state: DisturbanceObserverState, inputs: Inputs
 ) -> tuple[Output, DisturbanceObserverState]:
@@ -44,7 +41,6 @@ def step_disturbance_observer(
     return observe_and_feed_back(parameters, state, inputs, guard)
 
 
-@register_jitable
 def observe_and_feed_back(
     parameters: "DisturbanceObserver", state: DisturbanceObserverState, inputs: Inputs, guard: Guard
 ) -> tuple[Output, DisturbanceObserverState]:

@@ -14,8 +14,6 @@ joint then follows the reference itself, not a filtered one, as it does with eve
 import math
 from typing import TYPE_CHECKING, Any
 
-from numba.extending import register_jitable
-
 from controllers.declaration import argument, as_given, controller, derived, positive
 from controllers.loops import DELAY, Observing, designing
 from controllers.observers.inertia_observer import ObservedLoopState, double_pole_gains, observe
@@ -27,7 +25,6 @@ if TYPE_CHECKING:
     from controllers.design.observer_design import ObserverDesign
 
 
-@register_jitable
 def step_extended_state(
     parameters: "ExtendedState", state: ObservedLoopState, inputs: Inputs
 ) -> tuple[Output, ObservedLoopState]:

@@ -10,8 +10,6 @@ it is used.
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from controllers.pi import PIParameters, PIState, asked_torque
 from controllers.plausibility import kept
 from controllers.registry import Inputs
@@ -34,13 +32,11 @@ class ObservedLoopState(NamedTuple):
     reference: float = 0.0  # last reference, rad/s
 
 
-@register_jitable
 def predict(inertia: float, state: ObserverState, torque: float, dt: float) -> ObserverState:
     """Predict the state after a torque (N m) has acted on an inertia (kg m^2) for a time (s)."""
     return ObserverState(state.velocity + dt / inertia * (torque - state.disturbance), state.disturbance)
 
 
-@register_jitable
 def correct(state: ObserverState, velocity: float, velocity_gain: float, disturbance_gain: float) -> ObserverState:
     """Correct a predicted state by a measurement.
 
@@ -60,7 +56,6 @@ def correct(state: ObserverState, velocity: float, velocity_gain: float, disturb
     return ObserverState(state.velocity + velocity_gain * innovation, state.disturbance - disturbance_gain * innovation)
 
 
-@register_jitable
 def observe(
     feedback: PIParameters, state: ObservedLoopState, inputs: Inputs, inertia: float, gains: tuple[float, float]
 ) -> ObserverState:
@@ -77,7 +72,6 @@ def observe(
     return ObserverState(kept(observer.velocity), kept(observer.disturbance))
 
 
-@register_jitable
 def double_pole_gains(inertia: float, pole: float, dt: float) -> tuple[float, float]:
     """Return the gains of :func:`correct` that put both poles at ``exp(-wo dt)``.
 

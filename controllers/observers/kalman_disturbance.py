@@ -19,8 +19,6 @@ own would add lag to the feedback.
 
 import math
 
-from numba.extending import register_jitable
-
 from controllers.checks import check_positive
 from controllers.declaration import argument, controller, portion, positive
 from controllers.loops import Observing, PILoop, designing
@@ -31,7 +29,6 @@ from controllers.registry import Inputs, Output, present_inertia, with_feedforwa
 from controllers.torques import slope_torque
 
 
-@register_jitable
 def step_kalman_disturbance(
     parameters: "KalmanDisturbance", state: ObservedLoopState, inputs: Inputs
 ) -> tuple[Output, ObservedLoopState]:
@@ -40,7 +37,6 @@ def step_kalman_disturbance(
     return filter_and_feed_back(parameters, state, inputs, guard)
 
 
-@register_jitable
 def filter_and_feed_back(
     parameters: "KalmanDisturbance", state: ObservedLoopState, inputs: Inputs, guard: Guard
 ) -> tuple[Output, ObservedLoopState]:

@@ -16,8 +16,6 @@ Discretised implicitly (V. Acary, B. Brogliato, Y. Orlov, 2012), so that it does
 import math
 from typing import NamedTuple
 
-from numba.extending import register_jitable
-
 from controllers.declaration import argument, controller, positive
 from controllers.loops import Observing, PILoop
 from controllers.pi import PIState, asked_torque, feed_back, plausible_inputs
@@ -41,7 +39,6 @@ class SuperTwistingState(NamedTuple):
     reference: float = 0.0  # last reference, rad/s
 
 
-@register_jitable
 def twisted(error: float, bound: float, duration: float) -> tuple[float, float]:
     """Return the error of the reconstruction after a step, and the sign there, a number from -1 to 1.
 
@@ -63,7 +60,6 @@ def twisted(error: float, bound: float, duration: float) -> tuple[float, float]:
     return sign * root * root, sign
 
 
-@register_jitable
 def step_super_twisting(
     parameters: "SuperTwisting", state: SuperTwistingState, inputs: Inputs
 ) -> tuple[Output, SuperTwistingState]:
