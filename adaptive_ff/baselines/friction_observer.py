@@ -1,4 +1,4 @@
-"""PI loop with a feed-forward friction observer: elasto-plastic friction along the plan, and an observer around it.
+"""PI loop with a feed-forward friction observer: elasto-plastic friction along a reference, an observer around it.
 
 After the idea of M. Ruderman, "Tracking control of motor drives using feed-forward friction observer (FFFO)" (2013),
 with his two-state dynamic friction model with elasto-plasticity; the text could not be compared, and no number of it is
@@ -11,7 +11,7 @@ a Luenberger observer of velocity and remaining torque corrects it:
 ``x`` is the planned position, ``x_r`` that of the last reversal, ``q_r`` the share of friction mobilised there and
 ``d`` the direction of motion.
 
-As chosen here: the model is a fixed one, as from a data sheet; where the plan rests, friction fades as in
+As chosen here: the model is a fixed one, as from a data sheet; at standstill, friction fades as in
 :mod:`adaptive_ff.friction.feedforward`; the observer is the one of
 :mod:`controllers.observers.kalman_disturbance`, whose gains make a second-order filter of it. For ``s -> 0`` the
 friction is that of the lagged Stribeck model.
@@ -137,7 +137,7 @@ def step_presliding(
 def step_friction_observer(
     parameters: "FrictionObserver", state: FrictionObserverState, inputs: Inputs
 ) -> tuple[Output, FrictionObserverState]:
-    """Do one sample: friction of the plan, then the loop with its observer."""
+    """Do one sample: friction along the reference, then the loop with its observer."""
     loop, last = parameters.feedback, state.feedback
     delay = loop.feedback.delay
     inputs, guard = plausible_inputs(loop.feedback, last.feedback, inputs)

@@ -8,13 +8,13 @@ source.
 
 As chosen here:
 
-- *Friction compensation* is the static curve of a fixed model, fed forward along the plan: along the measured velocity
-  it would close a loop of its own. The observer takes it for known from the period on in which it acts.
+- *Friction compensation* is the static curve of a fixed model, fed forward along the reference: along the measured
+  velocity it would close a loop of its own. The observer takes it for known from the period on in which it acts.
 - *Observer*: that of :mod:`controllers.observers.disturbance_observer`, of first order. It integrates already.
 - *Zero-phase inverse* of the joint ``q/u = T^2/(2 J) z^-(1+d) (1 + z^-1)/(1 - z^-1)^2``, held torque to position, with
   the delay ``d`` of the drive. Its zero at -1 cannot be cancelled, only its phase:
-  ``u(k) = J/(2 T^2) (1 - z^-1)^2 (1 + z) q_ref(k+1+d)``, mean velocities of the plan from before ``k`` to ``k+2+d``.
-  The plan is known up to ``k + 1``; continued by a parabola through its last three velocities, this is
+  ``u(k) = J/(2 T^2) (1 - z^-1)^2 (1 + z) q_ref(k+1+d)``, mean velocities planned from before ``k`` to ``k+2+d``.
+  The reference is known up to ``k + 1``; continued by a parabola through its last three velocities, this is
 
       u(k) = J/T ((r(k+1) - r(k-1))/2 + (d + 1/2) (r(k+1) - 2 r(k) + r(k-1)))
 
@@ -63,7 +63,7 @@ def step_lee_tomizuka(
     friction, feedforward = step_feedforward(parameters.friction, state.feedforward, inputs, loop.period, delay, 0.0)
     last, started = state.feedback.reference, state.feedforward.started
     further = 0.0
-    # the observer feeds the slope of the plan itself, which is all where that is known for when the torque acts
+    # the observer feeds the slope of the reference itself, which is all where that is known for when the torque acts
     if started and delay > 0.0 and math.isfinite(inputs.next_reference) and not acts_on_plan(inputs):
         inertia, following = present_inertia(inputs, loop.inertia), inputs.next_reference
         inverse = zero_phase_torque(inertia, last, inputs.reference, following, loop.period, delay)

@@ -2,14 +2,14 @@
 
 After the idea of F. Altpeter, M. Grunenberg, P. Myszkowski, R. Longchamp, "Auto-tuning of feedforward friction
 compensation based on the gradient method" (2000); its text could not be compared, and no number of it is claimed. The
-friction of a LuGre model along the plan ``r`` is fed forward, and its parameters ``p`` descend along the gradient of
-the squared tracking error:
+friction of a LuGre model along the reference ``r`` is fed forward; its parameters ``p`` descend along the gradient
+of the squared tracking error:
 
     dy/dt = sigma0 (r - |r| y/g(r)),   g(r) = Fc + (Fs - Fc) exp(-|r/Vs|^delta),   f = y + sigma2 r + offset
     dp/dt = -rate e de/dp,             de/dp = -G df/dp,                            G = s / (J s^2 + Kp s + Ki)
 
 ``y`` is the torque of the bristles; ``G`` is what the loop makes of a torque. The sensitivities ``dy/dp`` are the exact
-derivatives of the discrete law, all along the plan: noise of the measurement is in ``e`` alone.
+derivatives of the discrete law, all along the reference: noise of the measurement is in ``e`` alone.
 
 As chosen here:
 
@@ -18,7 +18,7 @@ As chosen here:
 - *Gradient* normalised: with a unit ``s_i`` of each parameter, ``dp_i = share s_i^2 v_i e/(floor^2 + sum (s v)^2)`` and
   ``v = G df/dp``; the floor keeps a joint at rest from learning noise.
 - ``G`` is that of the assumed inertia and the loop without delay, sampled as the loop is.
-- Learning pauses where the measurement failed or the drive did not give what was asked.
+- Learning pauses where the measurement failed or the drive did not give the commanded torque.
 - Inertia and ``sigma0`` stay within a range, ``Fc`` above zero, ``Fs`` at ``Fc`` or above, ``sigma2`` not negative.
 """
 

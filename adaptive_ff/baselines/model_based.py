@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from adaptive_ff.adaptive.supervision.observer import plan_as_measured
 from adaptive_ff.friction.feedforward import (
     FeedforwardState,
     initial_feedforward_state,
@@ -56,12 +55,17 @@ def model_in_row(rows: NDArray[np.float64], row: int) -> TorqueModel:
     )
 
 
+def behind_lag(lag: float, last: float, reference: float, duration: float) -> float:
+    """Return the reference (rad/s) behind a lag (s) after a period (s); ``last`` is the value before."""
+    return last + (reference - last) * duration / (duration + lag)
+
+
 def step_model_based(
     parameters: "ModelBased", state: ModelBasedState, inputs: Inputs
 ) -> tuple[Output, ModelBasedState]:
     """Do one sample: feedforward of the model as it is now, then feedback.
 
-    The feedback compares the measured velocity with the plan behind the same lag; else it would brake where the
+    The feedback compares the measured velocity with the reference behind its lag; else it would brake where the
     feedforward accelerates.
     """
     inputs, guard = plausible_inputs(parameters.feedback, state.feedback, inputs)
@@ -70,7 +74,7 @@ def step_model_based(
         time = state.time + inputs.dt
         position = state.position + 0.5 * inputs.dt * (state.feedforward.reference + inputs.reference)
         if parameters.velocity_lag > 0.0:
-            seen = plan_as_measured(parameters.velocity_lag, state.seen, inputs.reference, inputs.dt)
+            seen = behind_lag(parameters.velocity_lag, state.seen, inputs.reference, inputs.dt)
     acting = time + parameters.feedback.delay * parameters.period
     model, turning = parameters.model, parameters.turning
     for change in range(parameters.schedule.shape[0]):

@@ -44,14 +44,14 @@ def step_repetitive(parameters: "Repetitive", state: RepetitiveState, inputs: In
     if parameters.cycle > 0:
         torque += state.memory[place]
     output, feedback = feed_back(parameters.feedback, last, with_feedforward(inputs, torque), guard)
-    asked = output.torque - output.feedforward
+    fed_back = output.torque - output.feedforward
     if parameters.cycle > 0:
         if state.enabled and last.samples > 1 and math.isfinite(inputs.velocity):
-            smooth = 0.25 * (asked + 2.0 * state.past + state.older)  # of the sample before
+            smooth = 0.25 * (fed_back + 2.0 * state.past + state.older)  # of the sample before
             target = (place - 1 - parameters.lead) % parameters.cycle
             state.memory[target] += parameters.gain * smooth
         place = (place + 1) % parameters.cycle
-    return output, RepetitiveState(feedback, state.memory, asked, state.past, place, inputs.reference, state.enabled)
+    return output, RepetitiveState(feedback, state.memory, fed_back, state.past, place, inputs.reference, state.enabled)
 
 
 @controller(step_repetitive, RepetitiveState)

@@ -9,7 +9,7 @@ from controllers import ObserverDesign
 from controllers.design.observer_design import SLOWEST
 
 LARGEST_BEHIND_FILTER = 4.5
-"""Largest maximum sensitivity, for the velocity that is seen, with which an observer is as fast as for the true one.
+"""Largest maximum sensitivity, for the measured velocity, with which an observer is as fast as for the true one.
 
 With 2 the observers alone are up to 1.7 times worse with a fine encoder and its Kalman filter (``encoder``,
 ``positioning``), where they have 3 to 4.1 with their usual bandwidth; without a bound a fast loop oscillates.
@@ -48,7 +48,7 @@ def observer_bandwidth(
     *gains : float
         Gains that it takes.
     bounded : bool, optional
-        Whether the velocity that is seen bounds it; one that is told its lag needs no margin for it.
+        Whether the measured velocity bounds it; an observer that knows its lag needs no margin for it.
     """
     inertia, period = scenario.feedback.inertia, scenario.sampling.period
     delay = math.ceil(scenario.assumed_delay - 1e-6)
@@ -59,11 +59,11 @@ def observer_bandwidth(
     bandwidth = min(share * balance(scenario), largest)
     if scenario.sensor.encoder_resolution is None or not bounded:
         return bandwidth
-    seen = {"delay": delay, "velocity": scenario.velocity_estimator}
-    if design(inertia, period, *gains, bandwidth, **seen).maximum_sensitivity <= LARGEST_BEHIND_FILTER:
+    measured = {"delay": delay, "velocity": scenario.velocity_estimator}
+    if design(inertia, period, *gains, bandwidth, **measured).maximum_sensitivity <= LARGEST_BEHIND_FILTER:
         return bandwidth
     try:
-        slower = design(inertia, period, *gains, maximum_sensitivity=LARGEST_BEHIND_FILTER, **seen).bandwidth
+        slower = design(inertia, period, *gains, maximum_sensitivity=LARGEST_BEHIND_FILTER, **measured).bandwidth
     except ValueError:
         slower = SLOWEST * gains[0] / (2.0 * math.pi * inertia)
     return min(bandwidth, slower)

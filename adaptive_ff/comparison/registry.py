@@ -187,7 +187,7 @@ def make_radial_basis(
 
 
 def cycle_of(scenario: Scenario) -> int:
-    """Return the samples in a period of the scenario's plan; zero where it has none that repeats in the run.
+    """Return the samples in a period of the scenario's reference; zero where it has none that repeats in the run.
 
     A machine that repeats a motion knows its period; here it is that of the multisine's frequencies.
     """
@@ -342,7 +342,7 @@ def loop_of(scenario: Scenario, name: str, own: Mapping[str, Own] | None = None)
 
 
 def make_for_machine(scenario: Scenario, name: str) -> Any:
-    """Make a controller of the package as it is to run on a machine: the adaptive one is told the limit of the drive.
+    """Make a controller of the package as it is to run on a machine: the adaptive one knows the limit of the drive.
 
     In a comparison the simulated drive reports what it gave; a machine may not. A scenario need not have a limit: one
     that is identified from a log has none.

@@ -1,4 +1,4 @@
-"""The rivals from the literature against their own equations, and on motions that they were made for."""
+"""The baselines from the literature against their own equations, and on motions that they were made for."""
 
 import math
 

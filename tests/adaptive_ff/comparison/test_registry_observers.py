@@ -1,4 +1,4 @@
-"""The settings that the line-up gives to the rivals with an observer."""
+"""The settings of the baselines with an observer."""
 
 import math
 
