@@ -9,10 +9,12 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from adaptive_ff.cli.cluster import Scheduler
+from adaptive_ff.cli.cluster import workers as cluster
 from adaptive_ff.cli.terminal import error_console, progress_bars
 from adaptive_ff.errors import InputError
 from benchmarks.compare import HEADINGS, MOVED_HEADINGS, compared_controllers, moved_lines, summary_lines
-from benchmarks.pages import ROOT, pages, rendered, write_pages
+from benchmarks.pages import ROOT, latest, pages, rendered, write_pages
 from benchmarks.results import RESULTS, read_result, results_in
 from benchmarks.running import BASE, run_suite, suite_fingerprint
 from benchmarks.suite import load_suite, suite_names
@@ -43,6 +45,7 @@ def run(
     named: Annotated[str, typer.Option("--as", help="Name that a single controller gets in the result.")] = "",
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     out: Annotated[Path | None, typer.Option(help="Folder for the results.")] = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Run suites and write their results; an interrupted call goes on where it stopped."""
     altered = bool(seeds or first is not None or quick or only or controllers)
@@ -54,7 +57,7 @@ def run(
         if not cases:
             raise InputError(f"--only = {only!r} matches no case of {name}")
         chosen = [BASE, *(one for one in controllers.split(",") if one)] if controllers else suite.controllers
-        with progress_bars(error_console()) as bars:
+        with cluster(scheduler) as executor, progress_bars(error_console()) as bars:
             task = bars.add_task(name, total=1.0)
             result = run_suite(
                 suite,
@@ -62,6 +65,7 @@ def run(
                 list(dict.fromkeys(chosen)),
                 named=named or None,
                 workers=workers,
+                executor=executor,
                 progress=lambda share, task=task: bars.update(task, completed=share),
             )
         file = result.write(folder)
@@ -97,10 +101,12 @@ def compare(
 def stale() -> None:
     """Name the suites whose stored result was computed by other code than that of the tree."""
     for name in suite_names():
-        result = read_result(RESULTS, name)
-        if result is None:
-            print(f"{name}: no result")
-        elif result.fingerprint != suite_fingerprint(load_suite(name)):
+        try:
+            result = latest(name)
+        except InputError as error:
+            print(error)
+            continue
+        if result.fingerprint != suite_fingerprint(load_suite(name)):
             print(f"{name}: computed at {result.commit}")
 
 

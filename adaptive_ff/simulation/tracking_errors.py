@@ -12,7 +12,7 @@ error none is to be gained or lost.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,6 +133,11 @@ def ratios(base: TrackingErrors, own: TrackingErrors) -> dict[str, float]:
         after = [_over(mine, theirs) for mine, theirs in zip(own.after, base.after, strict=True)]
         found["after"] = math.prod(after) ** (1.0 / len(after))
     return found
+
+
+def figures_of(errors: Mapping[str, TrackingErrors], base: str = "pi") -> dict[str, dict[str, float]]:
+    """Return the figures of controllers by name: the settled ``error`` itself, and the ratios to the base."""
+    return {name: {"error": own.settled, **ratios(errors[base], own)} for name, own in errors.items()}
 
 
 def _over(top: float, bottom: float) -> float:

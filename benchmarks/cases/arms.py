@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
+from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.holding import HOLDING, SETTLING, at_rest, rest_figures
 from benchmarks.cases.robot_loops import Driven, Setup, drive, make_controllers
@@ -40,7 +40,7 @@ def _figures(runs: dict[str, Driven], setup: Setup, joint: int) -> dict[str, dic
         return np.square((run.position_error if setup.cascade else run.velocity_error)[:, joint])
 
     errors = {name: tracking_errors(squares(run), 1.0 / setup.rate) for name, run in runs.items()}
-    return {name: {"error": one.settled, **ratios(errors["pi"], one)} for name, one in errors.items()}
+    return figures_of(errors)
 
 
 def _by_name(joints: list[dict[str, dict[str, float]]]) -> Found:

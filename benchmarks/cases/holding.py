@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff import Run, Scenario, load_scenario, simulate
-from adaptive_ff.simulation.tracking_errors import TrackingErrors, first_motion_time, ratios, tracking_errors
+from adaptive_ff.simulation.tracking_errors import TrackingErrors, figures_of, first_motion_time, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.suite import Case
 
@@ -135,10 +135,10 @@ def rest_figures(
 ) -> dict[str, dict[str, float]]:
     """Return tracking ratios, and ``rest_velocity`` and ``rest_torque``: at rest over what PI's allow."""
     velocity, steps = max(1.2 * rest["pi"][0], RESOLUTION * rate), max(1.2 * rest["pi"][1], QUIET_TORQUE)
+    tracked = figures_of(errors)
     return {
         name: {
-            "error": errors[name].settled,
-            **ratios(errors["pi"], errors[name]),
+            **tracked[name],
             "rest_velocity": rest[name][0] / velocity,
             "rest_torque": rest[name][1] / steps,
         }

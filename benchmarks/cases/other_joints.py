@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adaptive_ff.friction.model import WITH_OFFSET
-from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
+from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.stepped import controller_class
 from benchmarks.suite import Case
@@ -282,12 +282,6 @@ def told_of(joint: DrawnJoint, loop: DrawnLoop) -> dict[str, float]:
     }
 
 
-def figures_of(runs: dict[str, Driven], period: float) -> Found:
-    """Return the figures of runs by controller beside those of PI."""
-    errors = {name: tracking_errors(np.square(run.errors), period) for name, run in runs.items()}
-    return {name: {"error": one.settled, **ratios(errors["pi"], one)} for name, one in errors.items()}
-
-
 def run_joint(seed: int, controllers: list[str]) -> Found:
     """Drive the joint of a seed; its row says what the controller is not given, or how fine its encoder is."""
     joint, loop, plan = draw(seed)
@@ -299,7 +293,12 @@ def driven(joint: DrawnJoint, loop: DrawnLoop, plan: Array, seed: int, controlle
     runs = {
         name: drive(made(name, joint, loop), joint, loop, plan, seed) for name in dict.fromkeys(["pi", *controllers])
     }
-    return figures_of(runs, loop.period)
+    return _figures(runs, loop)
+
+
+def _figures(runs: dict[str, Driven], loop: DrawnLoop) -> Found:
+    errors = {name: tracking_errors(np.square(run.errors), loop.period) for name, run in runs.items()}
+    return dict(figures_of(errors))
 
 
 def made(name: str, joint: DrawnJoint, loop: DrawnLoop, **options: Any) -> Any:
@@ -373,7 +372,7 @@ def run_cogged(seed: int, share: float, given: bool, controllers: list[str]) -> 
         one = made(name, cogged, loop, **(options if name not in ("pi", "disturbance_observer") else {}))
         runs[name] = drive(one, cogged, loop, plan, seed, tells_position=True)
     row = f"{share:g} of Fc, period {'given' if given else 'unspecified'}"
-    return {"": {"row": row}, **figures_of(runs, loop.period)}
+    return {"": {"row": row}, **_figures(runs, loop)}
 
 
 def cogging(count: int, first: int = 1) -> list[Case]:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adaptive_ff.simulation.tracking_errors import ratios, tracking_errors
+from adaptive_ff.simulation.tracking_errors import figures_of, tracking_errors
 from adaptive_ff.studies.study import Found
 from benchmarks.cases.robot_loops import BANDWIDTH, RESOLUTION, VELOCITY_NOISE
 from benchmarks.cases.robot_machines import Axis
@@ -141,8 +141,7 @@ def run_case(case: Case, seed: int, controllers: list[str]) -> Found:
         made = PI(*gains) if own in ("pi", FED) else controller_class(own)(*gains, **known)
         squares = squares_of(case, made, plan, seed, feeds=own == FED, tells=bool(given))
         errors[name] = tracking_errors(squares, period)
-    figures = {name: {"error": one.settled, **ratios(errors["pi"], one)} for name, one in errors.items()}
-    return {"": {"row": case.name}, **figures}
+    return {"": {"row": case.name}, **figures_of(errors)}
 
 
 def joints(count: int, first: int = 1) -> list[SuiteCase]:
