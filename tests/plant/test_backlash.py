@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import run, run_in_python
+from stepped_joint import run
 
 from plant import (
     BacklashJoint,
@@ -235,13 +235,6 @@ def test_link_coasts_in_the_gap_while_the_motor_sticks():
     assert motion[:, 0] == pytest.approx(0.01)  # 1 mrad at 10 mrad/s
     later = run(joint, REST._replace(velocity=0.01), np.zeros(150), 1e-3)
     assert later[-1, 0] < -0.005  # turned round at the gap's end
-
-
-def test_compiled_step_equals_plain_python():
-    torques = 120.0 * np.sin(0.02 * np.arange(3000)) + 60.0 * np.sin(0.003 * np.arange(3000) ** 1.1)
-    plain = run_in_python(UNEVEN, initial_state(UNEVEN, 0.1), torques, 5e-4)
-    assert np.ptp(plain[:, 4] - plain[:, 5]) == pytest.approx(0.002, abs=1e-12)
-    assert run(UNEVEN, initial_state(UNEVEN, 0.1), torques, 5e-4) == pytest.approx(plain, rel=1e-12, abs=1e-12)
 
 
 def test_scaled_joint_scales_the_friction_and_leaves_the_gear():

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import run, run_in_python
+from stepped_joint import run
 
 from plant import (
     ElasticJoint,
@@ -248,17 +248,6 @@ def test_steady_motion_needs_the_friction_of_the_motor_and_the_offset():
 
 def test_sensor_sits_at_the_motor():
     assert sensed_elastic(ElasticState(1.0, 2.0, 3.0, 4.0, 5.0)) == 4.0
-
-
-@pytest.mark.parametrize("shape", [0.7, 1.0, 1.5, 2.0])
-def test_compiled_step_equals_plain_python(shape):
-    joint = UNEVEN.parameters
-    joint = joint._replace(friction=joint.friction._replace(stribeck_shape=shape))
-    torques = 120.0 * np.sin(0.02 * np.arange(3000)) + 60.0 * np.sin(0.003 * np.arange(3000) ** 1.1)
-    plain = run_in_python(joint, initial_state(joint, 0.1), torques, 5e-4)
-    assert np.any(plain[:, 0] > 0.01)
-    assert np.any(plain[:, 0] < -0.01)
-    assert run(joint, initial_state(joint, 0.1), torques, 5e-4) == pytest.approx(plain, rel=1e-12, abs=1e-12)
 
 
 def test_scaled_joint_scales_the_friction_of_both_directions_and_nothing_else():

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from stepped_joint import run, run_in_python
+from stepped_joint import run
 
 from plant import LuGreJoint, LuGreParameters, LuGreState, Stribeck, initial_state, sliding_friction, step_lugre
 from plant.lugre import scaled_lugre, steepest_fall_in_a_step
@@ -167,16 +167,6 @@ def test_vibration_below_breakaway_lets_the_joint_creep_as_the_model_is_known_to
     position = run(JOINT, REST, torque(period * (np.arange(20_000) + 0.5)), period)[:, 2]
     assert exact - earlier > 1e-5
     assert position[-1] - position[10_000] == pytest.approx(exact - earlier, rel=0.01)
-
-
-@pytest.mark.parametrize("shape", [0.7, 1.0, 1.5, 2.0])
-def test_compiled_step_equals_plain_python(shape):
-    joint = LuGreJoint(**FIELDS, stribeck_shape=shape, offset=5.0, coulomb_backward=40.0).parameters
-    torques = 120.0 * np.sin(0.02 * np.arange(3000)) + 60.0 * np.sin(0.003 * np.arange(3000) ** 1.1)
-    plain = run_in_python(joint, initial_state(joint, 0.1), torques, 1e-3)
-    assert np.any(plain[:, 0] > 0.01)
-    assert np.any(plain[:, 0] < -0.01)
-    assert run(joint, initial_state(joint, 0.1), torques, 1e-3) == pytest.approx(plain, rel=1e-12, abs=1e-12)
 
 
 def test_scaled_friction_is_a_multiple_in_every_motion():

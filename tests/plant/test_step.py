@@ -7,7 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from stepped_joint import run, run_in_python
+from stepped_joint import run
 
 from plant import JointParameters, JointState, Stribeck, initial_state, sliding, sliding_friction, step_joint
 from plant.friction import sliding_friction_and_slope
@@ -175,18 +175,6 @@ def test_lagged_joint_that_brakes_overshoots_ever_less_and_comes_to_rest():
     peaks = np.array([np.max(np.abs(arc)) for arc in arcs])
     assert np.all(np.diff(peaks[:6]) < 0.0)
     assert np.all(peaks[6:] < peaks[5])
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("lag", [0.0, 0.02])
-def test_compiled_step_equals_plain_python(shape, lag):
-    joint = symmetric(STRIBECK._replace(stribeck_shape=shape), lag)
-    torques = 120.0 * np.sin(0.02 * np.arange(3000)) + 60.0 * np.sin(0.003 * np.arange(3000) ** 1.1)
-    begin = initial_state(joint, 0.1)
-    plain = run_in_python(joint, begin, torques, 1e-3)
-    assert np.any(plain[:, 0] > 0.01)
-    assert np.any(plain[:, 0] < -0.01)
-    assert run(joint, begin, torques, 1e-3) == pytest.approx(plain, rel=1e-12, abs=1e-12)
 
 
 @st.composite
