@@ -37,6 +37,7 @@ from .kernels.language import natural as natural
 from .loops import DesignedLoop as DesignedLoop
 from .loops import Observing as Observing
 from .loops import PILoop as PILoop
+from .native import CalledBack as CalledBack
 from .native import Native as Native
 from .native import NativeParameters as NativeParameters
 from .native import step_in_memory as step_in_memory

@@ -2,7 +2,9 @@
 
 import copy
 import math
+import warnings
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from math import isfinite
 from typing import Any, Self
 
@@ -11,6 +13,7 @@ import numpy as np
 from controllers.bridging import BRIDGED
 from controllers.checks import check_finite, check_numbers, check_period, check_positive
 from controllers.compiled import compiles
+from controllers.kernels.compiler import NoCompiler
 from controllers.native import ACTING, TORQUE, Native, NativeParameters, bound_step, empty_exchange
 from controllers.plausible_sizes import largest_torque
 from controllers.registry import Inputs, Output, planned_inputs, step, write_estimates
@@ -46,7 +49,7 @@ class Controller:
         self._state: Any = initial_state(parameters)
         self._native: Native | None = None
         self._exchange = empty_exchange()
-        self._compute: Callable[..., float] = self._first_compiled_step if compiles() else self._plain_step
+        self._compute: Callable[..., float] = self._first_step if compiles() else self._plain_step
 
     @property
     def state(self) -> Any:
@@ -61,14 +64,23 @@ class Controller:
 
     @property
     def native(self) -> NativeParameters:
-        """What compiled code takes for this controller; its state stays where it is. Compiles or loads at first."""
+        """What compiled code takes for this controller; its state stays where it is. Compiles or loads at first.
+
+        Raises
+        ------
+        NoCompiler
+            It has to be compiled, and there is no compiler.
+        """
         if self._native is None:
             self._native = Native(self.parameters, self._state, self._exchange)
         return self._native.block
 
-    def _first_compiled_step(self, *inputs: float) -> float:
-        block = self.native
-        self._compute = bound_step(block)
+    def _first_step(self, *inputs: float) -> float:
+        try:
+            self._compute = bound_step(self.native)
+        except NoCompiler as error:
+            warnings.warn(f"{type(self).__name__} runs as plain Python: {error}", stacklevel=3)
+            self._compute = self._plain_step
         return self._compute(*inputs)
 
     def step_plain(self, inputs: Inputs) -> Output:
@@ -97,7 +109,7 @@ class Controller:
         content = dict(content)
         plain = content.pop("_is_plain")
         self.__dict__.update(content)
-        self._compute = self._plain_step if plain or not compiles() else self._first_compiled_step
+        self._compute = self._plain_step if plain or not compiles() else self._first_step
 
     def step(
         self,
@@ -306,10 +318,9 @@ class Controller:
         if not compiles():
             return
         at_rest = self._initial_state(self.parameters)
-        native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
-        block = native.block
-        numbers = planned_inputs(0.0, 0.0, 0.0, 0.0, self.period)
-        bound_step(block)(*numbers[:ACTING])
+        with suppress(NoCompiler):
+            native = Native(self.parameters, at_rest)  # kept: the block holds addresses only
+            bound_step(native.block)(*planned_inputs(0.0, 0.0, 0.0, 0.0, self.period)[:ACTING])
 
     def state_to_json(self) -> str:
         """Return the state as a JSON text that restores it exactly, with what it belongs to."""

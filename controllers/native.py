@@ -15,7 +15,7 @@ import numpy as np
 
 from controllers.arrays import MutableArray, NDArray
 from controllers.kernels.entry import controller_text, symbol_of
-from controllers.kernels.language import DISPATCHED, call
+from controllers.kernels.language import BY_ADDRESS, DISPATCHED, call
 from controllers.kernels.library import loaded
 from controllers.kernels.memory import Memory, structure
 from controllers.kernels.stepper import stepper
@@ -123,10 +123,6 @@ DISPATCHED[write_estimates] = ChainMap(ESTIMATES, {NativeParameters: write_nativ
 MONITORS[NativeParameters] = write_native_monitors  # which has a kernel for every class, one that writes nothing
 
 
-STEP = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
-"""A compiled step as a function of C: parameters, state, row, numbers in the row."""
-
-
 def bound_step(block: NativeParameters) -> Callable[..., float]:
     """Return a function that does one sample: the inputs before ``acting_reference`` in, the torque out, N m.
 
@@ -138,7 +134,7 @@ def bound_step(block: NativeParameters) -> Callable[..., float]:
         places = block.step, block.parameters, block.state, exchange.ctypes.data
         bound: Callable[..., float] = fast.bind(*places, ACTING, exchange.size, TORQUE)
         return bound
-    function, place = STEP(block.step), exchange.ctypes.data
+    function, place = BY_ADDRESS(block.step), exchange.ctypes.data
 
     def do_step(*inputs: float) -> float:
         exchange[:ACTING] = inputs
@@ -147,6 +143,58 @@ def bound_step(block: NativeParameters) -> Callable[..., float]:
         return torque
 
     return do_step
+
+
+class CalledBack:
+    """A controller in Python whose step the compiled loop calls back, once a sample.
+
+    An error in it cannot pass through compiled code: it is kept, the torque is zero from then on, and whoever runs the
+    loop raises it behind it by :meth:`check`, with its own traceback.
+
+    Parameters
+    ----------
+    step : callable
+        ``step(inputs) -> output``.
+    write_estimates : callable, optional
+        Writes the estimates into a row, where it has any.
+
+    Attributes
+    ----------
+    block : NativeParameters
+        What stands for the parameters in compiled code.
+    """
+
+    def __init__(self, step: Callable[[Inputs], Output], write_estimates: Callable[[Any], None] | None) -> None:
+        self._step, self._write = step, write_estimates
+        self._error: BaseException | None = None
+        self._exchange = empty_exchange()
+        self._functions = BY_ADDRESS(self._do_step), BY_ADDRESS(self._do_write)  # compiled code may call them
+        places = [int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in self._functions]
+        estimates = 0 if write_estimates is None else places[1]
+        self.block = NativeParameters(places[0], estimates, 0, 0, 0, self._exchange)
+
+    def _do_step(self, parameters: int, state: int, row: int, count: int) -> None:
+        del parameters, state, row, count  # the step's own are in Python, and the row is what is exchanged
+        output = Output(0.0, 0.0)
+        if self._error is None:
+            try:
+                output = self._step(Inputs(*self._exchange[:TORQUE].tolist()))
+            except BaseException as error:
+                self._error = error
+        self._exchange[TORQUE:] = output
+
+    def _do_write(self, parameters: int, state: int, row: int, count: int) -> None:
+        del parameters, state
+        if self._error is None and self._write is not None:
+            try:
+                self._write(np.frombuffer((ctypes.c_double * count).from_address(row)))
+            except BaseException as error:
+                self._error = error
+
+    def check(self) -> None:
+        """Raise the error that the controller has raised in the loop, if any."""
+        if self._error is not None:
+            raise self._error
 
 
 def empty_exchange() -> MutableArray:

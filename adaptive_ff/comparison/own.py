@@ -143,34 +143,36 @@ def own_controller(controller: Any) -> Foreign:
     return found
 
 
-def _step_foreign(block: Foreign, state: None, inputs: Inputs) -> tuple[Output, None]:
-    reference, following = float(inputs.reference), float(inputs.next_reference)  # numpy's do not behave like a float
+def step_own(block: Foreign, inputs: Inputs) -> Output:
+    """Do one sample of a user's controller; the inputs are Python's numbers, not numpy's."""
+    reference, following = inputs.reference, inputs.next_reference
     acting, next_acting = inputs.acting_reference, inputs.next_acting_reference
     if "correction" not in block.accepted:  # one velocity is all it can follow: that of plan and outer loop together
         reference, following = reference + inputs.correction, following + inputs.correction
         acting, next_acting = acting + inputs.correction, next_acting + inputs.correction
     others = {
         "next_reference": following,
-        "correction": float(inputs.correction),
+        "correction": inputs.correction,
         "position": _known(inputs.position),
         "realised_torque": _known(inputs.realised_torque),
-        "feedforward": float(inputs.feedforward),
+        "feedforward": inputs.feedforward,
         "inertia": _known(inputs.inertia),
-        "dt": float(inputs.dt),
+        "dt": inputs.dt,
         "acting_reference": _known(acting),
         "next_acting_reference": _known(next_acting),
     }
-    accepted = {name: value for name, value in others.items() if name in block.accepted}
-    torque = block.controller.step(reference, float(inputs.velocity), **accepted)
+    if len(block.accepted) < len(others):
+        others = {name: value for name, value in others.items() if name in block.accepted}
+    torque = block.controller.step(reference, inputs.velocity, **others)
     value = _number(torque)
     if not math.isfinite(value):
         raise InputError(f"{_name(block)} returned a torque of {torque!r}; it must be a finite number")
     fed = _number(getattr(block.controller, "feedforward", 0.0))  # anything else of that name is no torque
-    return Output(value, fed if math.isfinite(fed) else 0.0), state
+    return Output(value, fed if math.isfinite(fed) else 0.0)
 
 
-def _write_foreign_estimates(block: Foreign, state: None, row: NDArray[Any]) -> None:
-    del state
+def write_own_estimates(block: Foreign, row: NDArray[Any]) -> None:
+    """Write the estimates of a user's controller into a row."""
     for place, name in enumerate(block.estimate_names):
         given = block.controller.estimates.get(name)
         row[place] = _number(given)
@@ -183,7 +185,7 @@ def _name(block: Foreign) -> str:
 
 
 def _known(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    return value if math.isfinite(value) else None
 
 
 def _number(value: Any) -> float:
@@ -194,8 +196,8 @@ def _number(value: Any) -> float:
         return math.nan
 
 
-STEPS[Foreign] = _step_foreign
-ESTIMATES[Foreign] = _write_foreign_estimates
+STEPS[Foreign] = lambda block, state, inputs: (step_own(block, Inputs(*map(float, inputs))), state)
+ESTIMATES[Foreign] = lambda block, state, row: write_own_estimates(block, row)
 
 
 def make_own(name: str, own: Own, scenario: Scenario) -> Any:

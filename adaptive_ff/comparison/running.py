@@ -1,12 +1,13 @@
 """A controller of any kind driven over a course: compiled where it has kernels, else in plain Python."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
-from adaptive_ff.comparison.own import own_controller
+from adaptive_ff.comparison.own import own_controller, step_own, write_own_estimates
 from adaptive_ff.simulation.experiment import Course, Record, empty_record, with_preview
-from adaptive_ff.simulation.loop import Position, run_controller, run_plain, start_position
-from controllers import Controller
+from adaptive_ff.simulation.loop import Position, run_controller, run_in_memory, run_plain, start_position
+from controllers import CalledBack, Controller
 from controllers.compiled import compiles
 from controllers.interface import feedback_state
 
@@ -71,10 +72,12 @@ class Drive:
     def __init__(self, controller: Any) -> None:
         self.registered = isinstance(controller, Controller)
         self.controller: Any = controller if self.registered else own_controller(controller)
-        self.compiled = self.registered and compiles()
+        self._called: CalledBack | None = None
+        if not self.registered and compiles():
+            writes = partial(write_own_estimates, self.controller) if self.controller.estimate_names else None
+            self._called = CalledBack(partial(step_own, self.controller), writes)
         self.names: tuple[str, ...] = self.controller.estimate_names
         self.watched: tuple[str, ...] = controller.monitor_names if self.registered else ()
-        self.state: Any = None
 
     def previewed(self, course: Course) -> Course:
         """Return a course with the plan for when torques act by the delay that the controller reckons with."""
@@ -84,13 +87,12 @@ class Drive:
 
     def advance(self, course: Course, position: Position, stop: int, record: Record) -> Position:
         """Run from a position to a sample and fill the record; return the position there."""
-        if self.compiled:
-            position = run_controller(self.controller, course, position, stop, record)
-        elif self.registered:
-            parameters, state = self.controller.parameters, self.controller.state
-            self.controller.state, position = run_plain(parameters, state, course, position, stop, record)
-        else:
-            self.state, position = run_plain(self.controller, self.state, course, position, stop, record)
+        if self.registered:
+            return run_controller(self.controller, course, position, stop, record)
+        if self._called is None:
+            return run_plain(self.controller, None, course, position, stop, record)[1]
+        position = run_in_memory(self._called.block, 0, course, position, stop, record)[1]
+        self._called.check()
         return position
 
 

@@ -5,6 +5,7 @@ Python it serves any object that has a ``step`` method, and checks the compiled 
 """
 
 import math
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
@@ -28,6 +29,7 @@ from controllers import (
     write_estimates,
     write_monitors,
 )
+from controllers.kernels.compiler import NoCompiler
 from plant import (
     CHANGE_JOINT,
     INITIAL_STATE,
@@ -359,11 +361,14 @@ def run_compiled(
 
 
 def run_controller(controller: Controller, course: Course, position: Position, stop: int, record: Record) -> Position:
-    """Run the loop, compiled, with a controller, whose state goes on; return the position where the run has come to."""
-    if type(controller.parameters) not in INLINED:
-        return run_in_memory(controller.native, 0, course, position, stop, record)[1]
+    """Run the loop with a controller, whose state goes on; return the position where the run has come to."""
+    run = run_in_memory if compiles() else run_plain
+    if compiles() and type(controller.parameters) not in INLINED:
+        with suppress(NoCompiler):
+            return run(controller.native, 0, course, position, stop, record)[1]
+        run = run_plain
     block, state = controller.parameters, controller.state
-    controller.state, position = run_in_memory(block, state, course, position, stop, record)
+    controller.state, position = run(block, state, course, position, stop, record)
     return position
 
 

@@ -1,9 +1,11 @@
 """Where compiled kernels are kept, each file named after what it was made of."""
 
 import atexit
+import hashlib
 import os
 import shutil
 import stat
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,17 +18,30 @@ KEPT_DAYS = 30
 
 
 @cache
+def translator_key() -> str:
+    """Return a hash of the translation itself: what another one made is not used."""
+    digest = hashlib.sha256(sys.platform.encode())
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
 def cache_directory() -> Path:
-    """Return the directory, which is made where there is none."""
-    directory = _writable_root() / "kernels"
+    """Return the directory of this translation, which is made where there is none."""
+    directory = _writable_root() / f"kernels-{translator_key()}"
     directory.mkdir(parents=True, exist_ok=True)
+    os.utime(directory)
     return directory
 
 
-def clear_old(directory: Path) -> None:
-    """Remove the files of a directory that nobody has used for :data:`KEPT_DAYS`."""
+def clear_old() -> None:
+    """Remove what nobody has used for :data:`KEPT_DAYS`."""
     oldest = time.time() - KEPT_DAYS * 86400
-    for path in directory.iterdir():
+    for path in cache_directory().parent.glob("*"):
+        if path.stat().st_mtime < oldest:
+            shutil.rmtree(path, ignore_errors=True)
+    for path in cache_directory().iterdir():
         with suppress(OSError):
             if path.is_file() and path.stat().st_mtime < oldest:
                 path.unlink()

@@ -1,5 +1,6 @@
 """What kernels may call beside mathematics, named tuples and each other."""
 
+import ctypes
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
@@ -28,11 +29,15 @@ def dispatched(kernels: Mapping[type, Callable[..., Any]], function: Function) -
     return function
 
 
+BY_ADDRESS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
+"""A compiled step as a function of C: parameters, state, row, numbers in the row."""
+
+
 def natural(index: int) -> int:
     """Return an index that is not negative: compiled code then need not test whether it counts from the end."""
     return index
 
 
 def call(address: int, parameters: int, state: int, row: Any) -> None:
-    """Call a compiled function by its address: ``void f(parameters, state, row, count)``; in compiled code alone."""
-    raise NotImplementedError("only compiled code calls by address")
+    """Call a compiled function by its address: ``void f(parameters, state, row, count)``."""
+    BY_ADDRESS(address)(parameters, state, row.ctypes.data, row.size)

@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from controllers.kernels.cache_directory import cache_directory, clear_old
+from controllers.kernels.cache_directory import cache_directory, clear_old, translator_key
 from controllers.kernels.compiler import FLAGS, SUFFIX, compile_files, compiler
 from controllers.kernels.entry import file_text, library_unit
 from controllers.kernels.record import Translation, translation
@@ -80,8 +80,8 @@ def built() -> dict[str, bytes]:
     """Return what is in the library that came with the package: translations by symbol; nothing where there is none."""
     if not (BUILT.exists() and CONTENTS.exists()):
         return {}
-    found: dict[str, bytes] = pickle.loads(CONTENTS.read_bytes())
-    return found
+    key, found = pickle.loads(CONTENTS.read_bytes())
+    return found if key == translator_key() else {}
 
 
 @cache
@@ -135,7 +135,7 @@ def _compiled(symbol: str, write: Writer) -> Loaded:
     if not library.exists():
         if built():
             print(f"kernels are new or have changed: compiling {symbol.rpartition('_')[0]}", file=sys.stderr)
-        clear_old(folder)
+        clear_old()
         with tempfile.TemporaryDirectory(dir=folder) as place:
             source = Path(place, f"{symbol}.c")
             source.write_text(whole, encoding="ascii")
