@@ -12,11 +12,12 @@ from collections.abc import Callable, Hashable
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
+from controllers.kernels.cache_directory import BUILT
 from controllers.kernels.compiler import NoCompiler, compiler
 from controllers.kernels.entry import entry_text, symbol_of
 from controllers.kernels.errors import NotTranslatable
 from controllers.kernels.language import dispatched as dispatched
-from controllers.kernels.library import built, is_kept, loaded
+from controllers.kernels.library import is_kept, loaded
 from controllers.kernels.memory import Memory, structure
 from controllers.kernels.sources import read_kernel
 from controllers.kernels.types import sample_of, type_of
@@ -51,7 +52,7 @@ def compiles() -> bool:
     """
     if os.environ.get("ADAPTIVE_FF_COMPILE", "") == "0":
         return False
-    if built() or compiler() is not None:
+    if BUILT.is_dir() or compiler() is not None:
         return True
     warnings.warn(f"{NO_COMPILER}; kernels run as plain Python, some hundred times slower", stacklevel=2)
     return False

@@ -187,7 +187,7 @@ class CalledBack:
         del parameters, state
         if self._error is None and self._write is not None:
             try:
-                self._write(np.frombuffer((ctypes.c_double * count).from_address(row)))
+                self._write(np.ctypeslib.as_array((ctypes.c_double * count).from_address(row)))
             except BaseException as error:
                 self._error = error
 

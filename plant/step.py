@@ -85,10 +85,7 @@ def step_joint(joint: JointParameters, state: JointState, torque: float, period:
 
 
 def scaled_joint(joint: JointParameters, factor: float) -> JointParameters:
-    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays.
-
-    As :func:`plant.change.scaled_friction`, in words that numba knows as well, which compiles what calls this.
-    """
+    """Return the joint with the friction of both directions times a dimensionless factor; the offset stays."""
     return JointParameters(
         joint.inertia, scaled(joint.friction, factor), scaled(joint.backward, factor), joint.offset, joint.friction_lag
     )

@@ -1,6 +1,6 @@
 """Command line: ``adaptive-ff``.
 
-Every command imports what it needs inside itself, so that ``--help`` answers before numba or matplotlib are loaded.
+Every command imports what it needs inside itself, so that ``--help`` answers before numpy or matplotlib are loaded.
 """
 
 import sys

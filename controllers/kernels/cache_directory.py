@@ -26,6 +26,10 @@ def translator_key() -> str:
     return digest.hexdigest()[:16]
 
 
+BUILT = Path(__file__).parent / f"built-{translator_key()}"
+"""Where the compiled kernels are that came with the package, if any did."""
+
+
 @cache
 def cache_directory() -> Path:
     """Return the directory of this translation, which is made where there is none."""

@@ -13,16 +13,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from controllers.kernels.cache_directory import cache_directory, clear_old, translator_key
+from controllers.kernels.cache_directory import BUILT, cache_directory, clear_old
 from controllers.kernels.compiler import FLAGS, SUFFIX, compile_files, compiler
 from controllers.kernels.entry import file_text, library_unit
 from controllers.kernels.record import Translation, translation
 from controllers.kernels.types import Type
 from controllers.kernels.unit import Unit
-
-HOME = Path(__file__).parent
-BUILT, CONTENTS = HOME / f"built{SUFFIX}", HOME / "built.pickle"
-"""The library that came with the package, and what is in it: a translation for each symbol."""
 
 Writer = Callable[[Unit], tuple[str, Type | None]]
 """Writes entry points for a unit, and says what the kernel gives."""
@@ -65,23 +61,18 @@ def loaded(key: Hashable, symbol: str, write: Writer) -> Loaded:
     """
     with _LOCK:
         if key not in _LOADED:
-            _LOADED[key] = _from_built(symbol) or _from_cache(symbol) or _compiled(symbol, write)
+            _LOADED[key] = _kept(symbol) or _compiled(symbol, write)
         return _LOADED[key]
 
 
 def is_kept(name: str) -> bool:
     """Tell whether a kernel of a name has been compiled for any arguments, by this process or an earlier one."""
-    begin = f"{name.strip('_')}_"
-    return any(symbol.startswith(begin) for symbol in built()) or any(cache_directory().glob(f"{begin}*.record"))
+    return any(any(folder.glob(f"{name.strip('_')}_*.record")) for folder in folders())
 
 
-@cache
-def built() -> dict[str, bytes]:
-    """Return what is in the library that came with the package: translations by symbol; nothing where there is none."""
-    if not (BUILT.exists() and CONTENTS.exists()):
-        return {}
-    key, found = pickle.loads(CONTENTS.read_bytes())
-    return found if key == translator_key() else {}
+def folders() -> list[Path]:
+    """Return where compiled kernels may be: those that came with the package, and those compiled on this machine."""
+    return [*([BUILT] if BUILT.is_dir() else []), cache_directory()]
 
 
 @cache
@@ -89,20 +80,15 @@ def _opened(path: Path) -> Any:
     return ctypes.CDLL(str(path))
 
 
-def _from_built(symbol: str) -> Loaded | None:
-    found = _read(built().get(symbol, b""))
-    return Loaded(_opened(BUILT), found.result) if found is not None and found.holds() else None
-
-
-def _from_cache(symbol: str) -> Loaded | None:
-    folder = cache_directory()
-    records = sorted(folder.glob(f"{symbol}-*.record"), key=_age)
-    for record in records:
-        with suppress(OSError):  # another process may have removed it
-            found = _read(record.read_bytes())
-            if found is not None and (folder / found.library).exists() and found.holds():
-                _keep(record, folder / found.library)
-                return Loaded(_opened(folder / found.library), found.result)
+def _kept(symbol: str) -> Loaded | None:
+    """Return a library that holds a symbol, made of what is there now; none where there is none."""
+    for folder in folders():
+        for record in sorted(folder.glob(f"{symbol}-*.record"), key=_age):
+            with suppress(OSError):  # another process may have removed it
+                found = _read(record.read_bytes())
+                if found is not None and (folder / found.library).exists() and found.holds():
+                    _keep(record, folder / found.library)
+                    return Loaded(_opened(folder / found.library), found.result)
     return None
 
 
@@ -133,7 +119,7 @@ def _compiled(symbol: str, write: Writer) -> Loaded:
     key = hashlib.sha256(f"{compiler()} {FLAGS} {whole}".encode()).hexdigest()[:16]
     library = folder / f"{symbol}-{key}{SUFFIX}"
     if not library.exists():
-        if built():
+        if BUILT.is_dir():
             print(f"kernels are new or have changed: compiling {symbol.rpartition('_')[0]}", file=sys.stderr)
         clear_old()
         with tempfile.TemporaryDirectory(dir=folder) as place:

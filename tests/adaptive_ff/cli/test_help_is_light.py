@@ -12,7 +12,7 @@ from adaptive_ff.cli import identify, replay
 from adaptive_ff.identify.identification import identify_log
 from adaptive_ff.replay.replay import replay_log
 
-HEAVY = ("matplotlib", "control", "scipy", "numba", "filterpy", "numpy", "plant", "controllers")
+HEAVY = ("matplotlib", "control", "scipy", "filterpy", "numpy", "plant", "controllers")
 
 
 def loaded_after(code):
